@@ -208,7 +208,7 @@ OF_PRODUCTS: dict[str, set[str]] = {
 ORDER: dict[str, tuple[str, ...]] = {
     "scene": (
         "geometry joint_types",
-        "design_poses formula",
+        "formula",
         "reading",
         "section",
         "signals",

@@ -72,7 +72,7 @@ def driven_velocity(model: CompiledModel, measures: Measures, q: Array) -> Array
 
 
 def driven_components(model: CompiledModel, measures: Measures, q: Array) -> dict[str, float]:
-    """Return the components of v that rows of their own drive at a rate other than zero, and these rates."""
+    """Return the components of v that separate rows drive at a rate other than zero, and these rates."""
     rates = law_rates(model, measures, q)
     if not np.any(rates):
         return {}

@@ -105,8 +105,8 @@ def equilibrium(
 ) -> Equilibrium:
     """Return the nearest state of rest, with the base held in its pose at t.
 
-    A coordinate driven at a constant rate keeps it, and the rest is at rest beside it: a governor's arm beside
-    its shaft. A law whose rate at t is zero is held.
+    A coordinate driven at a constant rate keeps this rate, and the other coordinates are at rest relative to the drive:
+    a governor's arm on the turning shaft. A law whose rate at t is zero is held.
 
     Without ``any_kind`` that is the end of a heavily damped motion from the initial state: a stable equilibrium,
     also from an unstable one. With it, it is the nearest of any kind that was found, distances being measured by the

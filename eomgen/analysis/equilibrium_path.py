@@ -54,7 +54,7 @@ class Critical:
 
 @dataclass(frozen=True, repr=False)
 class EquilibriumPath:
-    """Equilibria that are connected with each other, in their order along the path.
+    """Equilibria that are connected with each other, in order along the path.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class EquilibriumPath:
     negative : (n,) number of directions with negative stiffness; -1 if not computed
     lowest : (n,) eigenvalue of the stiffness relative to the mass with the least magnitude, (rad/s)^2; NaN if not
         computed
-    critical : limit points and bifurcations, in their order
+    critical : limit points and bifurcations, in order
     success : whether the path arrives at the value asked for
     message : its end, and the reason
     interrupted : whether Ctrl-C has ended it early

@@ -63,7 +63,7 @@ def signal_names(model: CompiledModel, components: Sequence[str], measured: Sequ
 
 
 def _units(model: CompiledModel) -> dict[str, str]:
-    """Return the units of inputs, disturbances, outputs, coordinates and velocities by their names."""
+    """Return the units of inputs, disturbances, outputs, coordinates and velocities by name."""
     units = {item.name: item.unit for item in model.description.inputs}
     for item in model.library.layout["outputs"]:
         units |= dict.fromkeys(component_names("", str(item["name"]), int(item["size"])), str(item["unit"]))

@@ -1,5 +1,5 @@
-"""A compiled model at rest as sparse equations of a load factor: all loads as they are, or one of its parameters;
-section forces of geometrically exact beams are extrapolated from the strains of their elements.
+"""A compiled model at rest as sparse equations of a load factor: of all loads, or of one parameter; section forces of
+geometrically exact beams are extrapolated from the strains of their elements.
 
 In a step of Newton's method strains change to second order beside their linear change, and a stiff section makes large
 forces of that, which spoil the next tangent. With the section forces of the linear change in the geometric part of the
@@ -199,8 +199,8 @@ _STEP = 1e-5
 
 
 @dataclass(frozen=True)
-class Varied:
-    """A number that is varied: a tunable parameter, an input, or the time of formulas.
+class LoadParameter:
+    """The load parameter of a path: a tunable parameter, an input, or the time of formulas.
 
     Attributes
     ----------
@@ -216,7 +216,9 @@ class Varied:
     t: float
 
     @classmethod
-    def of(cls, model: CompiledModel, call: str, name: str, parameters: Parameters, t: float, u: Inputs) -> Varied:
+    def of(
+        cls, model: CompiledModel, call: str, name: str, parameters: Parameters, t: float, u: Inputs
+    ) -> LoadParameter:
         """Return the varied quantity of a name. Raises UsageError for an unknown name."""
         p = model.evaluator.one_set(parameters)
         units = {**model.evaluator.parameter_units, **model.input_units, "t": "s"}
@@ -252,7 +254,7 @@ def loaded_statics(
     q: Array,
     u: Inputs,
     v: Array,
-    varied: Varied | None = None,
+    varied: LoadParameter | None = None,
     reach: float = 1.0,
 ) -> LoadedStatics:
     """Return the model at rest beside coordinates moving with v, its base held.

@@ -12,7 +12,7 @@ import numpy as np
 
 from eomgen.analysis.driven_rest import held_base
 from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
-from eomgen.analysis.loaded_statics import Varied, check_partials, loaded_statics
+from eomgen.analysis.loaded_statics import LoadParameter, check_partials, loaded_statics
 from eomgen.analysis.sampled import check_continuous
 from eomgen.analysis.state_warnings import Measures
 from eomgen.base.arrays import Array
@@ -123,7 +123,7 @@ def start_of_path(
     parameters: Parameters,
     t: float,
     u: Inputs,
-) -> tuple[Varied, LoadedStatics, PathPoint]:
+) -> tuple[LoadParameter, LoadedStatics, PathPoint]:
     """Return the varied quantity, the equations of rest, and the path's point at a value, going on by ``change``.
 
     Raises
@@ -135,7 +135,7 @@ def start_of_path(
     """
     check_continuous(model, call)
     check_partials(model, call)
-    varied = Varied.of(model, call, parameter, parameters, number_of("t", t), u)
+    varied = LoadParameter.of(model, call, parameter, parameters, number_of("t", t), u)
     p, time, _ = varied.at(value)
     measures = Measures(model, p, time, held_base(model, p, time))
     begun = initial_state(model, initial, p)
@@ -169,7 +169,7 @@ def _rest_at(statics: LoadedStatics, guess: Rest) -> Rest:
 
 def _followed(
     model: CompiledModel,
-    varied: Varied,
+    varied: LoadParameter,
     statics: LoadedStatics,
     start: PathPoint,
     target: float,
@@ -251,7 +251,7 @@ def components_of(model: CompiledModel, statics: LoadedStatics, mode: Array) -> 
 
 
 def _columns(
-    model: CompiledModel, varied: Varied, rests: Sequence[Rest]
+    model: CompiledModel, varied: LoadParameter, rests: Sequence[Rest]
 ) -> tuple[dict[str, Array], dict[str, str], tuple[str, ...]]:
     """Return the scene's outputs and the positions of its bodies at rest, (n,) each, their units, and which are
     outputs."""

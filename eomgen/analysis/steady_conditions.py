@@ -179,8 +179,8 @@ class Conditions:
         return None
 
     def measured(self, at: At, parts: Array) -> tuple[Array, Array]:
-        """Return ``At.values`` (or columns of them), forces as the accelerations that they would give, each by its
-        measure.
+        """Return ``At.values`` (or columns) divided by the measures, with forces as the accelerations that result from
+        these.
 
         Also the rounding of the terms in each value. Accelerations are measured by the pace, twice, and the
         extent.

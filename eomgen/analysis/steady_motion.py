@@ -306,7 +306,7 @@ def _undetermined(conditions: Conditions, search: Search, given: Given) -> list[
 def _check_lasting(
     model: CompiledModel, conditions: Conditions, search: Search, measures: Measures, names: Sequence[str]
 ) -> None:
-    """Raise NumericalError if accelerations appear later along the motion found, beyond rounding at its
+    """Raise NumericalError if accelerations appear later along the motion found, beyond rounding at the
     start, in directions that may turn with the motion."""
     state, extents = search.state, conditions.extents
     fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))

@@ -129,7 +129,7 @@ def motion_at(
 
 
 class Linear(NamedTuple):
-    """All conditions at a state by their measures, their rounding, and their partials in the unknowns.
+    """Residuals of all conditions at a state divided by measures, with rounding errors and partials in the unknowns.
 
     ``across`` (nv, n) are the unknown increments of q, ``by_eta`` (nv, nv) and ``by_g`` the partials of v.
     """

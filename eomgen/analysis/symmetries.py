@@ -146,8 +146,8 @@ class KnownSymmetries:
     """Symmetries of a model over its steady motions at the same parameters, time and inputs, found once.
 
     They depend on none of the velocities that motions are searched for. Forces may be different expressions in
-    different regions of q, so each use looks at one state near its own q, and if they do not hold there they are
-    found anew.
+    different regions of q, so symmetries are checked at a state near each q in use, and determined again if the check
+    fails.
     """
 
     def __init__(self) -> None:

@@ -85,7 +85,7 @@ def paragraph(text: str) -> str:
 
 
 def formula(latex: str) -> str:
-    """Return a formula on a line of its own, which notebooks set by MathJax."""
+    """Return a formula on a separate line, which notebooks set by MathJax."""
     return f"<div>$$\\displaystyle {escape(latex, quote=False)}$$</div>"
 
 

@@ -25,8 +25,8 @@ def extensions(group: str) -> Iterator[EntryPoint]:
 
 
 def loaded(entry: EntryPoint, kind: type[Row]) -> Row:
-    """Return the object that an entry point names. Raises UsageError naming its distribution if its import fails, or if
-    it is of another type."""
+    """Return the object that an entry point names. Raises UsageError naming the distribution if the import fails or the
+    type is wrong."""
     try:
         row = entry.load()
     except Exception as error:  # a module of another distribution may raise any error at import

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @run_options
 @debug_option
 def animate(scene: str, path: str, **options: Any) -> int:
-    """Write the motion of a SCENE, or of a solution.npz in its place, as one HTML page that needs no network.
+    """Write the motion of a SCENE, or of a solution.npz instead, as one HTML page that needs no network.
 
     A run that fails or is interrupted is shown as far as it came; the exit code is then 6 or 130.
     """

@@ -205,7 +205,7 @@ _ROWS = 12
 def equilibrium(
     scene: str, path: str | None, time: float, any_kind: bool, whole: bool, as_json: bool, **options: Any
 ) -> int:
-    """Find the equilibrium of a SCENE near its initial state, its base held in its position at a time."""
+    """Find the equilibrium of a SCENE near the initial state, with the base held in the position at a time."""
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     figure = options.pop("figure")

@@ -2,7 +2,7 @@
 
 Map on the tape -> loop of the Program: kernel as statements, constants and gather indices as tables.
 
-In a function that runs a loop, its gathered inputs and its results lie in the workspace, in ranges of their own, so
+In a function that runs a loop, its gathered inputs and its results lie in the workspace, in separate ranges, so
 that neither the length of the code nor the number of locals grows with the number of elements. Runs of equally spaced
 places, the rule in meshes and chains, are copied by loops too. Elements that need no others are taken several at a
 time, with a sum each, which compilers turn into vectors without changing the order of any sum.

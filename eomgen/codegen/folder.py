@@ -15,8 +15,8 @@ MANIFEST = "manifest.json"
 
 
 def manifest(program: Program, files: Mapping[str, str], **more: object) -> str:
-    """Return the manifest of a folder: the model, its files, names and units of its parameters, inputs, states and
-    outputs in their order, and inputs and outputs of the functions.
+    """Return the manifest of a folder: model, files, names and units of parameters, inputs, states and outputs in
+    order, and inputs and outputs of the functions.
 
     Parameters
     ----------

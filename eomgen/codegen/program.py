@@ -48,7 +48,7 @@ class Statement:
 
 @dataclass(frozen=True)
 class Part:
-    """A chunk of a function that is compiled on its own: its inputs, its outputs, whether it needs the workspace.
+    """A chunk of a function that is compiled separately: inputs, outputs, and whether the chunk needs the workspace.
 
     ``names`` are names of local values in mechanics, (number, text); a target makes them legal and distinct.
     """
@@ -216,7 +216,7 @@ class Program:
     row_units : tuple of str
         Of the constraint rows: m, 1 or m/s.
     frames : tuple of str
-        Bodies and named frames that the functions of frames give, in their order.
+        Bodies and named frames that the functions of frames give, in order.
     sources : tuple of SourceFile
         C files that the scene brings along.
     start : str

@@ -105,8 +105,8 @@ class SectionLoads:
 
     Strains refer to the section in the middle of an element. A load is exerted by the part of the beam beyond a
     section, of larger x, on the part before it, so pulling and stretching are positive: stiffness times strains, plus
-    damping times their rates, is its mean over an element. Loads at the ends of an element differ by the distributed
-    loads, the weight and the inertia forces of its halves; they jump at nodes by concentrated loads alone.
+    damping times rates of strains, is the mean load of an element. Loads at the ends of an element differ by the
+    distributed loads, the weight and the inertia forces of its halves; they jump at nodes by concentrated loads alone.
 
     Attributes
     ----------
@@ -177,7 +177,7 @@ def section_loads(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Mapping[str, SectionLoads]:
-    """Return strains and loads along each geometrically exact beam by its name.
+    """Return strains and loads along each geometrically exact beam by name.
 
     Parameters
     ----------

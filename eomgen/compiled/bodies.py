@@ -4,11 +4,11 @@ and drifts, in three references; operational-space inertias.
 A frame by name (``[frames]`` of a scene, the fixed links of a URDF) stands wherever a body does. Terms that the model
 was built without are compiled when they are first called for.
 
-Twists are angular first. Pinocchio has the linear part first: its J has our rows in the order 3, 4, 5, 0, 1, 2, and its
-columns are in its own order of v. References and their names there: ``body`` (LOCAL), twist in the frame's own axes;
-``local_world_aligned`` (LOCAL_WORLD_ALIGNED), world axes, linear part of the frame's origin; ``world`` (WORLD), world
-axes, linear part of the point that is at the world's origin. Columns belong to the components of v, so they are
-left-trivialised.
+Twists are angular first. Pinocchio has the linear part first: J there has the rows of eomgen in the order 3, 4, 5, 0,
+1, 2, and columns in Pinocchio's order of v. References and their names there: ``body`` (LOCAL), twist in the frame's
+own axes; ``local_world_aligned`` (LOCAL_WORLD_ALIGNED), world axes, linear part of the frame's origin; ``world``
+(WORLD), world axes, linear part of the point that is at the world's origin. Columns belong to the components of v, so
+they are left-trivialised.
 """
 
 from __future__ import annotations

@@ -3,10 +3,10 @@ batch, by the model's own library or by its companion with a sample in each lane
 
 Memory of results of batches, used again when no array refers to it any more.
 
-A companion costs a compiler's time and gives the same bits two to four times as fast. So it is compiled in the
-background once the batches of a function have taken as long as that will, and a batch goes over to it in the middle
-when it is there. It is used if it gives the same bits as the model's own library for some of the batch's own
-samples, and is not slower.
+A companion costs a compiler's time and gives the same bits two to four times as fast. So the companion is compiled in
+the background once the batches of a function have taken as long as the compilation will, and a batch goes on with the
+companion as soon as the compiler is done. It is used if it gives the same bits as the model's own library for some of
+the batch's own samples, and is not slower.
 """
 
 from __future__ import annotations
@@ -128,8 +128,9 @@ class Lanes:
     def judged(
         self, companion: Companion, name: str, inputs: Sequence[Array], sizes: Sequence[int], choice: Choice
     ) -> Library | None:
-        """Return the companion, or None if it is not there or was refused; if it is new, evaluate some samples of
-        the batch by both libraries, and refuse it if a bit differs, or if it takes longer.
+        """Return the companion, or None if the companion is missing or was refused. A new companion evaluates some
+        samples of the batch as the model's library does, and is refused if a bit differs or if the evaluation takes
+        longer.
 
         Parameters
         ----------

@@ -55,8 +55,8 @@ _OTHER_PARAMETERS = "simulate(..., parameters={...}), or set_parameter of the si
 class CompiledModel:
     """The functions of a compiled scene on arrays; ``eomgen.pipeline.model.Model`` has analyses and runs as well.
 
-    Functions of ``equations``, ``time_derivatives``, ``prescribed`` and ``bodies`` are its methods: all that they need
-    of it is ``evaluator``.
+    Functions of ``equations``, ``time_derivatives``, ``prescribed`` and ``bodies`` are methods of this class, and need
+    the attribute ``evaluator`` alone.
 
     Parameters
     ----------
@@ -313,8 +313,8 @@ class CompiledModel:
         return self._others[-1]
 
     def in_complex(self, terms: Sequence[str]) -> Functions:
-        """Return functions of some terms in complex numbers, as far as the scene has them, compiled when they are first
-        needed: analytic, so that imaginary increments give their derivatives.
+        """Return complex functions of some terms, of those the scene has, compiled at first use: analytic, so that
+        imaginary increments give derivatives.
 
         Parameters
         ----------

@@ -211,9 +211,8 @@ def regressor(
 ) -> Regressor:
     """Return the regressor Y of inverse dynamics, and the remainder of tau.
 
-    Columns are in the order of ``regressor_parameters``: of each body that moves its mass, first moments and inertia
-    about the origin of its frame, in its axes; rotor inertia, damping and levels of dry friction of joints that have
-    them.
+    Columns are in the order of ``regressor_parameters``: mass, first moments and inertia of each moving body, in body
+    axes about the origin of the body's frame; rotor inertia, damping and levels of dry friction of joints.
 
     Parameters
     ----------

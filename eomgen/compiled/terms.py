@@ -226,7 +226,7 @@ class Terms:
         return accelerations(self.functions, values)
 
     def _times(self, term: str, given: Mapping[str, Any], values: Mapping[str, Array], *, needed: bool) -> Array:
-        """Return t. Raises UsageError for efforts in its place, as in the functions of (q, v, tau) of other tools."""
+        """Return t. Raises UsageError for efforts instead, as in the functions of (q, v, tau) of other tools."""
         t = numbers("t", given.get("t", 0.0))
         one = all(values[block].ndim == 1 for block in ("q", "v") if block in values)
         if t.ndim == 1 and one and not needed and given.get("u") is None and len(t) == self.functions.sizes["v"]:

@@ -150,7 +150,7 @@ class SmoothingError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Transitions(Curve):
-    """A curve given by its pieces; with transitions in them its third derivative jumps at breaks.
+    """A curve given by pieces; transitions between pieces have jumps of the third derivative at breaks.
 
     Attributes
     ----------
@@ -261,8 +261,8 @@ def _curve(used: Application, duration: float, value_of: Callable[[Symbol], floa
 
 
 def _with_transitions(curve: Curve, rough: list[float], length: float, forward: bool) -> Curve:
-    """Return a curve of steps or lines with transitions of a length behind each of its kinks, or before them if it
-    is run backwards."""
+    """Return a curve of steps or lines with transitions of a length behind each kink, or before each kink of a curve
+    that is run backwards."""
     places = np.array(rough)
     periodic, held = curve.outside == "periodic", curve.outside == "hold"
     gaps = np.diff(np.append(places, places[0] + curve.period) if periodic else places)

@@ -94,5 +94,5 @@ def other_words() -> Mapping[str, Word]:
 
 
 def added_word(name: str) -> Word | None:
-    """Return the word of a product, or of another distribution, by its name; None if there is none."""
+    """Return the word of a product, or of another distribution, by name; None if there is none."""
     return own_words().get(name) or other_words().get(name)

@@ -9,7 +9,8 @@ from typing import Any
 from eomgen.integrators.families.family import Field, Status
 from eomgen.system.events import LEAST_INTERVAL, EventRow, Mode
 
-#: Events that a call of ``run`` keeps for its caller; it ends behind the step in which half of them are used.
+#: Number of events that a call of ``run`` stores for the caller; the call ends after the step in which half of the
+#: storage is used.
 LOG = 64
 #: Events within one step of the time grid at most.
 MOST = LOG // 2

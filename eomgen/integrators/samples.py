@@ -31,7 +31,7 @@ def sample_data(
 
     Parameters
     ----------
-    states : names of all internal states, in their order
+    states : names of all internal states, in order
     """
     clocks = list(dict.fromkeys((row.period, row.offset) for row in rows))
     numbers = {name: number for number, name in enumerate(states)}

@@ -128,7 +128,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
 
 
 def _state(method: Family, system: System, sizes: Sizes) -> list[Field]:
-    """Return the members of the state in their order; steps copy all before the conditions, which are last."""
+    """Return the members of the state in order; steps copy all before the conditions, which are last."""
     beyond = "parts of counted angles beyond the digits of q; initialize clears them"
     counted = (
         Field("steps", "of the time grid", 0, "long"),

@@ -249,5 +249,5 @@ _NAMED = {group.name: group for group in (SO3, SE3, R3xSO3)}
 
 
 def group_named(name: str, size: int = 1) -> Group:
-    """Return a group by its name in a Factor; ``size``: dimension of R^n. Raises KeyError for an unknown name."""
+    """Return a group by name in a Factor; ``size``: dimension of R^n. Raises KeyError for an unknown name."""
     return real_space(size) if name == "R" else _NAMED[name]

@@ -1,7 +1,7 @@
 """The search for a Campbell diagram: modes followed over values of a parameter, and crossings with orders.
 
-Modes are followed from speed to speed by their shapes and frequencies, so that curves cross as they do; crossings are
-then found on the model itself (Brent 1973), not between the points of the diagram.
+Modes are followed from speed to speed by shapes and frequencies, so that curves may cross; crossings are then found on
+the model (Brent 1973), not by interpolation in the diagram.
 """
 
 from __future__ import annotations
@@ -226,7 +226,7 @@ class _Curves:
     values: Array
     eigenvalues: Complex
     whirl: NDArray[np.int_]
-    #: For each node the modes of its oscillations, in their order.
+    #: For each node the modes of its oscillations, in order.
     modes: Sequence[Sequence[int]]
 
     @classmethod

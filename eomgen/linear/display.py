@@ -65,7 +65,7 @@ def state_space_html(space: ShownStateSpace) -> str:
 
 
 def linearization_html(kind: str, t: float, coordinates: Sequence[str], modes: ShownModes) -> str:
-    """Return the reference of a model and its time (s); its independent coordinates and its modes."""
+    """Return reference, time (s), independent coordinates and modes of a linear model."""
     free = f"coordinates: {', '.join(coordinates)}" if coordinates else "no coordinates are free"
     return page(f"Linear model about the {kind} at t = {t:.6g} s", paragraph(free), modes_html(modes))
 

@@ -254,8 +254,8 @@ def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) ->
 
 
 def spelled(name: str, known: Sequence[str]) -> str:
-    """Return a name as a linear model has it: a position without the ``q.`` that it has in solutions and formulas, an
-    internal state with its ``z.``; any other name as it is."""
+    """Return a name as linear models spell it: positions without the ``q.`` of solutions and formulas, internal states
+    with ``z.``, other names unchanged."""
     if name in known or not isinstance(name, str):
         return name
     return next((other for other in (name.removeprefix("q."), f"z.{name}") if other in known), name)

@@ -337,7 +337,7 @@ class Derivation:
         ]
 
     def outputs(self) -> list[Block]:
-        """Return the components of all outputs of the scene, in their order and SI units."""
+        """Return the components of all outputs of the scene, in order and SI units."""
         self.energies()
         values = []
         for output in self.scene.outputs:

@@ -6,7 +6,7 @@ Unit wrenches of constraint equations: the action of each multiplier on the two 
 An equation depends on the pose of the second frame in the first one, and on no other part of the machine. Its rate is
 g . (omega, v), with the second frame's angular velocity against the first and the velocity of its origin. So the
 virtual work of B^T lam is the work of the wrench lam g on the second body and of its opposite, at one place, on the
-first. g is differentiated on a tape of its own, with this pose independent although it depends on q on the scene's.
+first. g is differentiated on a separate tape, with this pose independent although it depends on q on the scene's.
 
 Wrenches that joints and constraints transmit.
 
@@ -57,7 +57,8 @@ from eomgen.symbolic.scalar import (
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.description import BASE, WORLD
 
-#: Links of the two frames on the tape of their own, and its blocks: axes and origin of the second, and its twist.
+#: Links of the two frames on the separate tape, and the blocks of this tape: axes, origin and twist of the second
+#: frame.
 _FIRST, _SECOND = 0, 1
 _PLACE, _TWIST = "place", "twist"
 
@@ -222,7 +223,7 @@ class TransmittedWrenches:
 
     @cached_property
     def _net(self) -> list[Wrench]:
-        """Wrench that each link needs from its joints beyond other loads, about its origin in its axes."""
+        """Wrench that the joints of each link have to transmit, about the link's origin in link axes."""
         forces = list(self.loads.wrenches)
         add_section_forces(self.quantities, self.rows, forces)
         for item in self.scene.constraints:
@@ -238,7 +239,7 @@ class TransmittedWrenches:
 
     @cached_property
     def _through_bodies(self) -> dict[str, Wrench]:
-        """Wrench transmitted to each moving body with its subtree, in its link's axes about its origin."""
+        """Wrench transmitted to each moving body and the subtree beyond, about the body's origin in link axes."""
         hosts: dict[str, str] = {}
         for joint in self.scene.joints:
             hosts[joint.child] = joint.child if joint.kind.moves else hosts.get(joint.parent, BASE)
@@ -378,7 +379,7 @@ class Reactions:
 
 
 def _on_parent(tree: Tree, load: Transmitted) -> Transmitted:
-    """Return the same wrench, about the same place, in the axes of the parent link."""
+    """Return a wrench in the axes of the parent link, about the unchanged point."""
     link = tree.links[load.link]
     turn = link.rotation.rotate
     return Transmitted(link.parent, plus(link.position, turn(load.at)), turn(load.moment), turn(load.force))

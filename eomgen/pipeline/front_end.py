@@ -2,8 +2,8 @@
 beside mechanical scenes, each with its own reader, models and answers on the command line.
 
 Only a front end knows its documents. Mechanics is one, for Scenes; other distributions name theirs as entry
-points of the group ``eomgen.front_ends``. A document may also say itself who derives its equations: its attribute
-``front_end`` is a ``FrontEnd`` then, and no installation is needed.
+points of the group ``eomgen.front_ends``. A document may also name the front end: with a ``FrontEnd`` as attribute
+``front_end`` no installation is needed.
 """
 
 from __future__ import annotations

@@ -164,7 +164,7 @@ def _driven(system: System, row: int) -> bool:
 
 
 def constrained(system: System, parameters: Array | None = None, description: Description | None = None) -> Constrained:
-    """Return the constraints of a System, evaluated on its tape: at its default parameters, or at others (np,).
+    """Return the constraints of a System, evaluated on the tape, at parameters (np,): by default at the scene's.
 
     Geometrically exact beams are known by the description, and by the term ``poses``.
     """

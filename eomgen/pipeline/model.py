@@ -52,7 +52,7 @@ class Model(CompiledModel):
 
 
 class _Method:
-    """Attribute of ``Model`` that imports its function on first use, and then leaves its place to it."""
+    """Attribute of ``Model`` that imports the function on first use, and then is replaced by the function."""
 
     def __init__(self, name: str, verb: Verb, target: str) -> None:
         self.name = name

@@ -456,8 +456,8 @@ def terms_of_step(scene: Scene, method: str) -> tuple[str, ...]:
 def built_for_run(
     scene: Described, method: str | None = None, start: str | None = None, profile: str = STANDARD_PROFILE
 ) -> Model:
-    """Return the compiled model of a scene with the functions that its runs call; others are compiled when they are
-    needed.
+    """Return the compiled model of a scene with the functions that runs call; other functions are compiled at first
+    use.
 
     Parameters
     ----------

@@ -50,8 +50,8 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
 
 
 def joined_coordinates(system: System) -> list[list[str]]:
-    """Return the groups of coordinates that relative springs and dampers join, whose equations steps of one
-    factorization eliminate without subtraction."""
+    """Return the groups of coordinates that relative springs and dampers join. Steps with one factorization eliminate
+    the equations of a group without subtraction (``row_sums``)."""
     return [[_coordinate(system, component) for component in group] for group in with_row_sums(system).relative]
 
 

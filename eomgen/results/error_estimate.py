@@ -31,8 +31,7 @@ class Largest:
     name : of the coordinate, the rotation, or the internal state
     error, unit : its largest estimated error
     time : s, when
-    share : part of the motion of the coordinate, or of the rotation, or of the internal state, or of a measure in its
-        place
+    share : part of the motion of the coordinate, or of the rotation, or of the internal state, or of a measure instead
     measure : reference of the error, if the motion itself is too small to be one
     """
 

@@ -120,7 +120,7 @@ class Events:
         }
 
     def followed_by(self, later: Events, start: float) -> Events:
-        """Return these events up to a time, and later ones, which count on from these."""
+        """Return these events up to ``start``, included, then ``later``, whose counts must include these already."""
         kept = self._chosen([k for k, time in enumerate(self.t) if time <= start], self.counts)
         joined: dict[str, Any] = {
             name: np.concatenate([getattr(kept, name), getattr(later, name)]) for name in ("t", *BLOCKS)

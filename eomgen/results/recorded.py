@@ -1,5 +1,5 @@
-"""Sources from which a ``Solution`` is evaluated, its parts for tables and plots, and how it shows itself in a
-notebook: its outcome, and start, end and range of each column.
+"""Sources from which a ``Solution`` is evaluated, parts for tables and plots, and display in notebooks: outcome, and
+start, end and range of each column.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ _LEFT_OUT = ("a.", "multipliers")
 
 
 def html(solution: Recorded) -> str:
-    """Return the message of a run, its method, its estimated error, and its columns."""
+    """Return message, method, estimated error and columns of a run."""
     data = solution.metadata
     settings = ", ".join(f"{name} {value:.4g}" for name, value in data.get("settings", {}).items())
     outcome = [

@@ -241,7 +241,7 @@ class Solution:
 
     @cached_property
     def section_loads(self) -> Mapping[str, SectionLoads]:
-        """Strains, moments and forces along each geometrically exact beam at all times, by its name; (nt, n, 3) each.
+        """Strains, moments and forces along each geometrically exact beam at all times, by name; (nt, n, 3) each.
 
         Evaluated by the compiled model when first asked for, and kept by ``save`` from then on.
 
@@ -652,8 +652,7 @@ class Solution:
         return whole._with(PosesAndScenery(poses, seen.scenery))
 
     def _check_end(self, later: Solution) -> None:
-        """Raise UsageError if a part of a run does not go on from this one, though it has its method and
-        settings."""
+        """Raise UsageError if a part of a run with the same method and settings does not go on from this part."""
         begins = float(later.t[0])
         if len(self.t) > 1 and begins <= self.t[0]:
             fault = (
@@ -684,7 +683,7 @@ class Solution:
         return len(self.t)
 
     def __getitem__(self, name: str) -> Array:
-        """Return a column (nt,) by its name, ``solution["q.hinge"]``; an output by its own, (nt,) or (nt, size).
+        """Return a column (nt,) by name, ``solution["q.hinge"]``; an output by its own, (nt,) or (nt, size).
 
         Raises
         ------

@@ -96,7 +96,7 @@ def _per_second(unit: str) -> str:
 
 
 _OUTCOME = ("stats", "message", "success", "interrupted")
-#: Fields with arrays of their own by name.
+#: Fields with separate arrays by name.
 _GROUPS = ("inputs", "outputs", "events", "energy", "error", "poses", "section_loads")
 
 
@@ -108,7 +108,7 @@ class Kept(Recorded, Protocol):
 
 
 def write_all(solution: Kept, seen: PosesAndScenery | None, loads: Mapping[str, SectionLoads], path: Path) -> None:
-    """Write all of a solution, with its poses and the loads of its sections if they are known. Raises FileError."""
+    """Write all of a solution, with poses and loads of sections if known. Raises FileError."""
     events = solution.events.arrays() if solution.events.counts else {}
     poses = seen.poses if seen else {}
     of_sections = {f"{beam}.{name}": array for beam, item in loads.items() for name, array in item.named().items()}
@@ -131,7 +131,7 @@ def write_columns(solution: Recorded, path: Path) -> None:
 def read_all(
     path: Path,
 ) -> tuple[dict[str, Any], dict[str, Array], PosesAndScenery | None, dict[str, SectionLoads]]:
-    """Return the attributes of a solution, its inputs, and its poses and loads of sections if the file has them.
+    """Return attributes and inputs of a solution, and poses and loads of sections if the file has these.
 
     Raises
     ------
@@ -285,7 +285,7 @@ def write_parquet(solution: Recorded, path: Path) -> None:
 
 
 def _labels(solution: Recorded) -> dict[str, dict[str, str]]:
-    """Return the units of inputs, outputs and energies by their names."""
+    """Return the units of inputs, outputs and energies by name."""
     units = solution.units()
     of_outputs = solution.metadata.get("units", {}).get("outputs", {})
     return {

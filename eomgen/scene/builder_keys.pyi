@@ -251,7 +251,6 @@ class SectionMethods:
         position: Sequence[Value] | None = ...,
         rotation: Rotations | None = ...,
         orientation: Sequence[Sequence[float]] | None = ...,
-        given_in: str | None = ...,
         axis: Sequence[Value] | None = ...,
         second_axis: Sequence[Value] | None = ...,
         x_axis: Sequence[Value] | None = ...,
@@ -271,20 +270,15 @@ class SectionMethods:
         self,
         name: str,
         type: str,
-        first: str | Mapping[str, Any] | None = ...,
-        second: str | Mapping[str, Any] | None = ...,
+        first: str | Mapping[str, Any],
+        second: str | Mapping[str, Any],
         *,
         drive: Value | None = ...,
         length: Value | None = ...,
         smooth: Value | None = ...,
         radius: Value | None = ...,
         shape: str | None = ...,
-        semi_axes: Sequence[Value] | None = ...,
-        tube_radius: Value | None = ...,
         pitch: Value | None = ...,
-        equation: Value | None = ...,
-        velocity_equation: Value | None = ...,
-        unit: str | None = ...,
     ) -> Self: ...
     def reaction(
         self,
@@ -300,8 +294,6 @@ class SectionMethods:
         name: str,
         body: str,
         position: Sequence[Value] | None = ...,
-        *,
-        given_in: str | None = ...,
     ) -> Self: ...
     def frame(
         self,
@@ -311,7 +303,6 @@ class SectionMethods:
         *,
         rotation: Rotations | None = ...,
         orientation: Sequence[Sequence[float]] | None = ...,
-        given_in: str | None = ...,
     ) -> Self: ...
     def spring(
         self,

@@ -282,5 +282,5 @@ def by_component(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
 
 
 def by_coordinate(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
-    """Return the same for the joints whose coordinates are plain numbers."""
+    """Return the units of values by coordinate, by type of joint, of types whose coordinates are plain numbers."""
     return {name: units for name, units in by_component(angular, linear).items() if JOINTS[name].coordinates}

@@ -2,8 +2,8 @@
 place of the origin.
 
 Every number of a key with a unit is multiplied by the factor of its unit. Formulas are evaluated in the scene's own
-units: quantities of the motion in them are divided by the factor of their unit, and their value is multiplied by the
-factor of their key. So the same motion in other units follows for any formulas.
+units: quantities of the motion in a formula are divided by the factor of the quantity's unit, and the value is
+multiplied by the factor of the key. So the same motion in other units follows for any formulas.
 """
 
 from __future__ import annotations

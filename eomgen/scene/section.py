@@ -69,7 +69,7 @@ class Section:
     method : name of the builder's method; by default ``singular``
     positional : keys of an entry that the builder's method takes by position, behind the name
     documentation : of the builder's method; by default it follows from the documentation of ``entry``
-    bare : noun of an entry, ``a parameter``, if formulas call it by its name alone
+    bare : noun of an entry, ``a parameter``, if formulas call it by name alone
     single : whether the section is one table in place of entries by name
     behind : key of the section before it on the reference page, for a row of a product
     after : sections that are read before this one; they fix the order of messages and requirements, too
@@ -243,7 +243,8 @@ class Reading:
         return Values(self.names, defaults, report or self.report, refused, self._judged, self._bounds)
 
     def aside(self, attach: AttachByKey = lambda key, body, position: (body, position)) -> Reading:
-        """Return the same state with a report and a reader of values of its own, to read entries before their turn."""
+        """Return a copy of this state with a separate report and a separate reader of values, to read entries in
+        advance."""
         there = copy.copy(self)
         there.report = Report(self.report.file, self.report.lines)
         there.values = self.reader(there.report)

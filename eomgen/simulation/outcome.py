@@ -1,8 +1,8 @@
-"""Solutions of runs: the attributes of their outcome, each evaluated when it is first asked for, the description of the
-run, and rows of a motion stepped by its caller.
+"""Solutions of runs: attributes of the outcome, evaluated at first use, the description of the run, and rows of a
+motion stepped by a caller.
 
-A sweep that reads last states alone so pays for no judgement. The source of every attribute is the run's own: its rows,
-its parameters, and the stepper as it was left.
+A sweep that reads last states alone so pays for no judgement. Every attribute follows from the run: rows, parameters,
+and the stepper after the last step.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def run_metadata(run: Run) -> dict[str, Any]:
 
 
 class Outcome(FinishedRun):
-    """A finished run with its verdict: attributes of its ``Solution``, evaluated when they are first asked for."""
+    """A finished run with the verdict: attributes of the ``Solution``, evaluated at first use."""
 
     def solution(self, *, at_once: bool) -> Solution:
         """Return the solution; ``at_once``: with every attribute evaluated."""

@@ -154,8 +154,8 @@ def simulate(
     step : float
         Step size, s.
     method : str
-        The model's own by default. ``auto``: chosen once, before the run, from the eigenvalues of the equations at
-        its start, the constraints, and whether forces are smooth; the message and ``metadata["method"]`` name the
+        The model's own by default. ``auto``: chosen once, before the run, from the eigenvalues of the equations at the
+        start, the constraints, and whether forces are smooth; the message and ``metadata["method"]`` name the
         choice.
 
         - Generalized-alpha, implicit, order 2: ``generalized_alpha`` (also ``chung_hulbert``); with other updates
@@ -221,7 +221,7 @@ def simulate(
         ``corrected_predictor``: ``matrix_every`` so many steps, 0 for one matrix. Of these, ``lsrt2`` and
         ``tdg1`` to ``tdg3``: ``stop_at_growth`` (0 or 1) that a step would damp. Of ``rosenbrock`` and ``lsrt2`` on
         loops: the largest ``drift`` off the constraints, a share. Of ``rattlie``: ``rtol``, ``max_iterations``, and
-        which ``multipliers`` rows have (0 to 3). Of methods that choose their steps: their ``largest_step``, s; 0
+        which ``multipliers`` rows have (0 to 3). Of methods with adaptive steps: their ``largest_step``, s; 0
         for 64 steps of the time grid (``taylor``: 256).
     progress : callable or True
         Called with (steps done, all steps) some ten times a second; the steps of the error estimate are counted

@@ -148,8 +148,8 @@ class Simulator:
         ------
         UsageError
             Inputs of another shape or that are not finite; ``end`` for a method that holds its inputs; an event has
-            stopped the motion; curves or prescribed motions end; a motion under way without a target; motions with a
-            method that chooses its steps.
+            stopped the motion; curves or prescribed motions end; a motion under way without a target; motions with
+            an adaptive method.
         ModelError
             Rows of constraints that were left out do not follow from the others at the new positions of motions; the
             state is the one before.
@@ -247,7 +247,7 @@ class Simulator:
 
     @checked_call('set_parameter("load", 0.5), or set_parameters({"load": 0.5}) for several')
     def set_parameter(self, name: str, value: float) -> None:
-        """Change a tunable parameter from now on; a mode of the scene's events by its name, too.
+        """Change a tunable parameter from now on; a mode of the scene's events by name, too.
 
         Parameters
         ----------

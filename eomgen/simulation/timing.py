@@ -62,7 +62,7 @@ class StepTimes:
         return f"{times}; in it the call itself: {_quantiles(self.calls)}"
 
     def write(self, path: Path) -> Path:
-        """Write all times in their order as CSV, in s, and return the path."""
+        """Write all times in order as CSV, in s, and return the path."""
         write_text(path, "\n".join(["seconds", *(f"{x:.9g}" for x in self.seconds)]) + "\n")
         return path
 
@@ -83,14 +83,14 @@ def step_times(
     Parameters
     ----------
     solution : Solution
-        Of a run of whole steps with this model that reached its end.
+        Of a run of whole steps with this model that reached the end.
     inputs : mapping
         As of the run.
 
     Raises
     ------
     NumericalError
-        The run did not reach its end, or does not when it is repeated.
+        The run did not reach the end, or does not when it is repeated.
     """
     described = solution.metadata
     if not solution.success:

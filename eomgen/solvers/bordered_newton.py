@@ -58,7 +58,7 @@ class Strains(Protocol):
         """Return the strains, (elements, m)."""
 
     def derivative(self, q: Array, d: Array) -> Matrix:
-        """Return their derivative by q, (m elements, nv)."""
+        """Return the Jacobian of the strains in q, (m elements, nv); d: the strains at q."""
 
     def doubt(self, d: Array) -> str:
         """Return why strains are meaningless, such as an element that turns by half a turn; empty if none is."""

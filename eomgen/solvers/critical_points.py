@@ -73,7 +73,7 @@ def lowest_frequency_squared(statics: LoadedStatics, examined: Examined) -> floa
 
 
 def critical_points(statics: LoadedStatics, before: Examined, after: Examined) -> list[CriticalPoint]:
-    """Return the critical points between two neighbouring points of a path, in their order."""
+    """Return the critical points between two neighbouring points of a path, in order."""
     way = after.point.stride
     if before.point.direction.s * after.point.direction.s >= 0.0:
         return _bifurcations(statics, before, after, (0.0, before), (way, after))
@@ -155,7 +155,7 @@ def _bifurcations(
     low: tuple[float, Examined],
     high: tuple[float, Examined],
 ) -> list[CriticalPoint]:
-    """Return the bifurcations between two ways along the step from ``first`` to ``second``, in their order."""
+    """Return the bifurcations between two ways along the step from ``first`` to ``second``, in order."""
     below, above = low[1].stiffness, high[1].stiffness
     if below.negative == above.negative and below.symmetric == above.symmetric:
         return []

@@ -49,7 +49,7 @@ _FAR = 1e6
 #: A step below this part of the way that is not accurate crosses a jump of the forces.
 _TINY = 1e-9
 _TRIALS = 40
-#: Largest difference of J from its transpose, a part of its largest entry, at which it counts as symmetric.
+#: Largest difference between J and J^T, as a part of the largest entry, at which J counts as symmetric.
 _ASYMMETRY = 1e-13
 
 
@@ -143,7 +143,7 @@ class _Linear:
         return self._phi(self.f, time, 1) / self.scale
 
     def error(self, change: Array, reached: Point, time: float) -> tuple[Array, Array]:
-        """Return the addition of nonlinear forces to a change, and the rates of the changes at its end."""
+        """Return the addition of nonlinear forces to a change, and the rates of the changes at the end."""
         free = len(self.point.imbalance)
         there = np.concatenate([self.point.dual @ reached.acceleration, self.rate * reached.rates])
         bent = self.scale * there - self.f - self.J @ (self.scale * change)
@@ -297,7 +297,7 @@ def _part(statics: Statics, point: Point, change: Array, share: float) -> tuple[
 _SLOWER = (1.0, 100.0)
 #: Slow points of a damped motion from which Newton's path is followed, too.
 _LINGERING = 4
-#: Ways of a damped motion, in rad or lengths of the scene, from which on it may have left an equilibrium at its start,
+#: Ways of a damped motion, in rad or lengths of the scene, from which on it may have left an equilibrium at the start,
 #: and the ratio by which that is nearer than the settled point.
 _LONG, _NEARER = 0.5, 0.05
 

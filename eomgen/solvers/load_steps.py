@@ -251,7 +251,7 @@ def by_load_steps(statics: LoadedStatics, start: Rest, limits: StepLimits, *, st
     Raises
     ------
     PathEndError
-        The path cannot be followed to its end; the error has the last point, with its load factor.
+        The path cannot be followed to the end; the error has the last point, with its load factor.
     """
     held = _held(statics, start)
     point = first_point(held, replace(start, s=0.0), 1.0)

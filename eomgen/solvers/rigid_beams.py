@@ -1,8 +1,8 @@
 """Loops whose geometrically exact beams keep their shapes: the nodes follow the first one, and joints are the unknowns.
 
 The nodes of a beam have coordinates of their own, and their masses are small, so corrections of least kinetic size put
-a whole gap into one element. Here nodes follow the first one of their beam as a rigid body does, and the unknowns are
-the other coordinates alone.
+a whole gap into one element. Here nodes follow the first node of the beam as parts of a rigid body, and the unknowns
+are the remaining coordinates.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class RigidBeams:
             self.free[factor.v] = False
 
     def of(self, beams: Beams) -> RigidBeams:
-        """Return the same shapes at other parameters."""
+        """Return rigid beams of these shapes at other parameters."""
         other = copy(self)
         other.beams = beams
         return other

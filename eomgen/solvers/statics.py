@@ -2,8 +2,8 @@
 
 In coordinates scaled by the roots of the inertias and reduced to directions left free by constraints, stiffnesses are
 squared angular frequencies and unbalanced forces are accelerations. This module has the quantities at a configuration,
-and the criterion of rest; ``equilibrium_search`` goes there by a heavily damped motion and by Newton's path, stable or
-not, and decides between the two ends.
+and the criterion of rest; ``equilibrium_search`` finds a rest by a heavily damped motion (``follow_damped_motion``),
+and a rest of any stability by Newton's path (``follow_newton``), and chooses between both.
 
 No number here has a unit of its own: lengths are measured by the scene's, forces by its weight and by the largest met
 on the way.

@@ -14,7 +14,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
 
 #: ``("symbol", name)``, ``("number", value)``, or an operation and the places of its operands among the steps before:
-#: ``("add", 0, 1, 2)``, ``("mul", 0, 1)``, ``("pow", 2, 3)``, ``("sqrt", 4)``; functions by their names in ``Op``.
+#: ``("add", 0, 1, 2)``, ``("mul", 0, 1)``, ``("pow", 2, 3)``, ``("sqrt", 4)``; functions by name in ``Op``.
 Step = tuple[str | int | float, ...]
 _Rule = Callable[[Tape, Mapping[str, Scalar], Sequence[Ref]], Ref]
 

@@ -49,7 +49,7 @@ class Op(IntEnum):
 
 ODD = frozenset({Op.SIN, Op.TAN, Op.ASIN, Op.ATAN, Op.SINH, Op.TANH, Op.SIGN})
 EVEN = frozenset({Op.COS, Op.COSH, Op.ABS})
-#: Functions of one number by their names in mathematics, which libraries share.
+#: Functions of one number by name in mathematics, which libraries share.
 ELEMENTARY: Mapping[Op, str] = {
     Op[name.upper()]: name
     for name in ("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log")

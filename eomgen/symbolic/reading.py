@@ -161,8 +161,7 @@ def _worth_naming(tape: Tape, refs: Sequence[Ref], live: Sequence[int]) -> set[i
 
 
 def _number(value: float) -> sympy.Expr:
-    """Return integers and their halves, quarters and eighths exactly, as a reader writes them; other doubles as they
-    are."""
+    """Return integers, halves, quarters and eighths as exact rationals; other doubles unchanged."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
     exact = (8.0 * value).is_integer() and abs(value) < 1e15

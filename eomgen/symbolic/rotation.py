@@ -36,8 +36,8 @@ class MatrixFactor:
         return (B[0], (B[0][1], B[1][1], B[1][2]), (B[0][2], B[1][2], B[2][2]))
 
     def _planar(self) -> PlanarFactor | None:
-        """Return the same turn about a coordinate axis, if it is one by an angle that is no right angle (those are free
-        here)."""
+        """Return this rotation as a rotation about a coordinate axis; None if there is no such axis, or if the angle is
+        a right angle, which costs no operation here."""
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
             cosine, sine = self.matrix[i][i], self.matrix[j][i]

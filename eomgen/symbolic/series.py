@@ -277,7 +277,7 @@ class Series:
         return self.over(self.tape.call(Op.LOG, x.value), x, x)
 
     def curve(self, curve: CurveLike, derivative: int, x: Term) -> Term:
-        """The rate of a curve is its next derivative times the rate of x; beyond its degree it has none."""
+        """The rate of a curve is the next derivative times the rate of x; zero beyond the degree."""
         value = self.tape.curve(curve, derivative, x.value)
         if x.next == ZERO or derivative >= curve.coefficients.shape[1] - 1:
             return Term(value, ZERO)

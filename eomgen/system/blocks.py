@@ -19,7 +19,7 @@ Places = NDArray[np.int64]
 
 
 def packed_places(pairs: Sequence[tuple[int, int]]) -> str:
-    """Return (row, column) pairs, in their order, as text."""
+    """Return (row, column) pairs, in order, as text."""
     places = np.array(pairs, dtype=np.int64).reshape(-1, 2)
     changes = np.diff(places, axis=0, prepend=np.zeros((1, 2), np.int64))
     return base64.b64encode(zlib.compress(changes.astype("<i4").tobytes(), 9)).decode("ascii")
@@ -33,7 +33,7 @@ def unpacked_places(text: str) -> Places:
 
 
 class SecondBlocks(NamedTuple):
-    """Numbers of components by name, in their order.
+    """Numbers of components by name, in order.
 
     Attributes
     ----------

@@ -233,7 +233,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class Hinge:
-    """A joint: a pin if it turns, a rail if it slides, along ``axis``, at ``position`` in its parent.
+    """A joint: a pin (rotation) or a rail (translation) along ``axis``, at ``position`` in the parent.
 
     ``tied`` tells whether the parent is drawn to reach to it.
     """
@@ -251,7 +251,7 @@ class Hinge:
 
 @dataclass(frozen=True)
 class Link:
-    """A connection between two places, ``visible`` if it is a rod itself; both bodies are drawn to reach to it."""
+    """A connection between two places, drawn as a rod if ``visible``; both bodies are drawn up to the connection."""
 
     name: str
     first: Point
@@ -261,7 +261,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Line:
-    """A force between two points, by their names: a spring if it is ``elastic``, with its length at rest in m."""
+    """A force between two named points: a spring if ``elastic``, with the length at rest in m."""
 
     name: str
     first: str
@@ -272,7 +272,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Wheel:
-    """A tyre about a point, by its name, on a road: a formula of the point's position, time, inputs and parameters.
+    """A tyre about a point, by name, on a road: a formula of the point's position, time, inputs and parameters.
 
     ``axis``: of its spin in the axes of the point's body; None for a tyre without slip.
     """

@@ -28,7 +28,7 @@ class Selection:
         return cls(None if data["terms"] is None else tuple(data["terms"]), data["start"])
 
     def functions(self, derived: Sequence[str], called: Collection[str], *, implicit: bool) -> list[str]:
-        """Return the selected functions of a derived System, in their order.
+        """Return the selected functions of a derived System, in order.
 
         Parameters
         ----------

@@ -37,7 +37,7 @@ class NormalSeries:
     Attributes
     ----------
     name : of its input
-    kind : of its covariance, by its name in scenes
+    kind : of its covariance, by name in scenes
     mean : of g
     variables : names of the tunable parameters that the z_i are
     weights : w_i
@@ -48,7 +48,7 @@ class NormalSeries:
     speed, lag : x(t) = speed t - lag, m/s and m; over time, with speed 0, x(t) = t - lag, s
     follows : the repeated process; empty if none
     correlation : correlation coefficients with other processes; it has some of their variables
-    coherent_with : processes that it is coherent with over frequencies; it has the variables of one of them
+    coherent_with : processes coherent with this process over frequencies, of which one holds the variables
     translation : T, a formula of the symbol of kind ``gaussian``, which is g; None if X is g
     covariance : R at lags of x, of g with all modes and weights of 1; None if the covariance of the modes depends
         on more than the lag: for coherent processes and repaired covariances
@@ -117,8 +117,8 @@ class Parameter:
 
 @dataclass(frozen=True)
 class RoadUnderWheel:
-    """A random road that an input gives: its class of ISO 8608, the speed (m/s), the distance (m) by which the wheel
-    follows the first one of its track, and the track's seed."""
+    """A random road of an input: class of ISO 8608, speed (m/s), distance (m) behind the first wheel of the track, and
+    seed of the track."""
 
     road_class: str
     speed: float
@@ -192,7 +192,7 @@ class State:
 
 @dataclass(frozen=True)
 class Definition:
-    """A named expression: as its file has it, and with its definitions written out."""
+    """A named expression: as written in the file, and with definitions written out."""
 
     name: str
     text: str
@@ -233,7 +233,7 @@ def motion_parameters(name: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Motion:
-    """A named motion; ``initial``: its value at rest until its caller moves it."""
+    """A named motion; ``initial``: value at rest until a caller moves the motion."""
 
     name: str
     initial: float = 0.0

@@ -227,12 +227,12 @@ class System:
     states : tuple of Quantity
         Internal states, with their initial values.
     patterns : mapping from K, C, M, B, Z, Rz, Fq, Fv, Fz to (row, column) pairs
-        Positions of the nonzeros given by ``iteration`` and ``jacobian_values``, in their order.
+        Positions of the nonzeros given by ``iteration`` and ``jacobian_values``, in order.
     inner_owners : tuple of int
         For each unknown that ``iteration`` of a long tree keeps besides the velocity, the first velocity component of
         its link.
     frames : tuple of str
-        Bodies and named frames that the terms of frames give, in their order.
+        Bodies and named frames that the terms of frames give, in order.
     extent : tuple of Ref
         Size of the machine, m, and of gravity, m/s^2: functions of the parameters.
     events : tuple of EventRow
@@ -266,8 +266,8 @@ class System:
     base_zeros : tuple of int
         Components of the base struct that are zero at all times by the base's law: no function reads them.
     relative : tuple of tuples of int
-        Velocity components joined by relative springs and dampers, group by group, if a method asked for them; the
-        function ``row_sums`` gives nonzero row sums of K and C over them, ``patterns`` their positions.
+        Velocity components joined by relative springs and dampers, group by group, if a method needs these groups; the
+        function ``row_sums`` gives nonzero row sums of K and C over the groups, ``patterns`` the positions.
     links : tuple of pairs of ints
         Pairs of these components with mutual forces that ``relative_forces`` gives apart from the residual.
     order : int

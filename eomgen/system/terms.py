@@ -312,7 +312,7 @@ _PLAIN = (
     ),
 )
 
-#: Matrices of the closed form: their meaning, and how many derivatives less than their own order they need of v.
+#: Matrices of the closed form: meaning, and the number of derivatives of v, relative to the order of the matrix.
 _CLOSED: dict[str, tuple[str, int]] = {
     "system_jacobian": ("J, twists of all links against the base per unit of v", 1),
     "adjoints": ("A, adjoint transforms from every link to every link that it carries", 1),

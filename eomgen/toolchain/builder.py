@@ -253,9 +253,9 @@ class Builder:
         layout : mapping
             JSON data, handed back as ``Library.layout``.
         written : mapping
-            Files among them that the user wrote, to the name that compilers call them by in messages.
+            Files written by the user, with the names that compilers show in messages.
         running
-            Collection of the compiler's processes, for a caller who may stop them; then one runs at a time.
+            Collection of the compiler's processes, for a caller who may stop these; compilers then run one at a time.
         straight
             Names of long sources without branches, which need few passes of the compiler.
 

@@ -341,7 +341,7 @@ def _checked(folder: Path) -> Entry | None:
 
 
 def _oldest_first(folders: Iterable[Path]) -> list[Path]:
-    """Return folders by the time of their last use: the time of their record, if they have one."""
+    """Return folders by the time of last use, as recorded in the folder."""
     stamped = []
     for folder in folders:
         with contextlib.suppress(OSError):

@@ -34,7 +34,7 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
     texts = [path.read_text(encoding="utf-8") for path in (*sources, folder / "interface.c")]
     # no prototypes: the types of the arguments are declared later, and the prototypes that follow fit to these
     declared = {name for text in headers.values() for name in _DECLARED.findall(text) if name.startswith(f"{prefix}_")}
-    # functions in files of their own stay apart here, too, since products are fused with sums within a function
+    # functions in separate files stay apart here, too, since products are fused with sums within a function
     apart = _DECLARED.findall(headers.get(f"{prefix}_parts.h", ""))
     head = [
         f"/* {SOURCE}: {function} of the model {prefix}, a sample in each lane. */",

@@ -39,7 +39,7 @@ _PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n
 
 @dataclass(frozen=True)
 class Check:
-    """One item: whether it is fine, its description, the command that mends it, and whether building needs it."""
+    """One item: whether it is fine, description, command that mends it, and whether building needs the item."""
 
     name: str
     ok: bool

@@ -15,6 +15,7 @@ from eomgen.products.reliability.tails import (
     Projected,
     breitung,
     first_order,
+    further_design_points,
     hermite_projection,
     hohenbichler_rackwitz,
     importance_sampling,
@@ -22,7 +23,6 @@ from eomgen.products.reliability.tails import (
     most_probable_points,
     points_on_curve,
     projected_hessian,
-    rivals,
 )
 from tests.reliability.duffing import NODES, Duffing
 
@@ -171,18 +171,18 @@ def test_a_valley_far_behind_is_no_rival() -> None:
 
     (found,) = most_probable_points(Steep(""), [9.0])
     assert found.index == pytest.approx(-1.5 + np.sqrt(11.25), rel=1e-9)
-    assert rivals(Steep(""), found, 4, 0) == []
+    assert further_design_points(Steep(""), found, 4, 0) == []
 
 
 def test_a_second_valley_is_found() -> None:
     (found,) = most_probable_points(Formula("two valleys"), [9.0])
     assert found.point[0] == pytest.approx(2.975, abs=1e-3)
     counted = Counted(Formula("two valleys"))
-    (other,) = rivals(counted, found, 4, 0)
+    (other,) = further_design_points(counted, found, 4, 0)
     assert other.point[0] == pytest.approx(-3.025, abs=1e-3)
     assert counted.expanded == 2  # where the search ends, and at the point: others came to known ones
     low, high = most_probable_points(Duffing(0.1, 0.3), [0.2, 0.8])
-    assert rivals(Duffing(0.1, 0.3), high, 1, 0) == []
+    assert further_design_points(Duffing(0.1, 0.3), high, 1, 0) == []
     assert low.index < 0.0 < high.index
 
 

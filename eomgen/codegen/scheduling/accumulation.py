@@ -1,4 +1,4 @@
-"""Outputs that are sums over elements: the loop of a Map adds its rows to them, and none of its rows waits.
+"""Outputs that are sums over elements: the loop of a Map adds each row to the outputs at once, and no row is stored.
 
 Forces and tangents of elements only add up in the rows of their nodes. An output that is a sum of results of Maps and
 of other values is set to the sum of these; then each element adds its terms, in the order of the elements. The rows

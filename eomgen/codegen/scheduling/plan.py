@@ -128,7 +128,7 @@ class Plan:
         tape, uses, last_part, head = self.tape, self.uses, self.last_part, self.head
         for node in self.order:
             part = self.part_of[node]
-            if node in self.loops:  # an operand of a loop gets a statement of its own, so it counts twice
+            if node in self.loops:  # an operand of a loop gets a separate statement, so it counts twice
                 members, times = list(chain.from_iterable(self.loops[node].iterations)), 2
             else:
                 members, times = [node], 1

@@ -7,7 +7,7 @@ workspace or array entries at looked-up indices. Repeats are found by hashes of 
 
 Body of a rerolled loop, and the indices at which each iteration reads and stores its values.
 
-The body is scheduled as a function of its own; its inputs are the values that it reads from outside the iteration.
+The body is scheduled as a separate function; its inputs are the values that it reads from outside the iteration.
 Equally spaced indices become start + step k, all others a table.
 """
 

@@ -127,7 +127,7 @@ class Writer:
         return [self._leaf(ref) for ref in refs], total
 
     def _write(self, node: int) -> None:
-        """Give a waiting node a statement of its own."""
+        """Give a waiting node a separate statement."""
         del self.waiting[node]
         self._emit("let", self._local(node), self.expressions[node])
         self.expressions[node] = self.locals

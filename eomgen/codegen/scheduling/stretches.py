@@ -1,7 +1,7 @@
 """Tables of indices as rules: rows that repeat one period, each time moved by the same step; loops with tables that
 grow with their length become loops that count.
 
-Equal parts of a scene are numbered alike, so tables of the places read and stored by a loop repeat but at their ends.
+Equal parts of a scene are numbered alike, so tables of the places read and stored by a loop repeat but at the ends.
 Differences of neighbouring rows then repeat exactly, and repeats are found by hashes of windows (Karp and Rabin 1987).
 
 Loops with tables of indices that grow with their length -> loops that count instead, cut at changes of the rule.

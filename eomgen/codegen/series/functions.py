@@ -9,8 +9,8 @@ do steps by accelerations and their rates; a Taylor series must end at every bre
 Accelerations and their rates at one state, for steps that take no higher coefficients of the motion.
 
 The recurrence at k = 1 with empty inner sums is one function, without storage between order 0 and 1. Steps
-evaluate it several times at the same time, so the part of time, inputs and parameters alone is a function of its
-own: a road of many harmonics is nearly all of the work.
+evaluate it several times at the same time, so the part of time, inputs and parameters alone is a separate
+function: a road of many harmonics is nearly all of the work.
 """
 
 from __future__ import annotations
@@ -248,7 +248,7 @@ def program_function(
 #: Input blocks that are the same in all evaluations at one time, and the block of their results.
 OF_TIME, HELD = ("p", "t", "u", "followed"), "held"
 BLOCKS = ("p", "t", "q", "v", "z", "u", "followed", HELD)
-#: The least part of all operations that is worth a function of its own.
+#: The least part of all operations that is worth a separate function.
 WORTHWHILE = 0.1
 
 
@@ -327,7 +327,7 @@ def _is_early(tape: Tape, node: int, early: set[int]) -> bool:
 
 
 def _frontier(tape: Tape, outputs: Iterable[Ref], early: set[int]) -> list[int]:
-    """Return the operations of time that others read, or that are outputs themselves, in their order."""
+    """Return the operations of time that others read, or that are outputs themselves, in order."""
     read = {abs(ref) for ref in outputs}
     for node in tape.live(outputs):
         if node not in early:

@@ -28,7 +28,7 @@ def targets() -> dict[str, Target]:
 
 
 def target_named(name: str) -> Target:
-    """Return a target by its name. Raises UsageError with the nearest names."""
+    """Return a target by name. Raises UsageError with the nearest names."""
     own = next((target for target in BUILT_IN if target.name == name), None)
     if own is not None:
         return own

@@ -58,7 +58,7 @@ def to_unit(quantity: Quantity, unit: str, *, over_time: bool = False) -> float:
         If it is divided by an angle, as a torsional stiffness is, the angle need not be written: N m is taken for N
         m/rad.
     over_time : bool
-        Whether a formula of time could stand in its place.
+        Whether a formula of time could stand instead.
 
     Raises
     ------

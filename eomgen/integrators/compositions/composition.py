@@ -110,7 +110,7 @@ class Composition:
 
     @functools.cached_property
     def leapfrogs(self) -> tuple[float, ...]:
-        """The fractions of the leapfrogs that a step is a product of, in their order; empty if it is none.
+        """The fractions of the leapfrogs that a step is a product of, in order; empty if it is none.
 
         In place of leapfrogs any other symmetric steps of order 2 give a method of the same order.
         """

@@ -221,7 +221,7 @@ _ALIASES: Mapping[str, str] = {
 
 
 def composition_named(name: str, first: Part = "drift") -> Composition:
-    """Return a composition by its name: ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``,
+    """Return a composition by name: ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``,
     ``blanes_moan4``, ``blanes_moan6``, ``kahan_li6``, ``kahan_li8``, or by rule ``yoshida<order>``,
     ``suzuki<order>``, ``creutz_gocksch<order>_<leapfrogs on either side>``.
 

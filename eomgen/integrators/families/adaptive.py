@@ -1,4 +1,4 @@
-"""Rows of families that choose their steps by an estimate of the local error: settings, statistics, statuses.
+"""Rows of families with adaptive steps by an estimate of the local error: settings, statistics, statuses.
 
 Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533, for the control of steps; Hairer, Norsett and Wanner, Solving
 Ordinary Differential Equations I, II.4, for the meaning of a tolerance.
@@ -15,8 +15,8 @@ from eomgen.integrators.families.family import Field, Setting, Sizes, Status
 
 #: Tolerances between which steps are chosen by them.
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-14, 0.1
-#: The part of the step that an error estimate allows which is taken: rejections cost a whole step. All families that
-#: choose their steps share it and the following constants; a family may replace one in its ``data``.
+#: The part of the step that an error estimate allows which is taken: rejections cost a whole step. All families with
+#: adaptive steps share it and the following constants; a family may replace one in its ``data``.
 SAFETY = 0.9
 #: Changes of a step at most, from one to the next and after a rejection.
 MOST_GROWTH, MOST_REDUCTION = 4.0, 0.1

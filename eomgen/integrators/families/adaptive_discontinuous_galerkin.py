@@ -1,9 +1,9 @@
 """Time-discontinuous Galerkin in passes, with steps of its own: the change by the last pass is the estimate of errors.
 
 Passes raise the order by one each, so the last but one is a solution of one order less at no cost, with stiff parts
-filtered as the solution is. Between its nodes a step is the polynomial through its start and its nodes, whose error is
-h^(p+2), and ends of steps have order 2 p + 1 (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8, for
-Radau's nodes). Its derivative misses the equations by a polynomial that vanishes at the nodes, so the defect at the
+filtered as the solution is. Between the nodes a step is the polynomial through the start and the nodes, with an error
+of h^(p+2), and ends of steps have order 2 p + 1 (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8,
+for Radau's nodes). Its derivative misses the equations by a polynomial that vanishes at the nodes, so the defect at the
 start of the step, with known accelerations, gives that error. It does not add up, and is compared with the size of
 velocities.
 """

@@ -28,7 +28,7 @@ from eomgen.integrators.families.needs import CONSTANT_INERTIA, NO_INNER_STATES,
 if TYPE_CHECKING:
     from eomgen.system.system import System
 
-#: The compositions that are methods, by their names in the table.
+#: The compositions that are methods, by name in the table.
 NAMES = (
     "leapfrog",
     "minimum_norm2",

@@ -1,6 +1,6 @@
 """Time-discontinuous Galerkin steps in passes: orders 3 to 7, one factorization a step and no Newton iteration.
 
-A polynomial of degree p on each step, discontinuous at its start, is found in a fixed number of passes after Thompson
+A polynomial of degree p on each step, discontinuous at the start, is found in a fixed number of passes after Thompson
 and Kunthong (2006). With y' = F(y, t) for y = (theta, v, z), theta canonical coordinates about the start of the step
 (q = q_n o exp(theta), theta' = T(theta)^-1 v), values Y_i at the nodes of Radau, and J = dF/dy at the start,
 

@@ -1,4 +1,4 @@
-"""Embedded explicit Runge-Kutta pairs in the Lie algebra, with steps of their own; a pair is a row of ``PAIRS``.
+"""Embedded explicit Runge-Kutta pairs in the Lie algebra, with adaptive steps; a pair is a row of ``PAIRS``.
 
 Row of order 5(4) and its continuous extension: Dormand and Prince, J. Comput. Appl. Math. 6 (1980) 19; Shampine,
 Math. Comput. 46 (1986) 135. In the Lie algebra: Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115.

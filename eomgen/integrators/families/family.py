@@ -48,7 +48,8 @@ class MethodName:
     differs : facts of a scene without each of which another method of the family does the same
     by_tolerance : name of the method for a given tolerance; empty: this one
     fixed_steps : reason for which its steps cannot follow a tolerance, and a remedy; empty for methods that take one
-    compiled_with : parameters that a stepper is compiled with if its scene gives none that it bears; runs give theirs
+    compiled_with : parameters that a stepper is compiled with if the scene gives no valid ones; runs set parameters of
+    the run
     """
 
     name: str

@@ -542,7 +542,7 @@ def _factorization_cost(system: System, solver: Solver) -> float:
     counts.
 
     Substitution waits for its own results, and group operations take roots and quotients: both weigh more than they
-    count. In fronts it waits less: they bring it to memory and back, and so they do factors (3.2 iterations by
+    count. Fronts wait less for memory: they load and store each right side, and so they do factors (3.2 iterations by
     instructions with a chain of 100 hinges).
     """
     residual = "equations" if len(system.multipliers) or len(system.initial_z) else "residual"

@@ -1,4 +1,4 @@
-"""Embedded explicit Runge-Kutta pairs with coordinate partitioning, with steps of their own.
+"""Embedded explicit Runge-Kutta pairs with coordinate partitioning, with adaptive steps.
 
 Pairs are rows of ``embedded_pair``, in the Lie algebra; stages are brought onto the
 constraints as in ``partitioned``: Wehage and Haug, J. Mech. Des. 104 (1982) 247.

@@ -71,7 +71,7 @@ def families_of_others() -> tuple[type[Family], ...]:
 
 
 def family_named(name: str) -> type[Family]:
-    """Return a family by its name. Raises UsageError."""
+    """Return a family by name. Raises UsageError."""
     result = next((family for family in BUILT_IN if family.family == name), None)
     result = result or next((family for family in families_of_others() if family.family == name), None)
     if result is None:

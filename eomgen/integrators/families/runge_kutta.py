@@ -33,8 +33,8 @@ class RungeKuttaMuntheKaas(Family):
     A, b, c : exact fractions
         The tableau; stage i uses stages before it only.
     commutators : int
-        How many nested brackets T^-1 is truncated after: T^-1 v = v + [theta, v]/2 + [theta, [theta, v]]/12 + ...; an
-        order p needs p - 2 of them.
+        Nested brackets after which T^-1 (dexp^-1 of other texts) is truncated: T^-1 v = v + [theta, v]/2 + [theta,
+        [theta, v]]/12 + ...; order p needs p - 2 brackets. At most 2 are printed, so the largest order is 4.
     """
 
     A: tuple[tuple[Fraction, ...], ...]

@@ -43,7 +43,7 @@ class EmbeddedPair:
     Raises
     ------
     UsageError
-        An order condition is not met, by its name.
+        An order condition is not met, by name.
     """
 
     name: str

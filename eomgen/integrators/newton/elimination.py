@@ -3,8 +3,8 @@
 Threshold Markowitz: of the entries that are large enough in their column in every sample, the one that fills in least.
 Markowitz, Management Science 3 (1957) 255; Duff, Erisman and Reid, Direct Methods for Sparse Matrices (2017).
 
-Rows of ``groups`` hold their sum over the columns of their group in place of the diagonal, which is the sum minus
-the other entries. With d for the sum, w for entries off the diagonal with a minus, and pivot k,
+Rows of ``groups`` hold the sum over the columns of the group in place of the diagonal entry, which is the sum minus the
+entries off the diagonal. With d for the sum, w for entries off the diagonal with a minus, and pivot k,
 
     p = d_k + sum_j w_kj,   w_ij + w_ik w_kj / p,   d_i + w_ik d_k / p,
 

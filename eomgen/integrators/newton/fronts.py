@@ -14,8 +14,8 @@ from eomgen.base.data import dataclass
 from eomgen.integrators.newton.elimination import Elimination
 from eomgen.integrators.newton.matrix import MatrixIndex
 
-#: A row or column of a front: its own one at an offset (0, offset), or one of the k-th front that it reaches (k,
-#: offset).
+#: A row or column of a front: (0, offset) of the front itself, (k, offset) of the k-th front that receives
+#: contributions.
 Local = tuple[int, int]
 
 

@@ -18,7 +18,7 @@ With m = b*, c = h g*, k = h^2, b = g*, z = h, d = h dzdot/dy this is the deriva
 beside B^T is left out:
 eta is O(h^2), so that it costs no iteration, and it would couple bodies that share no joint. With m = b = 1, c = k = z
 = 0 and T = 1 the same entries hold [M B^T; B 0], which gives consistent accelerations and multipliers. Index 3 has no
-eta, and of w the velocity-level rows only. If forces of constraints act at the start of a step and Phi holds at its
+eta, and of w the velocity-level rows only. If forces of constraints act at the start of a step and Phi holds at the
 end, B of the rows of Phi differs from B of the columns of lam (``with_end_jacobian``). Scaling by powers of
 the step: Arnold and Hante 2017; Bottasso, Dopico and Trainelli 2008.
 """

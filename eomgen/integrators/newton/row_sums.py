@@ -156,7 +156,7 @@ def _translated(
 
 
 def _summands(tape: Tape, ref: Ref) -> list[Ref]:
-    """Return the summands of a reference, in their order."""
+    """Return the summands of a reference, in order."""
     result: list[Ref] = []
     left = [ref]
     while left:

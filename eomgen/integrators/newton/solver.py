@@ -448,8 +448,8 @@ def _elimination_of_groups(
 
 
 def _add_sources(data: dict[str, Any], links: Sequence[tuple[int, int]], *, unknowns: int) -> None:
-    """Add to the rows their ``sources``: the other end of each link, the component of the right side with its sign, 0
-    for none, and the earlier rows that leave something on it."""
+    """Add ``sources`` to the rows: the far end of each link, the component of the right side with sign, 0 for none, and
+    the earlier rows that contribute to the link."""
     at = {column: position for position, column in enumerate(data["columns"])}
     number = {(at[i], at[j]): unknowns + k + 1 for k, (i, j) in enumerate(links)}
     number |= {(j, i): -k for (i, j), k in number.items()}

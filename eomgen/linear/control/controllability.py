@@ -154,7 +154,7 @@ def _lost(dynamics: Dynamics, B: Array, tolerance: float = _RANK, negligible: fl
 
 
 def described(dynamics: Dynamics, value: complex) -> str:
-    """Return a mode in words: its frequency, whether it grows, and the states that it is mostly in."""
+    """Return a mode in words: frequency, growth, and the dominating states."""
     decomposed: Any = scipy.linalg.eig(dynamics.A, left=True, right=True)  # the stubs know of one kind of vectors only
     values, left, right = decomposed
     k = int(np.argmin(np.abs(values - value)))

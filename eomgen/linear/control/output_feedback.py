@@ -23,7 +23,7 @@ from eomgen.linear.state_space import StateSpace
 
 
 def _with_article(kind: type) -> str:
-    """Return a class by its name, with its article."""
+    """Return a class by name, with its article."""
     return f"{'an' if kind.__name__[0] in 'AEIOUaeiou' else 'a'} {kind.__name__}"
 
 

@@ -92,7 +92,7 @@ def distinct(values: ArrayLike) -> list[complex]:
 
 
 def described(plant: Plant, value: complex, shape: Complex) -> str:
-    """Return a mode in words: its frequency, whether it grows, and the coordinates that move most in it."""
+    """Return a mode in words: frequency, growth, and the coordinates of largest motion."""
     size = np.abs(shape) * np.sqrt(np.diag(plant.M))
     order = np.argsort(-size)[:2]
     movers = [plant.names[k] for k in order if size[k] > 0.3 * size[order[0]]] if size.max() > 0.0 else []

@@ -102,7 +102,7 @@ class InputSpectrum:
 
     @property
     def rates(self) -> dict[str, str]:
-        """None."""
+        """No input carries a rate."""
         return {}
 
     @property
@@ -118,7 +118,7 @@ class InputSpectrum:
 
     @property
     def name(self) -> str:
-        """The input."""
+        """In words, for titles: random and the input."""
         return f"random {self.input}"
 
     def cross_spectra(self, frequencies: Array) -> Complex:

@@ -26,7 +26,7 @@ class Road:
     Parameters
     ----------
     road_class : str
-        ``A`` to ``H`` of ISO 8608; or ``roughness`` in its place.
+        ``A`` to ``H`` of ISO 8608; or ``roughness`` instead.
     roughness : float
         G_d(n0) at n0 = 0.1 cycle/m, m^3.
     exponent : float

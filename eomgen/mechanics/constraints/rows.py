@@ -79,7 +79,7 @@ class RowGroup(Protocol):
     count: int
 
     def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
-        """Return their part of B^T lam, (nv,)."""
+        """Return the rows' part of B^T lam, (nv,)."""
         ...
 
 

@@ -276,7 +276,7 @@ class Element:
 
 
 def add_cosserat_beam(loads: Loads, item: CosseratBeam, quantities: Quantities) -> None:
-    """Add the wrenches of a beam on its nodes, its potential, J, and the power of its damping, W."""
+    """Add the wrenches of a beam on the nodes, the potential energy, J, and the power of damping, W."""
     beam = item.beam
     elements = Chain.of(quantities, beam)
     forces = elements.each(Element.forces, f"elements of beam {beam.name}")
@@ -287,11 +287,11 @@ def add_cosserat_beam(loads: Loads, item: CosseratBeam, quantities: Quantities) 
 
 @dataclass(frozen=True)
 class Chain:
-    """The elements of a beam in a tree: those between frames of their own as a loop, others one by one.
+    """The elements of a beam in a tree: those between separate frames as a loop, others one by one.
 
     Attributes
     ----------
-    sections : of the elements, in their order along the beam
+    sections : of the elements, in order along the beam
     mounts, nodes : of the nodes
     """
 
@@ -362,7 +362,8 @@ class Chain:
 
 
 def is_carried(quantities: Quantities, mount: Mount) -> bool:
-    """Return whether a node moves with a link that is not its own, so that its element is unlike the others."""
+    """Return whether a node is fixed to a link of another body, so that the adjacent element is unlike the other
+    elements."""
     return mount.link >= 0 and quantities.tree.links[mount.link].kind not in ("free", "ball")
 
 

@@ -281,7 +281,7 @@ class SectionLoads:
 
 
 def add_distributed_load(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:
-    """Add a load on a beam's frame and on its elastic coordinates, or on its nodes, and its power."""
+    """Add a load on a beam's frame and elastic coordinates, or on the nodes, and the power of the load."""
     if is_local(item):
         add_local_load(loads, item, quantities)
         return

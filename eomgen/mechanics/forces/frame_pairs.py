@@ -111,7 +111,8 @@ def magnitude(value: Scalar) -> Scalar:
 
 @dataclass(frozen=True)
 class _Side:
-    """A frame, the chain of links from the root to the one that carries it, and its origin in that link's axes."""
+    """A frame, the chain of links from the root to the carrying link, and the frame's origin in the axes of the
+    carrying link."""
 
     frame: Frame
     chain: tuple[int, ...]

@@ -97,7 +97,7 @@ def _deflection(quantities: Quantities, tyre: Tyre) -> Scalar:
 
 
 def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
-    """Add the contact force of a tyre on its wheel, its potential, J, and its power, W.
+    """Add the contact force of a tyre on the wheel, the potential energy, J, and the power, W.
 
     On a road at rest the spring force has a potential. A moving road does work on the tyre: then all of it is power.
     """

@@ -26,7 +26,7 @@ _POSITIONS = frozenset({"p", "t", "q", "base"})
 
 
 def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
-    """Return the events of a scene, in their order.
+    """Return the events of a scene, in order.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def samples(derivation: Derivation) -> list[Block]:
 
 
 def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
-    """Return the sampled states of a scene, in their order.
+    """Return the sampled states of a scene, in order.
 
     A formula that reads another state sampled at the same time takes that state's new value; it takes the previous
     value of its own state and of delayed states. Outputs of a controller come after the controller's signals.

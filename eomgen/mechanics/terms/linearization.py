@@ -207,7 +207,7 @@ def output_parameter_partials(derivation: Derivation) -> list[Block]:
 
 
 class Partials:
-    """Differentiation along the tunable parameters, each a direction, in their order.
+    """Differentiation along the tunable parameters, each a direction, in order.
 
     Attributes
     ----------

@@ -157,7 +157,7 @@ class Deflections:
     a: Amplitudes
 
     def resting(self) -> Deflections:
-        """Return the same deflections with v = a = 0."""
+        """Return these deflections with v = a = 0."""
         still = (self.algebra.zero,) * len(self.q)
         return replace(self, v=still, a=still)
 
@@ -167,12 +167,12 @@ class Deflections:
         return (replace(x, along=1.0, pairs=self._pairs((-0.5, self.q, self.q))), y, z)
 
     def velocity(self) -> SeparatedField:
-        """Return its velocity in beam axes, m/s."""
+        """Return the velocity of the axis in beam axes, m/s."""
         x, y, z = self._linear(self.v)
         return (replace(x, pairs=self._pairs((-1.0, self.v, self.q))), y, z)
 
     def acceleration(self) -> SeparatedField:
-        """Return its acceleration in beam axes, m/s^2."""
+        """Return the acceleration of the axis in beam axes, m/s^2."""
         x, y, z = self._linear(self.a)
         return (replace(x, pairs=self._pairs((-1.0, self.a, self.q), (-1.0, self.v, self.v))), y, z)
 

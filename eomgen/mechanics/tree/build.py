@@ -53,8 +53,8 @@ from eomgen.system.description import BASE
 def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callable[[Formula], Scalar]) -> Tree:
     """Return the tree with the links of a beam, whose joint is in the tree already.
 
-    The beam's link does not move relative to its parent: its columns are zero, its coordinates deform it. So its frame,
-    and with it the shape integrals, are the body's own for any axes of the joint.
+    The beam's link does not move relative to the parent: columns of the joint are zero, and elastic coordinates deform
+    the beam. So its frame, and with it the shape integrals, are the body's own for any axes of the joint.
     """
     if body.beam is None:
         return tree
@@ -201,8 +201,8 @@ def _add_body(
     merged: bool,
     along_z: bool,
 ) -> Mount:
-    """Add a body to the links of a tree, and return its mount: on links of its own if its joint moves, else on the link
-    that carries it.
+    """Add a body to the links of a tree, and return the mount: on new links if the joint moves, else on the carrying
+    link.
 
     If it is not ``merged``, a body on a fixed joint has a link of its own, too.
     """

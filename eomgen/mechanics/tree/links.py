@@ -55,8 +55,8 @@ class Link:
     coordinates, velocities, accelerations : of the elementary motion, one velocity component per column
     inertia : shape integrals about this frame's origin
     rotor_inertias : one for each column
-    balanced : whether it turns about the centre of mass of all that it carries, so that motion of its origin is
-        uncoupled from it
+    balanced : whether the link turns about the centre of mass of all carried bodies, so that translation of the origin
+    is uncoupled from the rotation
     elastic : its deformation, None if it is rigid; ``inertia`` is then the inertia of the deformed body
     station : its motion by elastic coordinates if it is a place on a beam; None if its motion subspace is constant
     turn : the coordinate axis that it turns about, None if it does not turn about one axis

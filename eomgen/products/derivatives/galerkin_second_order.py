@@ -2,9 +2,9 @@
 
 The gradient g of a functional is an analytic function of parameters, start and inputs: the steps made linear, their
 transposes, and no other operation. So the imaginary part of g at directions moved by i h d is h H d, exact but for
-rounding, since no difference is taken (Squire and Trapp 1998; Martins, Sturdza and Alonso 2003). The run itself needs
-no complex numbers: its states move by i h times their tangents along d, which the steps made linear have. The adjoint
-there is the run's, by the same text in complex numbers.
+rounding, since no difference is taken (Squire and Trapp 1998; Martins, Sturdza and Alonso 2003). The run needs no
+complex numbers: states move by i h times the tangents along d, which the linearised steps have. The adjoint there is
+the run's, by the same text in complex numbers.
 
 Derivatives in rotations are left-trivialised, and those along x and y do not commute: D_x D_y g - D_y D_x g is
 D_[x, y] g. Hessians are the mean of both orders, the second derivatives along q o exp(theta).

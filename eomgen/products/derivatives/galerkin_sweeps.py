@@ -177,7 +177,7 @@ class GalerkinSweeps:
         self._lib.eomgen_passes_correct(self._given, number, *arrays, self._room(4 * self.rows + 2 * self._nv))
 
     def linear(self, **matrices: Array) -> None:
-        """Hand over matrices of the steps by their names in C."""
+        """Hand over matrices of the steps by name in C."""
         for name, array in matrices.items():
             self._point(name, array)
 

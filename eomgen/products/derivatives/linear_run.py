@@ -86,10 +86,10 @@ class By:
 
 #: Part of a step by which a time may miss a row.
 _ROUNDED = 1e-6
-Made = TypeVar("Made", bound=LinearPart)
+PartType = TypeVar("PartType", bound=LinearPart)
 
 
-class LinearRun(ABC, Generic[Made]):
+class LinearRun(ABC, Generic[PartType]):
     """A run with its linear steps.
 
     Attributes
@@ -123,11 +123,11 @@ class LinearRun(ABC, Generic[Made]):
         return sum(map(len, self.columns.values())) + len(self.samples)
 
     @abstractmethod
-    def of_part(self, part: Part) -> Made:
+    def of_part(self, part: Part) -> PartType:
         """Make a part of the run linear."""
 
     @abstractmethod
-    def tangents(self, part: Made, dp: Array, state: Array) -> Array:
+    def tangents(self, part: PartType, dp: Array, state: Array) -> Array:
         """Take tangents through the steps of a part: ``state`` (size, directions) becomes the tangent of their end.
 
         Parameters
@@ -140,7 +140,7 @@ class LinearRun(ABC, Generic[Made]):
         """
 
     @abstractmethod
-    def take_back(self, part: Made, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array] | None:
+    def take_back(self, part: PartType, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array] | None:
         """Take adjoints back through the steps of a part: ``state`` becomes the adjoint of their start, ``gradient``
         (parameters, functionals) is added to.
 

@@ -89,7 +89,7 @@ class Motion:
         return -(-self.steps // self.length)
 
     def forwards(self) -> Iterator[Part]:
-        """Yield the parts in their order; data for going backwards are kept."""
+        """Yield the parts in order; data for going backwards are kept."""
         self.stepper.restore(*self._first)
         self._parts, self._checkpoints = [], []
         row = self._row

@@ -35,8 +35,8 @@ def input_derivatives(run: AlphaRun | GalerkinRun, weights: Weights) -> Array:
 
 
 def _of_alpha(run: AlphaRun, weights: Weights) -> Array:
-    """Return them of generalized-alpha: a step takes inputs at its end, an output at its row, and the start within the
-    first step, between two rows."""
+    """Return ``input_derivatives`` of generalized-alpha: a step takes inputs at the end of the step, an output at the
+    row, and the start within the first step, between two rows."""
     result = np.zeros((run.motion.steps + 1, run.run.model.nu))
     state = np.zeros((run.linear.state_size, 1))
     of_parameters = np.zeros((len(run.along.dp), 1))
@@ -61,8 +61,8 @@ def _of_alpha(run: AlphaRun, weights: Weights) -> Array:
 
 
 def _of_passes(run: GalerkinRun, weights: Weights) -> Array:
-    """Return them of methods in passes: a step takes inputs at its start and at its nodes, which are linear between
-    rows."""
+    """Return ``input_derivatives`` of methods in passes: a step takes inputs at the start and the nodes of the step,
+    linear between rows."""
     equations, nv, nu = run.equations, run.equations.nv, run.run.model.nu
     result = np.zeros((run.motion.steps + 1, nu))
     state, of_parameters = np.zeros((len(run.state), 1)), np.zeros((len(run.along.dp), 1))

@@ -68,7 +68,7 @@ class Turning:
 
     @classmethod
     def of(cls, factor: Factor, theta: Array) -> Turning:
-        """Return them at increments theta (n, nv)."""
+        """Return the matrices of a factor at increments theta (n, nv)."""
         group, part = group_named(factor.group, factor.v_size), theta[:, factor.v]
         A = numeric.adjoint(group, numeric.exp(group, -part))
         T = numeric.tangent(group, part)

@@ -1,10 +1,10 @@
 """Derivatives of a run with a constant state, and inputs and base that change with time in other directions.
 
-If the constant state solves the equations at all rows, and their partials in the state are the same at all of them,
-the steps made linear do not change from one to the next: the adjoint of an output at row n is the one at the last row,
-shifted by as many rows. One adjoint for each output gives its gradients at all rows, sums of its multipliers with the
-partials in the parameters at earlier rows; gradients of a coordinate are its tangents, so second derivatives take
-only the coordinates by which the equations or the outputs bend (Papadimitriou, Mourelatos and Hu 2021).
+If the constant state solves the equations at all rows, with equal partials in the state at all rows, the linearised
+steps are equal: the adjoint of an output at row n is the adjoint at the last row, shifted by as many rows. One adjoint
+for each output gives the gradients at all rows, sums of multipliers with the partials in the parameters at earlier
+rows; gradients of a coordinate are the tangents of the coordinate, so second derivatives take only the coordinates by
+which the equations or the outputs bend (Papadimitriou, Mourelatos and Hu 2021).
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class StationaryRun:
 
     @classmethod
     def of(cls, run: AlphaRun, weights: Sequence[Weights]) -> StationaryRun | None:
-        """Return it if the state is constant and derivatives are by parameters of scenes without constraints and
-        rotations beyond angles; None elsewhere."""
+        """Return the gradients of a run with a constant state; None if the state changes, if derivatives are by other
+        quantities than parameters, or if the scene has constraints or rotations other than angles."""
         size = run.size * (run.motion.steps + 1) * (run.equations.nv + run.equations.nz + len(run.equations.outputs))
         plain = not run.equations.nl and all(factor.group == "R" for factor in run.run.model.factors)
         if not plain or len(run.along.dp) < run.size or 8 * size > _MOST_BYTES:
@@ -123,7 +123,8 @@ class StationaryRun:
         return self._solved(self._asked)
 
     def _solved(self, of_record: Array) -> tuple[Array, Array]:
-        """Return the same of components of the row, (record, columns), by one adjoint of each."""
+        """Return multipliers and derivatives as ``_responses``, for components of the recorded row (record, columns),
+        by one adjoint run for each column."""
         run, steps, columns = self.run, self.run.motion.steps, of_record.shape[1]
         self.solutions += columns
         one = StepMatrices(*(array[:1] for array in vars(self.part.matrices).values()))

@@ -67,7 +67,7 @@ class Machines:
     how: set[str] = field(default_factory=set)
 
     def blocks(self, work: Samples, first: int, total: int, block: int) -> Generator[Block]:
-        """Give the blocks of samples from the first one on, in their order.
+        """Give the blocks of samples from the first one on, in order.
 
         Raises
         ------
@@ -212,7 +212,7 @@ class _Run:
         self._codes: set[str] = {work.model.library.digest}
 
     def parts(self, first: int) -> Iterator[Block]:
-        """Give parts in their order; afterwards the cluster is rid of them after any end."""
+        """Give parts in order; afterwards the cluster is rid of them after any end."""
         distributed = importlib.import_module("distributed")
         from eomgen.products.ensembles.worker import Delivery, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
 

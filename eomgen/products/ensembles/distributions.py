@@ -47,7 +47,7 @@ class Distribution:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of distribution: names of its arguments, conditions on them, and its quantile function.
+    """A kind of distribution: names of arguments, conditions on arguments, and quantile function.
 
     ``pure`` are arguments without the unit of the quantity.
     """

@@ -164,7 +164,7 @@ class Ensemble:
         Raises
         ------
         UsageError
-            An unknown result; too few samples; a design ``saltelli`` with failed samples or not to its end.
+            An unknown result; too few samples; a design ``saltelli`` with failed samples or not to the end.
         """
         if result not in self.results:
             raise UsageError(

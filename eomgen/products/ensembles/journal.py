@@ -1,4 +1,4 @@
-"""The folder of an ensemble: its samples block by block with their reduced statistics, from which it is resumed."""
+"""The folder of an ensemble: samples block by block with reduced statistics, from which the ensemble is resumed."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Journal:
         self.failed = [Failed(item["number"], item["reason"], item["values"]) for item in data["failed"]]
 
     def keep(self, block: Block) -> None:
-        """Keep a block, the next one: its values, its extremes and its failures."""
+        """Append a block: values, extremes and failures of the samples."""
         if self._folder is None:
             self._kept.append(
                 replace(block, rows=block.rows[:0].copy())

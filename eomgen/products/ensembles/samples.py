@@ -48,7 +48,7 @@ class Lanes:
         return replace(result, alone=result.alone | alone | refused | self.runs.unfollowed(parameters))
 
     def _parameters(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return parameters (samples, np), and which of them may be refused; these have the scene's in their place."""
+        """Return parameters (samples, np), and which of them may be refused; these have the scene's instead."""
         base, names = self.runs.run.parameters, list(self.model.parameters)
         parameters = np.repeat(base[np.newaxis], len(values), axis=0)
         for item, column in zip(self.options.items, values.T, strict=True):
@@ -125,7 +125,7 @@ class Lanes:
         return starts, refused
 
     def _starts_one_by_one(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return the same with rows that were left out checked for each."""
+        """Return starts and refused samples, with a check of the redundant constraint rows for each sample."""
         model = self.model
         starts = np.repeat(
             np.concatenate([model.initial_q, model.initial_v, model.initial_z])[np.newaxis], len(values), axis=0

@@ -198,8 +198,8 @@ class SideBySide:
 
     def assembled(self, q: Array, v: Array, parameters: Array) -> ConsistentStates | None:
         """Return the states nearest to guesses q (n, nq), v (n, nv) that meet the constraints, at parameters (n, np);
-        None if ``start_of`` has to check each of them, because rows that follow from others at the scene's parameters
-        may not follow from them at these."""
+        None if ``start_of`` has to check each sample, because constraint rows that are redundant at the scene's
+        parameters may not be redundant at the sample's."""
         model = self.model
         if model.library.layout["left_out"] and np.any(parameters != model.parameter_array()):
             return None

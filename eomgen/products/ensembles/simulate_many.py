@@ -311,7 +311,7 @@ def _reduced(
 
 
 def _on_threads(work: Samples, workers: int, first: int, total: int, block: int) -> Generator[Block]:
-    """Give the blocks of samples from the first one on, in their order; threads run some ahead."""
+    """Give the blocks of samples from the first one on, in order; threads run some ahead."""
     pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
     waiting: list[Future[Block | None]] = []
     starts = iter(range(first, total, block))

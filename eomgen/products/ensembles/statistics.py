@@ -3,7 +3,7 @@ shares of the varied quantities in the variance of results.
 
 Statistics of many runs over time, in memory that does not grow with their number: moments, envelopes, quantiles.
 
-Blocks of samples are merged in their order, so that the numbers have the same bits however the blocks were computed.
+Blocks of samples are merged in order, so that the numbers have the same bits however the blocks were computed.
 Moments are merged by the formulas of Chan, Golub and LeVeque, Am. Stat. 37 (1983) 242; quantiles come from the
 t-digest of Dunning (2021), of Apache DataSketches.
 """

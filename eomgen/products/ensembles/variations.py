@@ -147,7 +147,7 @@ def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
 def laws_of(
     model: CompiledModel, p: Array, seeds: Mapping[str, float], factors: Mapping[str, float]
 ) -> dict[str, LawOverTime]:
-    """Return the laws of the inputs that seeds and factors, by their names, make others than the scene's, at parameters
+    """Return the laws of the inputs that seeds and factors, by name, make others than the scene's, at parameters
     p. All wheels of a track have its seed."""
     inputs = model.description.inputs
     by_name = {item.name: item for item in inputs}

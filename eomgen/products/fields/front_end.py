@@ -91,7 +91,7 @@ def _check_method(document: Hamiltonian) -> None:
 
 
 def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) -> Hamiltonian | None:
-    """Return the Hamiltonian system that something is, or describes; None if it is anything else.
+    """Return the Hamiltonian system of an object that is one or describes one; None for other documents.
 
     Raises
     ------

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from eomgen.system.signals import Input
 
 
-#: Results of methods in tables, in their order.
+#: Results of methods in tables, in order.
 _SHOWN = (
     "first_order",
     "second_order",

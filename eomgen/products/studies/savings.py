@@ -238,7 +238,7 @@ class Cost:
     step_seconds : median over the rounds; None if it cannot be run
     observed_seconds : the same with a row recorded at every step, and outputs and energies evaluated there
     iterations : Newton iterations per step, None if there are none
-    problem : why it was not derived, built or run to its end
+    problem : why it was not derived, built or run to the end
     """
 
     name: str

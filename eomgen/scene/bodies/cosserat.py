@@ -17,7 +17,7 @@ from eomgen.scene.bodies.model import Body
 
 Rows = tuple[tuple[Formula, ...], ...]
 
-#: Strains of a section in their order, by the stiffness that resists them. Deflection along y is rotation about z.
+#: Strains of a section in order, by the stiffness that resists them. Deflection along y is rotation about z.
 STRAINS = ("torsion", "bending_z", "bending_y", "stretch", "shear_y", "shear_z")
 #: Models of geometrically exact beams, each with the strains that it does not have.
 CONSTRAINED: Mapping[str, tuple[str, ...]] = {
@@ -25,8 +25,8 @@ CONSTRAINED: Mapping[str, tuple[str, ...]] = {
     "kirchhoff": ("shear_y", "shear_z"),
     "inextensible": ("stretch", "shear_y", "shear_z"),
 }
-#: Numbers of an element: strain, mean load, wrenches on its two nodes, loads of its first and of its last section, 6
-#: each, rotations and moments first.
+#: Numbers of an element: strain, mean load, wrenches on both nodes, loads of the first and the last section, 6 each,
+#: rotations and moments first.
 SECTION_ROW = 36
 #: By kind of output: index of its three numbers at the first and at the last section.
 SECTION_PARTS: Mapping[str, tuple[int, int]] = {
@@ -78,7 +78,7 @@ class BeamElement:
 
 @dataclass(frozen=True)
 class Cosserat:
-    """A geometrically exact beam as it was read: its elements along the axis, and its model, one of ``CONSTRAINED``."""
+    """A geometrically exact beam as read: elements along the axis, and model, one of ``CONSTRAINED``."""
 
     name: str
     parts: tuple[BeamElement, ...]
@@ -110,7 +110,7 @@ class Cosserat:
         return (self.name, *(f"{self.name}.{number}" for number in range(1, self.elements + 1)))
 
     def bodies(self) -> tuple[Body, ...]:
-        """Return the nodes as bodies, each with the inertia of half of the elements that it joins."""
+        """Return the nodes as bodies, each with the inertia of one half of each adjacent element."""
         made: dict[tuple[tuple[Fraction, int], ...], Body] = {}
         result = []
         for number, name in enumerate(self.nodes):

@@ -58,8 +58,8 @@ class Deformation:
     normalisation : ``natural`` is the family's own; ``mean_square`` makes int f^2 = 1 over s = 0 .. 1; ``unit`` makes
         the
         deflection of a free second end 1, else the greatest one
-    masses : (x, mass, inertia) added to the mesh to find its modes, x in m, factors of ``mass_per_length`` (of
-        ``polar_inertia`` for torsion) at its default; they add no mass to the beam
+    masses : (x, mass, inertia) added to the mesh for the computation of modes, x in m, factors of ``mass_per_length``
+    (of ``polar_inertia`` for torsion) at the default; the beam's mass is unchanged
     """
 
     kind: DeformationKind

@@ -17,9 +17,9 @@ from eomgen.base.text import key_of, nearest, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.control.model import Controller, StateFeedback
-from eomgen.scene.control.sampled import made_by_sampled, read_sampled_controller
+from eomgen.scene.control.sampled import read_sampled_controller, sampled_names
 from eomgen.scene.control.schema import Controller as Written
-from eomgen.scene.control.state_feedback import made_by_entry, parameters_of, read_state_feedback
+from eomgen.scene.control.state_feedback import feedback_names, parameters_of, read_state_feedback
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.springs import SpringEntry
 from eomgen.scene.formula.scope import PARAMETERS, STATE
@@ -93,7 +93,7 @@ def _clipped(wanted: Formula, rate: Formula, least: Formula, most: Formula) -> F
 
 
 def _rounded(wanted: Formula, rate: Formula, least: Formula, most: Formula, width: Formula) -> Formula:
-    """Return the same with round corners, see ``tests.oracles.semi_active.rounded``."""
+    """Return the tension limited as by ``_clipped``, with round corners: see ``tests.oracles.semi_active.rounded``."""
     half, mean = 0.5 * (most - least), 0.5 * (least + most)
     beside = wanted - mean * rate
     floor = mean * width * (mean * width)
@@ -250,11 +250,11 @@ def made_by_controller(name: str, entry: Written) -> dict[str, list[str]]:
     """Return the names that a controller makes beside its own, by the section whose entries they are like."""
     made: dict[str, list[str]] = {"states": [f"{name}_{suffix}" for suffix in SUFFIXES[entry.type]]}
     if entry.type == "sampled":
-        sampled = made_by_sampled(name, entry)
+        sampled = sampled_names(name, entry)
         made["states"] = sampled.states
         made["controllers"] = [output for output in sampled.outputs if output != name]
     if entry.type == "state_feedback":
-        feedback = made_by_entry(name, entry)
+        feedback = feedback_names(name, entry)
         made["parameters"] = list(feedback.parameters)
         made["controllers"] = [output for output in feedback.outputs if output != name]
     return made
@@ -322,7 +322,7 @@ def read_controllers(
             states, called = read_sampled_controller(name, entry, values, folder)
             result.states += states
             result.sampled.append(called)
-            made = made_by_sampled(name, entry)
+            made = sampled_names(name, entry)
             for output, held in zip(made.outputs, made.values, strict=True):
                 result.outputs.append(Controller(output, Symbol("state", held), entry.unit, entry.description))
         elif entry.type == "state_feedback":

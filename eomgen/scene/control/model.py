@@ -58,7 +58,7 @@ class StateFeedback:
 
 @dataclass(frozen=True)
 class Controller:
-    """Output of a controller, by its name: a formula of its states and of its signal."""
+    """Output of a controller, by name: a formula of states and signal."""
 
     name: str
     output: Formula
@@ -77,5 +77,5 @@ class Reference:
 
     @property
     def formulas(self) -> tuple[Formula, ...]:
-        """All formulas."""
+        """All formulas of the entry."""
         return tuple(formula for part in (self.position, self.velocity, self.acceleration) for _, formula in part)

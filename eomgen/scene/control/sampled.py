@@ -28,8 +28,8 @@ _KEYWORDS = re.compile(
 
 
 @dataclass(frozen=True)
-class MadeBySampled:
-    """The names that a sampled controller makes: its outputs in formulas, and its states."""
+class SampledNames:
+    """Names that a sampled controller adds to a scene: outputs in formulas, and states."""
 
     outputs: tuple[str, ...]
     signals: tuple[str, ...]
@@ -41,10 +41,10 @@ class MadeBySampled:
         return [*self.signals, *self.values, *self.memory]
 
 
-def made_by_sampled(name: str, entry: Written) -> MadeBySampled:
+def sampled_names(name: str, entry: Written) -> SampledNames:
     """Return the names that an entry of type ``sampled`` makes."""
     outputs = tuple(f"{name}_{output}" for output in entry.outputs or ()) or (name,)
-    return MadeBySampled(
+    return SampledNames(
         outputs,
         tuple(f"{name}_signal_{signal}" for signal in entry.signals or ()),
         tuple(f"{output}_held" for output in outputs),
@@ -63,7 +63,7 @@ def read_sampled_controller(
         Folder of the scene file, to which ``source`` is relative.
     """
     key, report = key_of("controllers", name), values.report
-    made = made_by_sampled(name, entry)
+    made = sampled_names(name, entry)
     initial = values.constant(f"{key}.initial", entry.initial)
     clock = None if entry.sample is None else read_clock(key, entry, values)
     source = _source(key, entry, folder, report)

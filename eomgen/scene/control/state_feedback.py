@@ -19,8 +19,8 @@ from eomgen.system.signals import Parameter
 
 
 @dataclass(frozen=True)
-class Made:
-    """Names that a state feedback makes in addition to its own.
+class FeedbackNames:
+    """Names of outputs and parameters that a state feedback adds to a scene.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ def made_by(
     signals: Sequence[str],
     referred: tuple[Collection[str], Collection[str]],
     calibrated: bool,
-) -> Made:
+) -> FeedbackNames:
     """Return the names that a state feedback makes; ``referred`` are coordinates, and signals, whose reference is
     given."""
     given = tuple(f"{name}_{output}" for output in outputs) or (name,)
@@ -55,10 +55,10 @@ def made_by(
     references += [""] * len(coordinates)
     references += ["" if signal in referred[1] else f"{name}_reference_{signal}" for signal in signals]
     gains = tuple(tuple(f"{output}_{part}" for part in parts) for output in given)
-    return Made(given, gains, tuple(references) if calibrated else ("",) * len(parts))
+    return FeedbackNames(given, gains, tuple(references) if calibrated else ("",) * len(parts))
 
 
-def made_by_entry(name: str, entry: Written) -> Made:
+def feedback_names(name: str, entry: Written) -> FeedbackNames:
     """Return the names that an entry of type ``state_feedback`` makes."""
     return made_by(
         name,
@@ -72,7 +72,7 @@ def made_by_entry(name: str, entry: Written) -> Made:
 
 def parameters_of(name: str, entry: Written) -> list[Parameter]:
     """Return the tunable parameters of a state feedback, gains that the user gives as their values."""
-    made = made_by_entry(name, entry)
+    made = feedback_names(name, entry)
     tables = [(entry.position_gains or {}, joint) for joint in entry.coordinates or ()]
     tables += [(entry.velocity_gains or {}, joint) for joint in entry.coordinates or ()]
     tables += [(entry.signal_gains or {}, signal) for signal in entry.signals or ()]
@@ -111,7 +111,7 @@ def read_state_feedback(
         check_known(f"{key}.{table}", getattr(entry, table), coordinates, f"coordinate of {name}", values)
     for table in ("signal_gains", "signal_references"):
         check_known(f"{key}.{table}", getattr(entry, table), signals, f"signal of {name}", values)
-    made = made_by_entry(name, entry)
+    made = feedback_names(name, entry)
     _check_gains(key, entry, len(made.outputs), values)
     measured = [Symbol("q", joint) for joint in coordinates] + [Symbol("v", joint) for joint in coordinates]
     measured += [values.formula(f"{key}.signals.{key_of(signal)}", text, STATE) for signal, text in signals.items()]  # type: ignore[misc]

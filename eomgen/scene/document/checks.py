@@ -179,7 +179,7 @@ def efforts_on_drives(document: Document) -> list[str]:
     ]
 
 
-#: Checks across sections, in their order: before sections are read that observe a motion, and at the end.
+#: Checks across sections, in order: before sections are read that observe a motion, and at the end.
 CHECKS: tuple[Callable[[Document, Reading], None], ...] = (
     _check_task_frames,
     lambda document, reading: check_controllers(reading),

@@ -260,7 +260,7 @@ class Facts:
     data : nested data as a file has them, included files among them
     document : the same, checked
     scene : fields of the Scene
-    reading : the state of reading at its end
+    reading : the state of reading at the end
     """
 
     data: Mapping[str, Any]

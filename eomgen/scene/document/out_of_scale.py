@@ -36,8 +36,7 @@ _SHORTEST = 1e-3
 
 
 class _Arm(NamedTuple):
-    """A place in a body: its key, its description, its distance from the body's origin in m, and whether its body
-    moves."""
+    """A place in a body: key, description, distance from the body's origin in m, and whether the body moves."""
 
     key: str
     quantity: str

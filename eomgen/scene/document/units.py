@@ -269,7 +269,7 @@ class _Converter:
     def value(self, unit: Units, key: str, value: Any, depth: int = 0, *, over_time: bool = False) -> Any:
         """Convert every unit string in a value, which may be a list, a matrix or a table of numbers.
 
-        ``over_time``: formulas of time could stand in their place.
+        ``over_time``: formulas of time could stand instead.
         """
         if isinstance(value, Refused | Included):  # read with its own file
             return value

@@ -111,8 +111,8 @@ def _value(key: str, value: float | str | None, values: Values) -> Formula | Non
 
 
 def _restitution(key: str, value: float | str | None, values: Values) -> Formula | None:
-    """Return the formula of a restitution; one of parameters alone is from 0 to 1, of others the run sees to it that
-    they are not negative."""
+    """Return the formula of a restitution: from 0 to 1 if it depends on parameters alone; in other formulas a run
+    refuses negative values."""
     formula = _value(key, value, values)
     if formula is not None and all(symbol.kind == "parameter" for symbol in symbols(formula)):
         values.require(key, _RESTITUTION, [formula])

@@ -142,8 +142,8 @@ def _on_nodes(name: str, entry: DistributedLoadEntry, site: Site) -> Distributed
 
 
 def _weights(beam: Cosserat, profile: Sequence[float]) -> list[tuple[float, float]]:
-    """Return the integrals of a profile times the share of each node, 1 there and 0 at its neighbours, over the element
-    before it and over the one beyond it, m."""
+    """Return the integrals of a profile times the hat function of each node, over the element before and the element
+    after the node, m."""
     whole, start = sum((part.length for part in beam.parts), Fraction(0)), Fraction(0)
     weights = [[Fraction(0), Fraction(0)] for _ in beam.nodes]
     numbers = [Fraction(number) if math.isfinite(number) else Fraction(0) for number in profile]

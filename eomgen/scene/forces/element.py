@@ -50,7 +50,7 @@ class ForceElement:
         return ""
 
     def lengths(self) -> tuple[Formula, ...]:
-        """Return its lengths, m: a free length, a radius, the components of a place at rest."""
+        """Return the element's lengths, m: a free length, a radius, the components of a place at rest."""
         return ()
 
     def frames(self) -> tuple[Frame, Frame] | None:
@@ -58,7 +58,7 @@ class ForceElement:
         return None
 
     def places(self) -> Iterator[tuple[tuple[str, ...], str, Vector]]:
-        """Yield the places on bodies that it holds by itself, not by a point: the parts of their keys, body and
+        """Yield the places on bodies that the element holds directly, not by a named point: parts of the key, body and
         position."""
         for side, frame in zip(("first", "second"), self.frames() or (), strict=False):
             yield (side, "position"), frame.body, frame.position

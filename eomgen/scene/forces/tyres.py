@@ -138,7 +138,8 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
 
 
 def _height(key: str, value: float | str, center: str, values: Values) -> Formula:
-    """Return the height of a road or its rate; of all positions it may use its own wheel's x and y only."""
+    """Return the height of a road or the rate of the height; of all positions the formula may use x and y of the wheel
+    only."""
     formula = values.formula(key, value, ROAD)
     for symbol in sorted((s for s in symbols(formula) if s.kind == "position"), key=lambda s: (s.name, s.index)):
         if symbol.name != center or symbol.index == 2:

@@ -22,7 +22,8 @@ MOST_NESTED = 50
 
 
 class DefinitionError(FormulaError):
-    """A definition that mentions itself, through others maybe, or too many others; its text says which."""
+    """A definition that mentions itself, directly or through other definitions, or mentions too many definitions; the
+    text names them."""
 
 
 @dataclass(frozen=True)

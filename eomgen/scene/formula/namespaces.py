@@ -88,7 +88,7 @@ def _by_parameters(symbol: Symbol, names: Names, scope: Scope) -> Formula:
 
 
 def names_of_file(text: str, section: str, names: Collection[str]) -> dict[str, str]:
-    """Return the scene's names of a section's entries by their names in the file of a text."""
+    """Return the scene's names of a section's entries by name in the file of a text."""
     spaces = spaces_of(text)
     if not spaces:
         return {name: name for name in names}
@@ -151,7 +151,7 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
 
 
 def _locally(space: Namespace, section: str, known: Collection[str]) -> dict[str, str]:
-    """Return the known names of a section by their names in the file of a namespace."""
+    """Return the known names of a section by name in the file of a namespace."""
     return {local: name for local, name in space.names.get(section, {}).items() if name in known}
 
 
@@ -199,7 +199,7 @@ def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: Names) -> Fo
 
 
 def mapped(formula: Formula, rename: Callable[[Symbol], Formula]) -> Formula:
-    """Return a formula with every symbol replaced; curves are known by themselves, not by their names."""
+    """Return a formula with every symbol replaced; curves are known by themselves, not by name."""
     if isinstance(formula, Symbol):
         return rename(formula)
     if isinstance(formula, Operation):

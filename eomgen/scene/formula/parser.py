@@ -339,7 +339,7 @@ class _Reader:
         raise self.error(node, f"unknown name {shown(name)}", hint)
 
     def definition(self, name: str) -> tuple[Formula, float | None]:
-        """Return a definition: its number, or a symbol until it is written out, when its kinds are checked."""
+        """Return a definition: a number, or a symbol until the definition is written out and its kinds are checked."""
         definition: NamedExpression = self.names.definitions[name]
         if (number := definition.number) is None:
             return Symbol("definition", name), None

@@ -39,7 +39,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Placed:
-    """A body in the frame of its assembly: mass, place of its centre, inertia (xx, yy, zz, xy, xz, yz) about it."""
+    """A body in the frame of an assembly: mass, centre of mass, inertia (xx, yy, zz, xy, xz, yz) about the centre."""
 
     mass: Numbers
     center: Triple
@@ -183,8 +183,8 @@ def _first_moment(bodies: Sequence[Placed]) -> Triple:
 
 
 @dataclass(frozen=True)
-class Led:
-    """A joint that others follow, or one of them, has mass or inertia beyond it.
+class MimicInertia:
+    """Requirement that a leader of mimic joints, or one of the followers, moves mass or inertia.
 
     Attributes
     ----------
@@ -347,7 +347,7 @@ def _check_led(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Valu
         multipliers = [places.put(joint.mimic.multiplier) for joint in following if joint.mimic is not None]
         words = f"the joint {first} cannot be moved by a force: neither it nor its followers carry mass or inertia"
         hint = f"mass for a body that it moves, rotor_inertia, or a fixed joint (URDF: lock {first})"
-        rule = Led(
+        rule = MimicInertia(
             leader,
             tuple(zip(multipliers, rest, strict=True)),
             f"{words}, so the inertia matrix would be singular",

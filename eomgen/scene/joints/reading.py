@@ -386,7 +386,7 @@ def _frame(
     points: Mapping[str, Point],
     values: Values,
 ) -> Frame:
-    """Return one of the two frames; a missing one is reported."""
+    """Return the first or the second frame of a joint; a missing frame is reported."""
     if frame is None:
         side = key.rpartition(".")[2]
         values.report.add(key, f"the key {side} is missing", f"{side} = ...")

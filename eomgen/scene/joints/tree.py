@@ -49,7 +49,7 @@ def displaced(
 
 
 def _moved(motion: ElementaryMotion, axes: Array, q: Vector, pitch: float) -> tuple[Array, Array, Array]:
-    """Return the same of one elementary motion; axes (n, 3)."""
+    """Return rotation, shift and motion subspace of one elementary motion; axes (n, 3)."""
     none = np.zeros(3)
     match motion.kind:
         case "ball":
@@ -87,7 +87,7 @@ def ordered(
     links : sequence of Link
         In the user's order.
     bodies : mapping
-        The section in which each body is declared, by its name.
+        The section in which each body is declared, by name.
     refused : collection of str
         Bodies with invalid entries: they exist, but their data are unknown.
     complete : bool

@@ -1,9 +1,8 @@
 """Joints whose motion meets no inertia because of the bodies they carry, such as a free massless root link.
 
-A joint that carries no inertia is refused by ``moved_inertia``. Here it carries some, but joints beyond it can take up
-its motion, so that no mass moves: the inertia matrix is singular in every position.
-Elimination by articulated bodies (Featherstone 1983), on numbers and at one arbitrary position, finds that joint by
-joint.
+A joint that carries no inertia is refused by ``moved_inertia``. Here the joint carries mass, but joints beyond can
+compensate the motion, so that no mass moves: the inertia matrix is singular in every position. Elimination by
+articulated bodies (Featherstone 1983), on numbers and at one arbitrary position, finds that joint by joint.
 """
 
 from __future__ import annotations
@@ -38,8 +37,8 @@ def unresisted_motions(
 ) -> list[str]:
     """Return a note on each joint that can move without moving any mass, together with joints beyond it.
 
-    Joints that follow others, and their leaders, count as held: a motion without mass that does not need them exists
-    whether they move or not.
+    Mimic joints and their leaders count as held: a massless motion without these joints exists whether they move or
+    not.
 
     Parameters
     ----------

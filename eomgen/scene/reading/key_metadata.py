@@ -27,7 +27,7 @@ Column = Literal["", "argument", "value"]
 
 
 class Table(BaseModel):
-    """A table with known keys only; a text in its place is the value of the key ``short``, if it has one."""
+    """A table with known keys only; a text instead is the value of the key ``short``, if it has one."""
 
     short: ClassVar[str] = ""
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
@@ -111,13 +111,6 @@ def optional(description: str, **meaning: Any) -> Any:
 def of_parameters(description: str, *, unit: Units | Mapping[str, Units] = "", shown_default: str = "") -> Any:
     """Return an optional key whose values are formulas of parameters."""
     return optional(description, unit=unit, names=PARAMETERS, shown_default=shown_default)
-
-
-def given_in(description: str) -> Any:
-    """Return the key ``in``: the frame in whose axes an entry is given at the design position."""
-    return optional(
-        description, alias="in", refers="bodies", kind="body, `base` or `world`", shown_default="the body itself"
-    )
 
 
 def of_fixed_parameters(description: str, **meaning: Any) -> Any:
@@ -212,7 +205,7 @@ def inner_table(annotation: Any) -> Inner | None:
 
 @cache
 def fields_of(model: type[Table]) -> dict[str, tuple[Meaning, Inner | None]]:
-    """Return the metadata of each key of a table, by its name in a file, and the table that it holds."""
+    """Return the metadata of each key of a table, by name in a file, and the table that it holds."""
     fields = model.model_fields.items()
     return {field.alias or name: (meaning_of(field), inner_table(field.annotation)) for name, field in fields}
 

@@ -79,7 +79,7 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
 
 @dataclass(frozen=True)
 class HeldValue:
-    """A sampled value: its name, its formula or the controller that gives it, and its place in the file."""
+    """A sampled value: name, formula or controller, and place in the file."""
 
     name: str
     formula: Formula

@@ -232,7 +232,8 @@ def _unit_fault(label: str, known: str) -> tuple[str, str] | None:
 
 
 class _Definitions(Section):
-    """Named expressions: formulas that mention them read them in their own scopes; here each is read by itself."""
+    """Named expressions: a formula that mentions a definition reads it in the formula's scope; here definitions are
+    read alone."""
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         entries: Mapping[str, schema.Definition] = reading.document.section("definitions")

@@ -84,7 +84,7 @@ class Source:
     elsewhere : mapping
         Endings of files that another program converts to this kind, and a hint.
     scenes : bool
-        Whether its files are scene files themselves: with units, and with includes of their own.
+        Whether the files of the source are scene files: with units, and with further includes.
     """
 
     name: str

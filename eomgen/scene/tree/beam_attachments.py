@@ -10,7 +10,7 @@ frame move in the same direction: else it does not hold the beam (mean axes are 
 Places on geometrically exact beams: stations along the axis, the nodes that carry attachments, and outputs of
 sections.
 
-Elements end at every attachment (``beam_stations``), so that a load there acts on a frame of its own, and
+Elements end at every attachment (``beam_stations``), so that a load there acts on a separate frame, and
 all terms, constraints and reactions of bodies hold. Between nodes a frame would be a function of two of them.
 """
 
@@ -232,7 +232,7 @@ class BeamNodes:
         }
 
     def check_names(self, joints: Mapping[str, written.Joint]) -> None:
-        """Report joints that call nodes by their names, which are none of the scene's: places on the beam are."""
+        """Report joints that call nodes by name, which are none of the scene's: places on the beam are."""
         places = {
             node: (beam, x) for beam in self.beams.values() for node, x in zip(beam.nodes, beam.places, strict=True)
         }

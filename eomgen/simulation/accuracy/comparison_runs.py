@@ -1,5 +1,5 @@
-"""Runs of the same motion at other steps or tolerances, on rows that all of them have with the run itself, and
-distances between their motions.
+"""Runs of the same motion at other steps or tolerances, on the rows common to all runs, and distances between these
+motions.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ class Span:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Rows of a comparison run, the parameters there and its events; why it came no further, empty at the end or an
-    event; the counts of its stepper."""
+    """Rows of a comparison run, parameters at the rows, events; reason for an early end, empty at the end or at an
+    event; counts of the stepper."""
 
     rows: Array
     parameters: Array

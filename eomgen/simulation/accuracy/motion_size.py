@@ -172,11 +172,12 @@ def motion_size(
 ) -> MotionSize:
     """Return the size of the motion of recorded rows, (n, width).
 
-    The size of a joint's coordinate is its range, of a rotation the largest angle from its start, of a velocity or a
-    multiplier the largest value; a size below a thousandth of the largest one in its unit is raised to that thousandth.
-    An angle whose whole turns do not matter, by ``turns`` (nv,), none by default, has the size of a turn at most.
-    An output that is rounding beside all that has its unit, as the moment of a bearing beside its forces, counts as
-    that rounding. An energy that is kept, or nearly so, is measured by the energies at work, ``energies`` in J.
+    The size of a joint's coordinate is the range of the coordinate, of a rotation the largest angle from the start, of
+    a velocity or a multiplier the largest value; a size below a thousandth of the largest one in its unit is raised to
+    that thousandth. An angle whose whole turns do not matter, by ``turns`` (nv,), none by default, has the size of a
+    turn at most. An output that is rounding beside all that has its unit, as the moment of a bearing beside its forces,
+    counts as that rounding. An energy that is kept, or nearly so, is measured by the energies at work, ``energies`` in
+    J.
     """
     column = columns_of(model, rows)
     travel = np.ptp(column["q"], axis=0)

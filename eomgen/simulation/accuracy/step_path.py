@@ -1,5 +1,5 @@
 """The motion within the steps of a run: rows at the ends of all steps, the interpolant between them, and corners and
-jumps of formulas that it crosses, at which methods lose their order.
+jumps of formulas on the path, at which methods lose order.
 """
 
 from __future__ import annotations
@@ -201,7 +201,7 @@ class StepPath:
         return (letters[symbol.kind] + self.place(symbol),) if symbol.kind in letters else ()
 
     def place(self, symbol: Symbol) -> int:
-        """Return the index of a known symbol among coordinates, velocities, internal states or inputs."""
+        """Return the index of a known symbol within the block of its kind: q, v, z or u."""
         return self._places[symbol.kind, symbol.name] + symbol.index
 
     def values(self, formula: Formula, blocks: StepStates) -> Array:
@@ -237,7 +237,7 @@ def _of_inputs(formula: Formula) -> bool:
 
 
 def _quintic(rows: tuple[Array, Array, Array], steps: NDArray[np.intp], h: Array, s: Array) -> tuple[Array, Array]:
-    """Return q and v at parts s, (m, 1), of steps of h, (m, 1), by quintics through q, v and a at their ends."""
+    """Return q and v at parts s, (m, 1), of steps of h, (m, 1), by quintics through q, v and a at the ends."""
     q, v, a = rows
     rise = q[steps + 1] - q[steps]
     first, last = h * v[steps], h * v[steps + 1]

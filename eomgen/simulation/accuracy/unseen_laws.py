@@ -78,7 +78,7 @@ class UnseenLaw(NamedTuple):
     ----------
     finding : on its effect, with the remedy
     law : in words
-    step : s, that resolves it; 0 if the equations have no solution there, so that methods that choose their steps stop
+    step : s, that resolves it; 0 if the equations have no solution there, so that methods with adaptive steps stop
     """
 
     finding: Finding
@@ -362,7 +362,7 @@ class _Examination:
 
     @staticmethod
     def _with_ends(inside: Array, at_ends: Array, steps: NDArray[np.intp]) -> Array:
-        """Return values within steps with the values at their ends, (steps, samples + 2)."""
+        """Return values within steps with the values at the ends, (steps, samples + 2)."""
         return np.column_stack([at_ends[steps], inside.reshape(len(steps), -1), at_ends[steps + 1]])
 
     def _meshes(self, steps: NDArray[np.intp], grid: Array, arguments: Sequence[Array]) -> list[Array]:
@@ -550,7 +550,7 @@ class _Examination:
         ahead = np.flatnonzero(way * self._rates_at(rows[1:])[:, column] > 0.0)
         if not len(ahead):
             return 0.0
-        free = int(ahead[0]) + 2  # rows up to the first one that the rates lead on from, and the one behind it
+        free = int(ahead[0]) + 2  # rows up to the first row from which the rates lead on, and the next row
         if len(values) <= free or np.any(np.diff(values[: free + 1]) <= 0.0):
             return 0.0  # forces at the level act on the run, which chatters about it
         toward, away = (way * self._rates_at(rows, column, value)[:, column] for value in (low, level))

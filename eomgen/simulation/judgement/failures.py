@@ -41,7 +41,7 @@ _FAR = 0.1
 
 
 def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Events | None) -> str:
-    """Return a sentence on the end of a run, and a remedy if it did not reach its end time.
+    """Return a sentence on the end of a run, and a remedy if it did not reach the end time.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
         )
     elif not (cause_of_step or singular) and (away := _grown(run, stepper, trajectory)):
         details, hint = f"{details}; {away.text}", away.hint
-    if any(tells_strain(text) for text in run.corrections):  # the message says how much at its end
+    if any(tells_strain(text) for text in run.corrections):  # the message says how much at the end
         hint = f"an initial state nearer to assembly, or lengths that fit, so that beams start unstrained; or {hint}"
     steps = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics, model)}"
     return f"stopped at t = {t:.9g} s, after {steps}: {text}{details}; try: {hint}"

@@ -66,7 +66,7 @@ class _Place(NamedTuple):
 
 
 class _Swing(NamedTuple):
-    """A mode that swings: its part of the accelerations, its angular frequency in 1/s, its dominating velocity."""
+    """An oscillating mode: part of the accelerations, angular frequency in 1/s, dominating velocity."""
 
     share: float
     frequency: float

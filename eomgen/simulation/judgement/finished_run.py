@@ -1,5 +1,5 @@
-"""FinishedRun: a run as its checks see it, every quantity evaluated when it is first asked for; Check: one row of the
-register of checks.
+"""FinishedRun: a run as seen by checks, with every quantity evaluated at first use; Check: one row of the register of
+checks.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ class FinishedRun:
 
     @property
     def complete(self) -> bool:
-        """Whether the run reached its end, or the event that ends it."""
+        """Whether the run reached the end, or the event that ends it."""
         return self.ended and not self.trajectory.interrupted and self.trajectory.failure is None
 
     @cached_property
@@ -202,7 +202,7 @@ class FinishedRun:
 
     @cached_property
     def last_run(self) -> Run:
-        """The run with the parameters at its end."""
+        """The run with the parameters at the end."""
         run, t = self.run, self.trajectory.rows[-1, 0]
         p = parameters_over(self.events, run.model, run.parameters, t)
         return run if p is run.parameters else replace(run, parameters=p)

@@ -156,7 +156,7 @@ def not_followed(relative: float, tolerance: float) -> str:
     Parameters
     ----------
     relative : estimated error as a part of the motion; NaN if it is not known
-    tolerance : of a method that chooses its steps; infinite for others
+    tolerance : of an adaptive method; infinite for others
     """
     if not relative > _FOLLOWED * tolerance:
         return ""

@@ -43,9 +43,9 @@ class WritesCheckpoints(Protocol):
 class Trajectory:
     """Rows (t, q, v, vdot, multipliers, z) of a run, how it ended (status 0: well), and whether it was interrupted.
 
-    ``middle`` and ``end`` hold every row of a window in the middle of the run and of the two windows at its end, the
+    ``middle`` and ``end`` hold every row of a window in the middle of the run and of the two windows at the end, the
     row before the first step of each included; ``middle`` is empty in short runs, and both are in runs that did not
-    come so far. ``events`` are the logs of its parts, ``modes`` the modes at their start; None: the modes in the
+    come so far. ``events`` are the logs of its parts, ``modes`` the modes at the start; None: the modes in the
     parameters.
     """
 
@@ -140,7 +140,7 @@ class _Pace:
         self.plan, self.step = stepper.plan, stepper.step_size
         self.settings = stepper.settings[1:].tobytes()
         pace = self.plan.pace if self.plan.paced_by == self.settings else math.inf
-        if self.step > self.plan.paced_step:  # a row of a method that chooses its steps may cost so much more
+        if self.step > self.plan.paced_step:  # a row of an adaptive method may cost so much more
             pace *= self.step / self.plan.paced_step
         self.chunk = max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / pace)))
 

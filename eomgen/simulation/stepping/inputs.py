@@ -126,7 +126,7 @@ def kind_of(signal: CheckedSignal) -> str:
 def jumps_known(library: Library) -> bool:
     """Return whether a stepper evaluates the scene's formulas of inputs that are not given itself.
 
-    It does if it knows the times of their jumps, chooses its steps, or expands them in series.
+    It does if it knows the times of jumps, has adaptive steps, or expands inputs in series.
     """
     by_formulas = any(function["name"] == "inputs" for function in library.layout["functions"])
     method = library.layout["method"]

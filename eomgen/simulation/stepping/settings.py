@@ -139,7 +139,7 @@ def chosen_method(name: str, given: Mapping[str, float | None], scene: Mapping[s
 def stepper_settings(
     data: Mapping[str, Any], step: float, method: Method, extra: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return the settings of a stepper in their order: the method's parameters, and the caller's own. Raises
+    """Return the settings of a stepper in order: the method's parameters, and the caller's own. Raises
     UsageError."""
     values = default_settings(data)
     own = {name: float(value) for name, value in method.parameters.items()}
@@ -185,7 +185,7 @@ class ChosenStepper:
     Attributes
     ----------
     library : with the stepper
-    settings : of the stepper, in their order; the step is the library's default
+    settings : of the stepper, in order; the step is the library's default
     left_to_stepper : as of ``InputSignals``
     finds_bound : whether the run's own steps are to be bounded if they pass over a law: they are chosen by the method,
         laws may be narrow, and neither the scene nor the caller sets ``largest_step``
@@ -277,7 +277,7 @@ def check_span(
     given: Mapping[str, CheckedSignal],
     grid: TimeGrid,
 ) -> None:
-    """Raise UsageError if a prescribed law of time does not cover a run from its start to its end, or is too steep.
+    """Raise UsageError if a prescribed law of time does not cover a run from its start to the end, or is too steep.
 
     Parameters
     ----------
@@ -297,7 +297,7 @@ def check_span(
 def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid) -> tuple[list[Problem], list[str]]:
     """Return the problems of the drives and of the law of the base in a run, and notes on them.
 
-    They may jump at the parameters of the run, (np,), or be too steep for the step; methods with steps of their own
+    They may jump at the parameters of the run, (np,), or be too steep for the step; methods with adaptive steps
     follow steep laws.
     """
     laws = [law for law in model.description.laws if not law.constant]

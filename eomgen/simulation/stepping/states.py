@@ -41,7 +41,7 @@ class Prescribed(NamedTuple):
 
 
 def states_of(rows: Array, model: CompiledModel) -> States:
-    """Return the states in rows (n, width) of a run, each in an array of its own."""
+    """Return the states in rows (n, width) of a run, each in a separate array."""
     nv, width = model.nv, rows.shape[1]
     v = 1 + model.nq
     a, multipliers, z = v + nv, v + 2 * nv, width - model.nz

@@ -14,7 +14,7 @@ from eomgen.integrators.newton.matrix import WEIGHTS
 #: Nonzeros of B, and velocity components, up to which the increment of the configuration is written out.
 WRITTEN_OUT = (300, 100)
 #: Statements of an elimination up to which it is one function, and of each function of a longer one. In one long
-#: function gcc keeps factors that it has just stored for rows far below, and spills them: 4863 statements take 1.6
+#: function gcc keeps stored factors in registers for rows far below, and spills registers: 4863 statements take 1.6
 #: times as long as in parts of 200, and the file that holds them 1.9 times as long to compile.
 _WHOLE, _PART = 1000, 200
 
@@ -263,7 +263,7 @@ def _statements(row: Mapping[str, Any]) -> int:
 def _forward_with_sources(
     k: int, right: str, row: Mapping[str, Any], data: Mapping[str, Any], upper: Sequence[Mapping[int, int]]
 ) -> list[str]:
-    """Return the statements of a row: sources f on its links, its own, n, and all of it, y."""
+    """Return the statements of a row: sources f on links, source n of the row, and the whole row y."""
     lines = []
     for column, given, earlier in row["sources"]:
         own = [f"{'-' if given < 0 else ''}r[{abs(given) - 1}]"] if given else []

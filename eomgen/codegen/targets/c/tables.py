@@ -63,7 +63,7 @@ class Lookup:
     ----------
     name : of the table in C
     values : its entries
-    batch : entries in a line of its own at most; 0 for all in one
+    batch : entries in a separate line at most; 0 for all in one
     """
 
     def __init__(self, name: str, values: Sequence[int], batch: int = 0) -> None:
@@ -242,7 +242,7 @@ class CurveTable:
 
     @property
     def packed(self) -> bool:
-        """Whether it is bytes in a file of its own."""
+        """Whether it is bytes in a separate file."""
         return len(self.rows) * len(self.rows[0]) >= LARGE
 
     @property

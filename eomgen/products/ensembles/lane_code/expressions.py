@@ -58,8 +58,8 @@ class Value:
 
 @dataclass(frozen=True)
 class Place:
-    """A target of assignments: its text, its type, the region of its variable (None: memory of the caller), and the
-    text of its places if each lane has one of its own."""
+    """A target of assignments: text, type, region of the variable (None: memory of the caller), and the text of the
+    places if they differ between lanes."""
 
     text: str
     type: Type

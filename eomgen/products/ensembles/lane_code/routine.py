@@ -88,7 +88,7 @@ class RoutineText(Expressions):
     # -- names -----------------------------------------------------------------------------------------------------
 
     def find(self, name: str) -> Variable | None:
-        """Return a variable by its name."""
+        """Return a variable by name."""
         for scope in reversed(self.variables):
             if name in scope:
                 return scope[name]
@@ -101,7 +101,7 @@ class RoutineText(Expressions):
     # -- statements ------------------------------------------------------------------------------------------------
 
     def _block(self, node: Any) -> bool:
-        """Write the statements of a block; False if control never leaves it at its end."""
+        """Write the statements of a block; False if control never leaves it at the end."""
         self.variables.append({})
         going = True
         for item in node.block_items or [] if isinstance(node, c_ast.Compound) else [node]:

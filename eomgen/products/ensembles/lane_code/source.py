@@ -48,7 +48,7 @@ class Truths(Type):
 
 @dataclass(frozen=True)
 class Structure(Type):
-    """A structure, by its name; all its members are of lanes."""
+    """A structure, by name; all its members are of lanes."""
 
     name: str
 
@@ -200,7 +200,7 @@ class Source:
     functions: dict[str, list[Type]] = field(default_factory=dict)
     #: Functions of others, which are called lane by lane: types of their parameters.
     foreign: dict[str, list[Type]] = field(default_factory=dict)
-    #: Texts of declarations, in their order.
+    #: Texts of declarations, in order.
     texts: list[str] = field(default_factory=list)
 
 

@@ -1,9 +1,9 @@
 """A stepper's C for one trajectory made into C for one trajectory in each lane, and the files of its library.
 
-The author of a stepper writes the control flow of one trajectory: if, loops, return. In lanes each of these holds
-for some trajectories and not for others, so every block has a mask of the lanes that are in it; code outside stays
-as it is. Values have the same bits as the scalar text, because each lane has the same operations in the same
-order (Karrenberg and Hack 2011, whole-function vectorisation; Pharr and Mark 2012, ispc).
+The author of a stepper writes the control flow of one trajectory: if, loops, return. In lanes each condition holds for
+some trajectories only, so every block has a mask of the active lanes; code outside of such blocks is unchanged. Values
+have the same bits as the scalar text, because each lane has the same operations in the same order (Karrenberg and Hack
+2011, whole-function vectorisation; Pharr and Mark 2012, ispc).
 """
 
 from __future__ import annotations

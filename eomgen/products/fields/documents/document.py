@@ -216,7 +216,7 @@ VARIANCE = "_variance"
 
 @dataclass(frozen=True)
 class Table:
-    """A file of two columns, wave numbers and values, each column by its name or by its place."""
+    """A file of two columns, wave numbers and values, each column by name or by its place."""
 
     file: str
     columns: tuple[str, str] = ("", "")

@@ -33,7 +33,7 @@ class Entries:
         self.report = report
 
     def head(self, known: Iterable[str]) -> str:
-        """Check the keys of a file, its format and its kind; return its name."""
+        """Check keys, format and kind of a file; return the name."""
         data, report = self.data, self.report
         check_keys("", data, known, report)
         if data.get("format") != 1:

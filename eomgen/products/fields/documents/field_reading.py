@@ -51,7 +51,7 @@ _KINDS = frozenset({"parameter", "state"})
 _WAVES = Scope(f"{', '.join(OF_WAVES)}, {VOLUME} of a cell, parameters and names of where", _KINDS)
 _PLACES = Scope(f"{', '.join(OF_PLACES)} of a cell's centre, parameters, and data above", _KINDS)
 _DRAWN = Scope(f"operators, {', '.join(OF_PLACES)} of a cell's centre, parameters, and data above", _KINDS)
-#: Data that cannot be below 0, by their names.
+#: Data that cannot be below 0, by name.
 _NOT_NEGATIVE = ("counts", "response")
 _MASSES = ("fisher", "prior", "unit")
 _FILES = (".npy", ".csv")

@@ -5,7 +5,7 @@ From a Hamiltonian to a System: energies, gradient, Hessian-vector product, drif
 
 Momenta stand in the block ``v`` of the System. A Hamiltonian that is T(p) + V(q) by its terms has the functions
 ``drift`` (dT/dp, of momenta alone) and ``kick`` (-dV/dq, of coordinates alone): with the other half of the state held,
-each is the exact motion of its part of H.
+drift and kick are the exact motions of T and of V.
 """
 
 from __future__ import annotations

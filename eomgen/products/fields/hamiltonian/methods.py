@@ -144,7 +144,7 @@ def krylov(n: int) -> int:
 
 
 def method_for(document: Hamiltonian, name: str | None = None, first: str = "drift") -> Method:
-    """Return a method of a system by its name; by default the method of the file, or the standard method.
+    """Return a method of a system by name; by default the method of the file, or the standard method.
 
     If H is T(p) + V(q), names refer to the table of compositions, and steps begin with a drift or a kick
     (``first``). Otherwise the leapfrogs of a recursion are implicit midpoint steps. ``implicit_midpoint`` and

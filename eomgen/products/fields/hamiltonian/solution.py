@@ -25,7 +25,7 @@ LOST = 0.1
 #: The part of a tolerance at which another run tells its errors.
 FINER = 0.1
 
-#: Rows of the motion in a multiple of the step, behind every so many steps of the run and at its end; None if it
+#: Rows of the motion in a multiple of the step, behind every so many steps of the run and at the end; None if it
 #: fails.
 Rows = Callable[[float, int], "Array | None"]
 
@@ -176,7 +176,7 @@ class HamiltonianSolution:
         ``steps``, ``gradients`` (evaluations of forces), ``iterations`` (of implicit steps), ``products`` (of the
         Hessian of H, in Newton's method), ``wall_time`` in s.
     success : bool
-        Whether the motion reached its end.
+        Whether the motion reached the end.
     message : str
         Its end, and doubts.
     metadata : mapping

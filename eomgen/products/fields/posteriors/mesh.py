@@ -228,7 +228,8 @@ class Transforms(Protocol):
         afterwards; with FFTW, it is the buffer."""
 
     def white(self, generator: np.random.Generator, to: Complex) -> None:
-        """Write the spectrum of independent standard normal numbers in all cells into an array that is there."""
+        """Write the orthonormal spectrum of independent standard normal numbers in all cells into a given array,
+        ``to``."""
 
 
 class _SciPy:

@@ -168,8 +168,8 @@ def smoothing(mesh: Mesh, radius: float) -> LinearOperator:
 
 
 def difference(mesh: Mesh, axis: int) -> LinearOperator:
-    """Return the central difference of neighbouring cells along an axis, divided by their distance; its adjoint is its
-    negative."""
+    """Return the central difference of neighbouring cells along an axis, divided by the distance of the cells; the
+    adjoint of this operator is the negative operator."""
     if not 0 <= axis < len(mesh.cells):
         fault = f"there is no axis {axis} in {len(mesh.cells)} dimensions"
         raise UsageError(Problem("difference: axis", fault, f"0 to {len(mesh.cells) - 1}"))

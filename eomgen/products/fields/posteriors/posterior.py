@@ -329,7 +329,8 @@ class FieldPosterior:
     def mode(self, start: Complex | None = None, *, tolerance: float = 1e-8, iterations: int = 60) -> Mode:
         """Return the white field of least U by Newton's method with conjugate gradients, from 0 on if from nowhere.
 
-        If the gradient ends at a saddle, it goes on below it; of several minima it is the one that it comes to.
+        If the descent ends at a saddle, it goes on below the saddle; of several minima the first one reached is
+        returned.
 
         Parameters
         ----------

@@ -148,8 +148,8 @@ class Samples:
     def autocorrelation(self) -> tuple[float, float]:
         """Integrated autocorrelation times in trajectories: mean of the cells, and of the worst bin of k.
 
-        The worst is the largest of as many estimates as there are bins, so if bins are alike it comes out one or two
-        of their ``autocorrelation_error`` above them.
+        The worst value is the largest of as many estimates as there are bins: with equal bins it exceeds the mean by
+        one or two ``autocorrelation_error``.
         """
         return float(np.mean(autocorrelation_time(self.cells))), largest(autocorrelation_time(self.power))
 

@@ -90,8 +90,8 @@ def _follow(
 
 @dataclass
 class _Chain:
-    """State of a chain: its white field, U there, trajectories so far, and the size of its steps; of a warm-up that has
-    not ended its trajectories, halvings of the step, and logarithms of steps.
+    """State of a chain: white field, U of this field, number of trajectories, and step size; during the warm-up also
+    the trajectories, halvings and logarithms of step sizes of the warm-up.
 
     ``known`` says whether a trajectory has evaluated the gradient there, which is ``slope`` unless it is of a file.
     """
@@ -234,7 +234,7 @@ class Sampler:
         Returns
         -------
         bool
-            Whether it has come to its end.
+            Whether it has come to the end.
         """
         target = acceptance or BEST_ACCEPTANCE.get(self.methods[0].order, 0.9)
         if not goes_on:
@@ -362,7 +362,7 @@ class Sampler:
     def _from_drift(
         self, _: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
     ) -> float | None:
-        """Follow a trajectory that ends with a drift, and return U at its end; None if it was stopped."""
+        """Follow a trajectory that ends with a drift, and return U at the end; None if it was stopped."""
         if not _follow(self.posterior, parts, step, self._moved, self._momenta, self._inverse, stop):
             return None
         return self.posterior.energy(self._moved)
@@ -370,7 +370,7 @@ class Sampler:
     def _from_slope(
         self, chain: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
     ) -> float | None:
-        """Follow a trajectory that begins and ends with a kick, and return U at its end; None if it was stopped.
+        """Follow a trajectory that begins and ends with a kick, and return U at the end; None if it was stopped.
 
         Its first kick takes the gradient of the last trajectory of this kind at the chain's place, and its
         last one the cells that U is of.

@@ -45,7 +45,8 @@ class Covariance(Protocol):
         ...
 
     def density(self, frequency: Array) -> Array:
-        """Return G at frequencies from 0 on, in cycles per unit of the lag."""
+        """Return the one-sided density G at frequencies from 0 on, in cycles per unit of the lag; unit of the process
+        squared per cycle."""
         ...
 
 
@@ -67,7 +68,8 @@ class SquaredExponential:
 
 @dataclass(frozen=True)
 class Exponential:
-    """R = s^2 exp(-abs(tau) / l): white noise behind a filter of first order."""
+    """R = s^2 exp(-abs(tau) / l), s ``standard_deviation``, l ``scale``: white noise through a filter of first order,
+    the Ornstein-Uhlenbeck process."""
 
     standard_deviation: float
     scale: float

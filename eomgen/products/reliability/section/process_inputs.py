@@ -1,5 +1,5 @@
-"""Random processes as inputs of a scene, their variables as its parameters, and their modes as splines: tables in
-formulas, and in C."""
+"""Random processes as inputs of a scene, with standard normal variables as parameters of the scene, and modes as
+splines: tables in formulas and in C."""
 
 from __future__ import annotations
 

@@ -82,8 +82,8 @@ class Processes:
     def _first(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> str | None:
-        """Return the process whose covariance a process has: itself, or the one it is correlated with; None if it is
-        unknown, which is reported, and for a process that follows another."""
+        """Return the process that defines the covariance of a process: the process itself, or the process correlated
+        with it; None if it is unknown, which is reported, and for a process that follows another."""
         key = key_of("random", name)
         if entry.follows is not None:
             return None

@@ -29,7 +29,7 @@ _Coherence = Annotated[
 
 
 class RandomProcess(Table):
-    """A stationary random process g(t), and its translation; formulas use it by its name."""
+    """A stationary random process g(t), and its translation; formulas use it by name."""
 
     type: (
         Literal[

@@ -9,10 +9,10 @@ from eomgen.products.reliability.tails.most_probable_point import (
     Unreached,
     breitung,
     first_order,
+    further_design_points,
     hohenbichler_rackwitz,
     most_probable_points,
     points_on_curve,
-    rivals,
 )
 from eomgen.products.reliability.tails.quadratic_form import (
     Counted,
@@ -44,6 +44,7 @@ __all__ = [
     "breitung",
     "corrected_tail",
     "first_order",
+    "further_design_points",
     "hermite_projection",
     "hohenbichler_rackwitz",
     "importance_sampling",
@@ -51,5 +52,4 @@ __all__ = [
     "most_probable_points",
     "points_on_curve",
     "projected_hessian",
-    "rivals",
 ]

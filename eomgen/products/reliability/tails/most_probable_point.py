@@ -131,7 +131,7 @@ def _curved(design_point: MostProbablePoint, weight: float) -> float:
 
 
 def most_probable_points(response: Response, thresholds: Sequence[float]) -> list[MostProbablePoint]:
-    """Return the most probable points of thresholds, in their order.
+    """Return the most probable points of thresholds, in order.
 
     Raises
     ------
@@ -340,11 +340,13 @@ def _solved(z: Array, multiplier: float, value: float, threshold: float, gradien
     return aside <= _ASIDE and abs(value - threshold) <= _OFF * slope + _ROUNDED * abs(threshold)
 
 
-def rivals(response: Response, design_point: MostProbablePoint, starts: int, seed: int) -> list[MostProbablePoint]:
+def further_design_points(
+    response: Response, design_point: MostProbablePoint, starts: int, seed: int
+) -> list[MostProbablePoint]:
     """Return other points with the same threshold that lie nearer to the mean than one standard deviation behind it.
 
     A bistable system has several, and the probability is then some sum of theirs. They are looked for from the mirrored
-    point and from random directions at the same distance, by the method of Hasofer and Lind with Newton's at its end;
+    point and from random directions at the same distance, by the method of Hasofer and Lind with Newton's at the end;
     that none is found is no proof.
     """
     random = np.random.default_rng(seed)

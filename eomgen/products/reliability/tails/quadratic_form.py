@@ -212,8 +212,8 @@ def leading_directions(gradients: Array, share: float) -> Array:
 
 
 def projected_hessian(products: Array, directions: Array) -> Array:
-    """Return a Hessian (n, n) from its products (n, r) with orthonormal directions (n, r): exact for all pairs of which
-    one lies in their span, zero for the others."""
+    """Return a Hessian (n, n) from products (n, r) with orthonormal directions (n, r): exact for pairs of vectors of
+    which one lies in the span of the directions, zero for other pairs."""
     inner = directions.T @ products
     crossed = products @ directions.T
     result: Array = crossed + crossed.T - directions @ (0.5 * (inner + inner.T)) @ directions.T

@@ -20,9 +20,9 @@ from eomgen.products.reliability.tails import (
     breitung,
     corrected_tail,
     first_order,
+    further_design_points,
     hohenbichler_rackwitz,
     importance_sampling,
-    rivals,
 )
 from eomgen.products.reliability.vibration.result import Distribution
 from eomgen.products.reliability.vibration.run_response import RunResponse
@@ -77,7 +77,7 @@ def doubts_of(response: Response, reached: Sequence[MostProbablePoint], seed: in
         if not one.nearest and not one.aside:  # Hessians miss jumps of the gradient
             notes.append(f"the most probable point of {one.threshold:.6g} is no nearest one: trust samples there")
     for one in {id(one): one for one in (reached[0], reached[-1])}.values():
-        others = rivals(response, one, _DIRECTIONS, seed)
+        others = further_design_points(response, one, _DIRECTIONS, seed)
         if others:
             far = float(np.linalg.norm(others[0].point))
             notes.append(

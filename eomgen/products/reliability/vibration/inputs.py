@@ -1,4 +1,4 @@
-"""Arguments of a study of random vibration, checked: its processes, its output, its time, its thresholds."""
+"""Checked arguments of a study of random vibration: processes, output, time, thresholds."""
 
 from __future__ import annotations
 

@@ -127,8 +127,8 @@ class RunResponse:
         return list(dict.fromkeys(kink.description for kink in kinks))
 
     def expansion(self, point: Array) -> Expansion:
-        """Return the output with its gradient (n,) and Hessian (n, n): one run, its tangents in all directions, and one
-        adjoint run; one adjoint run alone about a state that stays as it is."""
+        """Return the output with gradient (n,) and Hessian (n, n): by one run, tangents in all directions and one
+        adjoint run; about a constant state by one adjoint run alone."""
         if (still := self._still_at(point)) is not None:
             return Expansion(*self.gradient(point), self._bent_still(still, np.eye(self.size)))
         derivatives = self._sensitivities(point)
@@ -226,8 +226,8 @@ class RunResponse:
         return result.t, result.input_gradient(self._functional)
 
     def ending(self, time: float) -> RunResponse:
-        """Return the response at another end, which counts for itself; about a state that stays as it is it takes no
-        further adjoints."""
+        """Return the response at another end time, with separate counts of evaluations; about a constant state no
+        further adjoint run is needed."""
         other = replace(self, span=(time, self.span[1]))
         other._longer = self
         return other

@@ -295,7 +295,8 @@ class _Study:
         return len(known) > 0 and bool(np.ptp(known) > 0.0)
 
     def check_form(self, form: QuadraticForm) -> None:
-        """Compare the form about the mean with samples; if it is far from them, correct its moments by more of them."""
+        """Compare the quadratic form about the mean with samples; if both differ much, correct the moments of the form
+        by more samples."""
         with self._counted("check"):
             z, y, _ = self.about_mean.first(_TRIED)
         failed = int(np.count_nonzero(~np.isfinite(y)))

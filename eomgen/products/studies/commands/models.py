@@ -1,5 +1,4 @@
-"""``eomgen check``, ``savings`` and ``identify``: studies of the model of a scene, its closed forms, its costs and
-its parameters."""
+"""``eomgen check``, ``savings`` and ``identify``: studies of closed forms, costs and parameters of a scene's model."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ is tried both as a sum and as a product, by runs away from the estimates.
 Weighted least squares with exact derivatives and bounds, with the covariance of the estimates.
 
 SciPy's trust region reflective method (Branch, Coleman and Li 1999) has the steps; if runs fail, it makes its
-trust region smaller. Unknowns with derivatives that are combinations of other columns stay at their start.
+trust region smaller. Unknowns with derivatives that are combinations of other columns stay at the start.
 """
 
 from __future__ import annotations
@@ -164,8 +164,8 @@ Predict = Callable[[Array], tuple[Array, Array]]
 _CONVERGED = 1e-10
 #: Searches at most, if other unknowns turn out to be independent at the end than at the start.
 _STRUCTURES = 3
-#: Passes by which deviations of columns are found, their relative change at which they end, and their least part of a
-#: column's range: data without noise have none.
+#: Passes that estimate standard deviations of columns, the relative change that ends the passes, and the least
+#: deviation as a part of a column's range: of data without noise.
 _PASSES, _SAME, _LEAST = 12, 3e-3, 1e-9
 
 
@@ -205,7 +205,7 @@ class Fit:
     x : (n,) unknowns
     values, J : (rows,) predictions there, and (rows, n) their derivatives
     deviations : (columns,) of the measured columns
-    converged : whether the search came to its end
+    converged : whether the search came to the end
     text : SciPy's, if it did not
     """
 

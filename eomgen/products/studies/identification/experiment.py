@@ -71,8 +71,8 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Begun:
-    """Start of a run: initial values as they were given, if any, and the whole state with these."""
+class RunStart:
+    """Start of a run: the given initial values, if any, and the whole state that follows from these."""
 
     given: Mapping[str, Any] | None
     state: InitialState
@@ -83,8 +83,7 @@ class Experiment:
 
     Parameters
     ----------
-    states : components of the initial state that are unknown; if there are none, the start follows from parameters
-        as in any run
+    states : unknown components of the initial state; without any, the start follows from parameters as in any run
     initial : the others, and the start of these
     options : of ``sensitivities``
     """
@@ -95,7 +94,7 @@ class Experiment:
         data: Measurements,
         parameters: Sequence[str],
         states: Sequence[str],
-        initial: Begun,
+        initial: RunStart,
         step: float,
         start: float | None,
         options: Mapping[str, Any],

@@ -15,8 +15,8 @@ from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import built_for_run
 from eomgen.products.studies.identification.estimation import Predictions, fit
 from eomgen.products.studies.identification.experiment import (
-    Begun,
     Experiment,
+    RunStart,
     Unknowns,
     bounds_of,
     check_effect,
@@ -152,7 +152,7 @@ def identify(
     starts = _starts(initial, len(runs))
     for one in starts:
         _check_start(model, one, parameters, states)
-    begun = [Begun(start, initial_state(model, start, p, asked=True)) for start in starts]
+    begun = [RunStart(start, initial_state(model, start, p, asked=True)) for start in starts]
 
     def at(h: float) -> Unknowns:
         experiments = [

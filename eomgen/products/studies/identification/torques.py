@@ -33,8 +33,8 @@ from eomgen.products.studies.identification.result import Column, Estimate, Iden
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
 
-#: Passes by which deviations of efforts are found, their relative change at which they end, and their least part of an
-#: effort's range.
+#: Passes that estimate standard deviations of efforts, the relative change that ends the passes, and the least
+#: deviation as a part of an effort's range.
 _PASSES, _SAME, _LEAST = 30, 1e-6, 1e-12
 #: Condition number of the columns, each of norm one, from which motions excite the parameters badly (Gautier and Khalil
 #: 1992 ask for less than 100).

@@ -1,4 +1,4 @@
-"""The ladders: a row each, with its scaled quantity, its values, its reference, and its conditions."""
+"""The ladders, one row each: scaled quantity, values, reference and conditions."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from eomgen.integrators.methods import canonical_name
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
 
-#: How a run may end: at its end, before it with a message, refused before it; interrupted when its time was over; not
+#: How a run may end: at the end, before it with a message, refused before it; interrupted when its time was over; not
 #: even that; killed by a signal; with an error that is none of eomgen's.
 REACHED, STOPPED, REFUSED, UNFINISHED = "reached", "stopped", "refused", "unfinished"
 HANG, CRASH, RAISED = "hang", "crash", "raised"
@@ -70,8 +70,8 @@ class Ended:
     Attributes
     ----------
     how : one of the words above
-    said : its message besides that it reached its end
-    arrays : of its observation, if it reached its end
+    said : its message besides that it reached the end
+    arrays : of its observation, if it reached the end
     finite : whether all its results are finite
     """
 
@@ -144,7 +144,7 @@ def _arrays(run: Solution, conditions: Conditions) -> dict[str, Array]:
 class Runner:
     """A process that runs one request after another, and a new one if it did not come back.
 
-    It is forked at its first request, so modules loaded there are known to it, and modules that it loads stay loaded.
+    The server is forked at the first request, with all modules loaded so far, and keeps the modules that requests load.
     Compiling has no limit; the limit is for the time after it.
 
     Parameters

@@ -1,4 +1,4 @@
-"""``extremes``: a scene along its ladders, cell by cell, each in a process of its own and held against references."""
+"""``extremes``: a scene along its ladders, cell by cell, each in a separate process and held against references."""
 
 from __future__ import annotations
 
@@ -115,8 +115,8 @@ def _resolved(subject: Subject, request: Request, arrays: Mapping[str, Array]) -
 
 
 class Errors(NamedTuple):
-    """Largest errors of a run over its rows: of coordinates by their motion, of velocities by the largest, each kind by
-    itself."""
+    """Largest errors of a run over all rows: of coordinates relative to the motion, of velocities relative to the
+    largest velocity, angles and lengths apart."""
 
     position: float
     velocity: float

@@ -1,5 +1,4 @@
-"""The scene under study: its models, its fastest motion, its start, the times that cells run for, and perturbations
-of its structure.
+"""The scene under study: models, fastest motion, start, durations of cells, and perturbations of the structure.
 
 Perturbation of structure: numbers beside 0, 1 and coordinate axes change the equations by as little.
 
@@ -83,7 +82,7 @@ class Subject:
         return str(self.model(OWN).name)
 
     def model(self, which: str) -> Model:
-        """Return one of the models. Raises EomgenError if the scene has none such."""
+        """Return the model of a formulation. Raises EomgenError if the scene has no such model."""
         if which not in self._models:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
@@ -196,7 +195,7 @@ class Subject:
 
     @cached_property
     def rate(self) -> float:
-        """The fastest of the scene's linear motions and of its spins, rad/s; by its own step if it has none."""
+        """The fastest of the scene's linear motions and spins, rad/s; without any, estimated from the scene's step."""
         model, own = self.model(OWN), self.model(OWN).description.simulation.step
         rates = [0.0]
         try:
@@ -313,8 +312,8 @@ class Structure:
                 self.condition[name] = max(_largest(further[name] - far[name]) / _STEP, least)
 
     def moved(self, amount: float) -> tuple[Ended, float]:
-        """Return the verdict of the equations of a scene moved by an amount, and the ratio of their change to its
-        limit: above 1 they are other equations."""
+        """Return the verdict on the equations of a scene moved by an amount, and the ratio of the change to the limit:
+        above 1 the equations differ."""
         try:
             values = self._computed(amount)
         except EomgenError as error:

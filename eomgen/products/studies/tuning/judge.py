@@ -351,7 +351,7 @@ class Verified:
     Attributes
     ----------
     what : condition, in words
-    error : of the tuned quantity, infinite if the run did not reach its end
+    error : of the tuned quantity, infinite if the run did not reach the end
     uncertainty : of its reference
     by : its reference
     said : by the run

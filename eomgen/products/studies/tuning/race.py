@@ -96,12 +96,12 @@ class Contender:
     taken: int = 0
 
     def best(self, demand: float) -> Tried | None:
-        """Return the cheapest run of this contender with an error of at most ``demand``; None if there is none."""
+        """Return the cheapest run of this configuration with an error of at most ``demand``; None if there is none."""
         able = [run for run in self.runs if run.error <= demand]
         return min(able, key=lambda run: run.seconds, default=None)
 
     def seconds(self, demand: float) -> float:
-        """Return the seconds of its cheapest run that meets a demand; infinite if none does."""
+        """Return the seconds of the cheapest run that meets a demand; infinite if no run does."""
         best = self.best(demand)
         return math.inf if best is None else best.seconds
 
@@ -154,8 +154,8 @@ class Contender:
         return coarser if finer > APART * resolution and missed < coarser < finer else finer
 
     def _between(self, resolution: float, demand: float) -> float:
-        """Return a resolution, or the middle between a run that misses the demand and the next one that meets it, if
-        it does not lie between them."""
+        """Return a resolution if it lies between a run that misses the demand and the next run that meets the demand;
+        else the middle of both."""
         met = min((run.resolution for run in self.runs if run.error <= demand), default=math.inf)
         missed = max((run.resolution for run in self.runs if run.error > demand and run.resolution < met), default=0.0)
         if not missed or resolution > missed:
@@ -168,7 +168,7 @@ class Contender:
     def promised(self, demand: float) -> float:
         """Return the least seconds in which the contender may meet a demand.
 
-        Errors follow tolerances only roughly. A method that chooses its steps and has not met the demand yet promises
+        Errors follow tolerances only roughly. An adaptive method and has not met the demand yet promises
         the measured seconds of its finest run, so no extrapolated time drops it.
         """
         if self.kind == TOLERANCE and self.runs and self.best(demand) is None:
@@ -321,7 +321,7 @@ class Race:
         return replace(run, error=error, conditions=done)
 
     def _tried(self, contender: Contender, resolution: float, best: float) -> Tried:
-        """Return a run of a contender; of infinite error if it does not reach its end."""
+        """Return a run of a contender; of infinite error if it does not reach the end."""
         self.runs += 1
         tried = Tried(resolution, math.inf, 1e-3)
         outcome = self.runner.run(**contender.how(tried), estimated=False)
@@ -351,7 +351,7 @@ class Race:
 
 #: The first run of a contender has steps this many times the scene's.
 FIRST_STEP = 8.0
-#: Methods that choose their steps begin with a tolerance of the demand, those below this order with a larger one.
+#: Methods with adaptive steps begin with a tolerance of the demand, those below this order with a larger one.
 FULL_ORDER = 5
 #: The largest tolerance to begin with.
 COARSEST = 0.1

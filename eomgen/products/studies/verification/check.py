@@ -208,7 +208,7 @@ def check(
     Parameters
     ----------
     states : int
-        Number of states: half of them along a short simulated motion, the others drawn around it.
+        Number of states: half along a short simulated motion, half drawn around the motion.
     seed : int
         Of random draws.
     only : sequence of str

@@ -199,7 +199,7 @@ def reason(error: EomgenError) -> str:
 
 
 def _tolerances(row: MethodName) -> tuple[float, ...]:
-    """Return the tolerances to compare of a method that chooses its steps by one."""
+    """Return the tolerances to compare of an adaptive method by one."""
     values = facts_of(row.name).compared.get(TOLERANCE, COMPARED_TOLERANCES) if TOLERANCE in row.parameters else ()
     return tuple(x for x in values if possible(row.name, {TOLERANCE: x}, chooses_steps=True))
 

@@ -213,7 +213,7 @@ class Formulations:
 def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fidelity: bool = False) -> Formulations:
     """Return the formulations of a source of ``eomgen.load``.
 
-    A Scene that was made already keeps its coordinates, since they are chosen when it is read.
+    A finished Scene keeps the coordinates, which are chosen when the scene is read.
 
     Parameters
     ----------

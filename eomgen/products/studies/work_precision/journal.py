@@ -1,4 +1,4 @@
-"""Journal of a study: its points and its reference in a folder, written as they come, from which it goes on."""
+"""Journal of a study: points and reference in a folder, written one by one, from which the study resumes."""
 
 from __future__ import annotations
 

@@ -23,8 +23,7 @@ MEASURES = ("largest", "rms", "final")
 
 @dataclass(frozen=True)
 class ErrorSize:
-    """An error relative to the size of its quantity: its largest, its root mean square over time, its
-    last."""
+    """An error relative to the size of the quantity: largest, root mean square over time, and last value."""
 
     largest: float
     rms: float
@@ -113,8 +112,8 @@ def check_output(argument: str, name: str, model: Model) -> None:
 def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
     """Return the errors of a run against a reference at all times of the run, by quantity.
 
-    The reference has these times and may have others between them; errors are relative to the largest value over all
-    of its times.
+    The reference has these times and may have further times between; errors are relative to the largest value over all
+    times of the reference.
 
     ``q`` and ``v`` are coordinates if both runs have the same ones, else poses and twists of the
     bodies. Each kind of component (lengths, angles) is relative to the largest motion, or velocity, of its kind in the

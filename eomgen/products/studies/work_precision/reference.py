@@ -21,7 +21,7 @@ from eomgen.products.studies.work_precision.observation import (
 )
 from eomgen.products.studies.work_precision.running import REACHED, Runner
 
-#: Tolerances of methods that choose their steps, as references.
+#: Tolerances of methods with adaptive steps, as references.
 TIGHT = (1e-15, 1e-13)
 #: Steps are halved until two runs differ by no more than this, or by no less than before.
 SETTLED = 1e-13
@@ -104,7 +104,7 @@ def reference(
 ) -> Reference:
     """Return the reference of a study, or of one of its runs.
 
-    Of the methods from order 4 on, methods that choose their steps come first, then the highest orders; of
+    Of the methods from order 4 on, methods with adaptive steps come first, then the highest orders; of
     formulations, those without constraints. The second run is by a method of another family.
 
     Parameters

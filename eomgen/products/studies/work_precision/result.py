@@ -37,9 +37,9 @@ class Point:
     configuration : of the run
     kind, value : ``step`` in s, or ``tolerance``
     ended : ``reached``, ``stopped``, ``refused`` or ``too long``
-    said : message of the run besides that it reached its end, or the reason for which it did not
+    said : message of the run besides that it reached the end, or the reason for which it did not
     error : sizes of the errors by quantity, none below the uncertainty of the reference; empty if the run did not
-        reach its end
+        reach the end
     seconds : median of the processor's time for all steps, s, outputs, energies and the error estimate apart; None
         if it was not timed
     least : the least of these times

@@ -56,7 +56,7 @@ def _processor() -> str:
     return next(named, platform.machine())
 
 
-#: How a run may end: at its end, before it, not begun, or given up because it took too long.
+#: How a run may end: at the end, before it, not begun, or given up because it took too long.
 REACHED, STOPPED, REFUSED, TOO_LONG = "reached", "stopped", "refused", "too long"
 
 
@@ -95,8 +95,8 @@ class Outcome:
     Attributes
     ----------
     ended : how, one of the words above
-    said : message of the run besides that it reached its end; reason for which it did not
-    observation : None if it did not reach its end
+    said : message of the run besides that it reached the end; reason for which it did not
+    observation : None if it did not reach the end
     stats : counts of the stepper
     repeated : for timing, None if there is no step to time
     seconds : of the whole call of ``simulate``
@@ -256,7 +256,7 @@ class Runner:
         parameters, inputs : of this run, in place of the study's
         later : rows of the grid by which this run begins later; it ends with the others
         timed : whether the run may be repeated for its time
-        estimated : whether it estimates its error, which it may then speak of
+        estimated : whether the run estimates the error, which the message may then mention
         """
         began = time.perf_counter()
         grid = self.grid

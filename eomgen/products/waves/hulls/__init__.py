@@ -1,4 +1,4 @@
-"""Slender hulls in water: their section, their doubtful values, and the law of their loads."""
+"""Slender hulls in water: section, doubtful values, and the law of loads."""
 
 __all__ = []
 #: Open to the other parts of ``products.waves`` as well.

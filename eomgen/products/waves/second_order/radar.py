@@ -86,8 +86,8 @@ class Radar:
         """Return the intensity of cells between edges, (rows - 1, columns - 1), of facets that all scatter alike: 1 on
         average.
 
-        Labels on a grid carry their area of the sea to their image points, so caustics keep their
-        energy; labels are taken beyond the edges, by four deviations of the displacement of facets.
+        Labels on a grid carry the area of a patch of sea to an image point, so that caustics conserve energy; labels
+        extend beyond the edges by four standard deviations of the displacement of facets.
 
         Parameters
         ----------

@@ -34,7 +34,7 @@ class _Waves(Section):
     def read(self, reading: Reading) -> Mapping[str, Any]:
         document, values, fields = reading.document, reading.values, reading.tables["entries"]["waves"]
         if document.section("waves") or document.section("hulls"):
-            # by a reader of its own: problems, notes and requirements of the key follow when the base is read
+            # by a separate reader: problems, notes and requirements of the key follow when the base is read
             aside = reading.aside().values
             gravity = aside.vector("gravity", document.gravity, PARAMETERS)
             down = [aside.value(part) for part in gravity]

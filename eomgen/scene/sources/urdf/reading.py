@@ -21,7 +21,7 @@ from eomgen.scene.joint_types import JOINTS, TYPES
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.xml import Element
 
-#: Types of joints by their names in the format.
+#: Types of joints by name in the format.
 JOINT_TYPES = {name: row.name for row in TYPES.values() for name in row.urdf}
 #: Types of constraints by the types of loop joints.
 LOOP_TYPES = {
@@ -57,7 +57,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Mimic:
-    """Leader of a joint, by its name in the file: q = multiplier q_leader + offset."""
+    """Leader of a joint, by name in the file: q = multiplier q_leader + offset."""
 
     joint: str
     multiplier: float

@@ -48,7 +48,7 @@ TYPES: Mapping[str, tuple[int, Callable[[Sequence[float], Sequence[float]], _Mat
 
 @dataclass(frozen=True)
 class Transmission:
-    """A transmission of a known type; joints and actuators by their names in the file, in the order of their roles."""
+    """A transmission of a known type; joints and actuators by name in the file, in the order of their roles."""
 
     name: str
     line: int
@@ -155,11 +155,11 @@ def actuation(
 ) -> Actuation:
     """Return an effort input for each actuator of a transmission that moves a joint.
 
-    An input is called like its actuator, made legal. Its unit is N m if its joints turn; it has none if one of
-    them travels, because the format does not say whether the actuator does.
+    An input is called like its actuator, made legal. The unit is N m if all joints turn; empty if a joint travels,
+    because the format does not say whether the actuator turns or travels.
     """
     by_written = {robot.original.get(name, name): name for name in robot.joints}
-    shares: dict[str, dict[str, float]] = {}  # of actuators by their names in the file, by joint
+    shares: dict[str, dict[str, float]] = {}  # of actuators by name in the file, by joint
     idle: dict[str, None] = {}
     missing: dict[str, int] = {}
     for transmission in transmissions.known:
@@ -208,7 +208,7 @@ _EFFORT_UNITS = {"rad": "N m", "m": "N"}
 
 
 def effort_inputs(joints: Sequence[Joint], actuators: Actuation) -> dict[str, Any]:
-    """Return the sections ``inputs`` and ``efforts``: first of actuators, then of driven joints, in their order.
+    """Return the sections ``inputs`` and ``efforts``: first of actuators, then of driven joints, in order.
 
     An input has the name of its joint, with ``_effort`` appended if this is a word of formulas or an actuator. Empty
     sections are left out.

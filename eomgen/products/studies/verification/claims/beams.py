@@ -4,8 +4,8 @@ on nodes and stiffness times strains.
 Claims of section loads: forces of beams on their nodes, equilibrium of elements, and stiffness times strains.
 
 The loads of an element's two end sections are in equilibrium, since no load acts between its nodes; the mean over the
-element, along the helix between these, is stiffness times strain of its middle, if it is at rest. The jump of the loads
-at a node is the beam's generalized force there, and follows from the equations with and without the beam.
+element, along the helix between the ends, is stiffness times strain of the middle section, at rest. The jump of the
+loads at a node is the beam's generalized force there, and follows from the equations with and without the beam.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def beam_claims(space: Space, engine: Engine, system: System, scene: object) -> 
     """Return the claims of the term ``elastic``.
 
     The part of shortening in the partials of the elastic rows is K_geo for straight beams with coordinates at
-    rest, without the part of distributed loads: they push along the axis, and K_geo knows only forces at its end.
+    rest, without the part of distributed loads: they push along the axis, and K_geo knows only forces at the end.
     """
     if "elastic" not in engine or "inverse_dynamics" not in engine or not isinstance(scene, Scene):
         return []

@@ -153,7 +153,7 @@ def _by_blocks(engine: Engine, state: Blocks) -> Array:
 
 
 def _by_recursion(engine: Engine, state: Blocks) -> Array:
-    """Return the same without forming M, which long trees do not have."""
+    """Return M a + h + b without M, which is not formed for long trees."""
     return np.asarray(engine("inverse_dynamics", state)["tau"] + engine("force", state)["Q"])
 
 

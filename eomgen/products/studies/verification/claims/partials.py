@@ -362,7 +362,7 @@ def second_claims(space: Space, engine: Engine, system: System, description: Des
 
 
 def _by_inputs(partials: Blocks, given: Sequence[bool]) -> dict[str, Array]:
-    """Return partials in all inputs, in their order, from partials in driven and in given ones."""
+    """Return partials in all inputs, in order, from partials in driven and in given ones."""
     made = {}
     for name, driven_name, given_name, sign in (
         ("Ru", "B0", "E0", -1.0),
