@@ -208,7 +208,7 @@ OF_PRODUCTS: dict[str, set[str]] = {
 ORDER: dict[str, tuple[str, ...]] = {
     "scene": (
         "geometry joint_types",
-        "formula",
+        "design_poses formula",
         "reading",
         "section",
         "signals",

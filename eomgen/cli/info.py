@@ -87,6 +87,8 @@ def info(
         {"name": item.name, "formula": item.text, "unit": item.unit, "description": item.description}
         for item in described_scene.parts.get("definitions", ())
     ]
+    data["places"] = [place._asdict() for place in described_scene.design_places()]
+    data["base_moves"] = described_scene.base is not None
     for part in rows_of(GROUP, InfoPart):
         data |= part.describe(described_scene)
     if as_json:
@@ -143,6 +145,8 @@ def _base_parameters(scene: Scene) -> dict[str, Any]:
 
 
 _LISTED = 8
+#: So many places are shown.
+_PLACES = 24
 #: So many names that are numbered one after the other are shown by the first and the last.
 _MANY = 12
 #: Operations of a step, as ``operations_of_step`` names them.
@@ -208,6 +212,9 @@ def _print(data: dict[str, Any]) -> None:
     if rows:
         out.print()
         print_table("Constraint rows", ("constraint", "rows", "meaning"), _by_constraint(rows), numeric=(1,))
+    if data["places"]:
+        out.print()
+        _print_places(data["places"], "base" if data["base_moves"] else "world")
     if data["parameters"]:
         out.print()
         units = data["parameter_units"]
@@ -285,6 +292,18 @@ def _print(data: dict[str, Any]) -> None:
             out.print(f"[italic]{title}[/]")
             for line in data[key]:
                 out.print(f"  {line}", markup=False)
+
+
+def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
+    """Print the first places at the design position, in their bodies and in the frame that carries the tree."""
+    lines = [
+        (place["name"], place["body"], *(", ".join(f"{x:.6g}" for x in place[key]) for key in ("position", "world")))
+        for place in places[:_PLACES]
+    ]
+    title = "Places at the design position, every joint at zero"
+    print_table(title, ("place", "body", "in the body, m", f"in the {fixed}, m"), lines)
+    if len(places) > _PLACES:
+        console().print(f"and {len(places) - _PLACES} more, with --json")
 
 
 def _by_constraint(rows: list[str]) -> list[tuple[str, int, str]]:

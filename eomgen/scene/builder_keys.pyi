@@ -251,6 +251,7 @@ class SectionMethods:
         position: Sequence[Value] | None = ...,
         rotation: Rotations | None = ...,
         orientation: Sequence[Sequence[float]] | None = ...,
+        given_in: str | None = ...,
         axis: Sequence[Value] | None = ...,
         second_axis: Sequence[Value] | None = ...,
         x_axis: Sequence[Value] | None = ...,
@@ -299,6 +300,8 @@ class SectionMethods:
         name: str,
         body: str,
         position: Sequence[Value] | None = ...,
+        *,
+        given_in: str | None = ...,
     ) -> Self: ...
     def frame(
         self,
@@ -308,6 +311,7 @@ class SectionMethods:
         *,
         rotation: Rotations | None = ...,
         orientation: Sequence[Sequence[float]] | None = ...,
+        given_in: str | None = ...,
     ) -> Self: ...
     def spring(
         self,

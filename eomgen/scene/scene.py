@@ -21,9 +21,11 @@ from eomgen.base.data import dataclass, field, fields, is_dataclass
 from eomgen.base.display import page, paragraph, table
 from eomgen.base.extensions import code_stamp
 from eomgen.formula.curves import AnyCurve
+from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number, Vector, infix
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, Reference, StateFeedback
+from eomgen.scene.design_poses import DesignPlace, DesignPoses, Placement, UnknownPoseError
 from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints.model import Constraint, Joint, Reaction
@@ -301,6 +303,35 @@ class Scene:
         every = {body.name: FixedFrame(body.name, body.name, ZERO_VECTOR) for body in self.bodies}
         every |= {frame.name: frame for frame in self.frames}
         return tuple(every[name] for name in self.task_frames or every)
+
+    def design_places(self) -> list[DesignPlace]:
+        """Return the places of joints, points, frames and frames of constraints with every joint at zero.
+
+        Places on geometrically exact beams are left out, for they follow from the shape of the beam.
+        """
+        placements = {joint.child: Placement(joint.parent, joint.position, joint.orientation) for joint in self.joints}
+        poses = DesignPoses(placements, {body.name for body in self.bodies if body.node_of})
+        values = {parameter.name: parameter.value for parameter in self.parameters}
+        result = []
+        for name, body, position in self._places():
+            try:
+                vectors = position, poses.in_base(body, position)
+            except UnknownPoseError:
+                continue
+            own, world = (tuple(evaluate(item, lambda symbol: values[symbol.name]) for item in v) for v in vectors)
+            result.append(DesignPlace(name, body, own, world))
+        return result
+
+    def _places(self) -> Iterator[tuple[str, str, Vector]]:
+        """Yield name, body and position of each entry that has a place."""
+        for joint in self.joints:
+            yield f"joints.{joint.name}", joint.parent, joint.position
+        frames = {frame.name for frame in self.frames}
+        for point in self.points:
+            yield f"{'frames' if point.name in frames else 'points'}.{point.name}", point.body, point.position
+        for constraint in self.constraints:
+            for side, frame in (("first", constraint.first), ("second", constraint.second)):
+                yield f"constraints.{constraint.name}.{side}", frame.body, frame.position
 
     def __repr__(self) -> str:
         return line(self)

@@ -326,5 +326,5 @@ def test_json_schema() -> None:
     assert len(definitions["Constraint"]["properties"]["type"]["enum"]) == 13
     name, table = definitions["Frame"]["anyOf"]
     assert name["type"] == "string"
-    assert list(table["properties"]) == ["body", "point", "position", "rotation", "axis", "x_axis"]
+    assert list(table["properties"]) == ["body", "point", "position", "rotation", "axis", "x_axis", "in"]
     assert schema["properties"]["coordinates"]["enum"] == ["joint", "absolute"]

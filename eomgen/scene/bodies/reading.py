@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+import numpy as np
+
 from eomgen.base.text import key_of
 from eomgen.scene.bodies import schema as written
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.formula.scope import MOTION, PARAMETERS
-from eomgen.scene.geometry import quaternion_of_matrix
+from eomgen.scene.geometry import quaternion_of_matrix, rows
 from eomgen.scene.reading import report
 from eomgen.scene.reading.key_metadata import added_keys
-from eomgen.scene.reading.values import Values, read_orientation
+from eomgen.scene.reading.values import Values, read_orientation, read_placement
 from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.system.description import BASE, WORLD, FixedFrame, Point
 
@@ -47,6 +49,8 @@ def read_body_frame(name: str, frame: written.BodyFrame, bodies: Collection[str]
         report.check_reference(f"{key}.body", frame.body, [BASE, WORLD, *bodies], "body", values.report)
     position = values.vector(f"{key}.position", frame.position, PARAMETERS)
     orientation = read_orientation(key, frame.rotation, frame.orientation, values)
+    positioned = "position" in frame.model_fields_set
+    position, orientation = read_placement(key, frame.given_in, positioned, frame.body, position, orientation, values)
     return FixedFrame(name, frame.body, position, orientation, quaternion_of_matrix(orientation))
 
 
@@ -55,4 +59,9 @@ def read_point(name: str, point: written.Point, bodies: Collection[str], values:
     key = key_of("points", name)
     if point.body not in bodies:
         report.check_reference(f"{key}.body", point.body, [BASE, WORLD, *bodies], "body", values.report)
-    return Point(name, point.body, values.vector(f"{key}.position", point.position, PARAMETERS))
+    given, positioned = (
+        values.vector(f"{key}.position", point.position, PARAMETERS),
+        "position" in point.model_fields_set,
+    )
+    position, _ = read_placement(key, point.given_in, positioned, point.body, given, rows(np.eye(3)), values)
+    return Point(name, point.body, position)

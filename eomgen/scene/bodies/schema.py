@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from eomgen.scene.formula.scope import PARAMETERS, TIME
-from eomgen.scene.reading.key_metadata import Table, added_keys, key, optional
+from eomgen.scene.reading.key_metadata import Table, added_keys, given_in, key, optional
 from eomgen.scene.reading.kinds import Inertia, Matrix, Rotations, Triple, Value
 
 _ORIGIN = (0.0, 0.0, 0.0)
@@ -49,6 +49,9 @@ class BodyFrame(Table):
         "its axes in the body, angles of fixed parameters; intrinsic rotations in order", shown_default="`[]`"
     )
     orientation: Matrix | None = optional("the same as a matrix, its axes to the body's; either this or `rotation`")
+    given_in: str | None = given_in(
+        "frame in which position and axes are given, at the [design position](#design-position)"
+    )
 
 
 class Point(Table):
@@ -56,3 +59,4 @@ class Point(Table):
 
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
     position: Triple = key("in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    given_in: str | None = given_in("frame in which the position is given, at the [design position](#design-position)")

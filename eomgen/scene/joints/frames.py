@@ -16,7 +16,7 @@ from eomgen.scene.joint_types import Need
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.model import Frame, Joint
 from eomgen.scene.reading.report import Report, check_reference
-from eomgen.scene.reading.values import Values
+from eomgen.scene.reading.values import Values, read_placement
 from eomgen.system.description import BASE, WORLD, Point
 
 
@@ -40,7 +40,10 @@ def read_frame(
             report.add(key, "the frame belongs to no body", f'body = "{BASE}", or a point')
             return Frame(BASE, position, orientation)
         check_reference(f"{key}.body", frame.body, [BASE, *bodies], "body", report)
-        return Frame(frame.body, position, orientation)
+        given = position, orientation
+        return Frame(
+            frame.body, *read_placement(key, frame.given_in, frame.position is not None, frame.body, *given, values)
+        )
     for field in ("body", "position"):
         if getattr(frame, field) is not None:
             report.add(f"{key}.{field}", f"the point gives the {field} already", f"either point or {field}")
@@ -49,6 +52,8 @@ def read_frame(
     else:
         check_reference(f"{key}.point", frame.point, values.names.points, "point", report)
     point = points.get(frame.point, Point(frame.point, "", ZERO_VECTOR))
+    if point.body:
+        _, orientation = read_placement(key, frame.given_in, True, point.body, ZERO_VECTOR, orientation, values)
     return Frame(point.body, point.position, orientation)
 
 

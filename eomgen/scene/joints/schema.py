@@ -18,7 +18,15 @@ from eomgen.scene.joint_types import (
 )
 from eomgen.scene.joints import model as constraint_model
 from eomgen.scene.joints.model import ONSETS, EquationUnit, Shape
-from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional, shown_power
+from eomgen.scene.reading.key_metadata import (
+    Table,
+    given_in,
+    key,
+    of_fixed_parameters,
+    of_parameters,
+    optional,
+    shown_power,
+)
 from eomgen.scene.reading.kinds import Bounds, Matrix, Rotations, Triple, Value, Values
 
 
@@ -33,6 +41,9 @@ class Frame(Table):
     rotation: Rotations | None = optional("the frame's axes, in place of `axis`")
     axis: Triple | None = of_fixed_parameters("the frame's z axis, in the body's axes")
     x_axis: Triple | None = of_fixed_parameters("the frame's x axis is the part of it across `axis`")
+    given_in: str | None = given_in(
+        "frame in which position and axes are given, at the [design position](#design-position)"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -117,6 +128,10 @@ class Joint(Table):
         "axes of the child in the parent, angles of fixed parameters", shown_default="`[]`"
     )
     orientation: Matrix | None = optional("the same as a matrix, child axes to parent axes; either this or `rotation`")
+    given_in: str | None = given_in(
+        "frame in which position and rotation are given, in place of the parent's, at the [design position]"
+        "(#design-position)"
+    )
     axis: Triple | None = of_fixed_parameters(
         "in the child's axes; any length; the normal of a planar joint, the first axis of a universal one",
         shown_default="required, but for fixed, spherical and free",

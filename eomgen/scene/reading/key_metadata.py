@@ -113,6 +113,13 @@ def of_parameters(description: str, *, unit: Units | Mapping[str, Units] = "", s
     return optional(description, unit=unit, names=PARAMETERS, shown_default=shown_default)
 
 
+def given_in(description: str) -> Any:
+    """Return the key ``in``: the frame in whose axes an entry is given at the design position."""
+    return optional(
+        description, alias="in", refers="bodies", kind="body, `base` or `world`", shown_default="the body itself"
+    )
+
+
 def of_fixed_parameters(description: str, **meaning: Any) -> Any:
     """Return an optional key whose values are formulas of parameters that are not tunable; ``meaning`` as for
     ``key``."""

@@ -17,6 +17,7 @@ from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, sym
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, Vector
 from eomgen.formula.substitution import substituted
 from eomgen.formula.units.parser import read_unit
+from eomgen.scene.design_poses import Axes, DesignPoses, Placement, UnknownPoseError
 from eomgen.scene.formula.namespaces import known_there, read_included
 from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
@@ -26,7 +27,7 @@ from eomgen.scene.reading.kinds import Refused, Rotations
 from eomgen.scene.reading.kinds import Rotation as WrittenRotation
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import BOUNDS, Row, bound_of
-from eomgen.system.description import Requirement, Rule
+from eomgen.system.description import BASE, WORLD, Requirement, Rule
 
 #: Whole numbers from which on an angle is more than a turn.
 _TURN = 7.0
@@ -126,6 +127,7 @@ class Values:
     notes : on values without effect, or with an effect that is hardly meant
     place : along a beam, 0 to 1, at which values are read; None if they cannot vary
     varied : keys of the values that do vary there
+    design : poses of the bodies at the design position; known once the joints are read
     """
 
     def __init__(
@@ -148,6 +150,7 @@ class Values:
         self.notes: list[str] = []
         self.place: float | None = None
         self.varied: set[str] = set()
+        self.design = DesignPoses({})
 
     def at(self, place: float) -> Values:
         """Return a reader at a place along a beam, whose problems, requirements and notes are also this one's."""
@@ -353,3 +356,41 @@ def read_orientation(
         values.report.add(f"{key}.orientation", fault, "rotation")
         return rows(np.eye(3))
     return rows(sequence(values.constant_rotations(f"{key}.rotation", rotation or ()) or []))
+
+
+def read_placement(
+    key: str, given_in: str | None, positioned: bool, body: str, position: Vector, axes: Axes, values: Values
+) -> tuple[Vector, Axes]:
+    """Return position and axes in the frame of a body, of an entry whose key ``in`` may name another frame.
+
+    Parameters
+    ----------
+    key : str
+        Of the entry.
+    given_in : str, optional
+        The frame in which both are given at the design position; None for the body itself.
+    positioned : bool
+        Whether the entry gives a position, which ``in`` needs.
+    position, axes : (3,) formulas, m, and (3, 3)
+        As they are given, own axes to the axes of that frame.
+
+    Returns
+    -------
+    position : (3,) formulas of parameters, m, in the body's frame
+    axes : (3, 3) own axes to the body's axes
+    """
+    if given_in is None:
+        return position, axes
+    every = [BASE, WORLD, *values.names.bodies, *values.names.beams]
+    if given_in not in every:
+        check_reference(f"{key}.in", given_in, every, "body", values.report)
+        return position, axes
+    if not positioned:
+        values.report.add(f"{key}.in", f"in needs a position, in the axes of {given_in}", "position = [0, 0, 0]")
+        return position, axes
+    try:
+        _, position, axes = values.design.placed(Placement(given_in, position, axes), body)
+    except UnknownPoseError as error:
+        if error.fault:
+            values.report.add(f"{key}.in", f"the design position is not known: {error.fault}", error.hint)
+    return position, axes

@@ -21,6 +21,7 @@ from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.cosserat_reading import check_keys, is_exact, read_cosserat
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point
+from eomgen.scene.design_poses import DesignPoses, Placement
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry import Inertia, tensor
@@ -32,7 +33,7 @@ from eomgen.scene.joints.reading import check_closings, read_constraint, read_jo
 from eomgen.scene.joints.tree import Link, check_mimics, ordered
 from eomgen.scene.joints.unresisted import unresisted_motions
 from eomgen.scene.reading.requirements import RELATIONS
-from eomgen.scene.reading.values import Values
+from eomgen.scene.reading.values import Values, read_placement
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.scene.tree.beam_attachments import (
     BeamNodes,
@@ -160,10 +161,29 @@ class _Joints(Section):
         return {"joints": types}
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
-        entries = reading.document.section("joints").items()
-        return {
-            name: attached_joint(read_joint(name, entry, reading.values), reading.attach) for name, entry in entries
-        }
+        entries: Mapping[str, joints.Joint] = reading.document.section("joints")
+        read = {name: read_joint(name, entry, reading.values) for name, entry in entries.items()}
+        reading.values.design = self._design(read, entries, reading)
+        return {name: self._placed(joint, entries[name], reading) for name, joint in read.items()}
+
+    def _design(self, read: Mapping[str, Joint], entries: Mapping[str, joints.Joint], reading: Reading) -> DesignPoses:
+        """Return the poses of the bodies with every joint at zero."""
+        placements: dict[str, Placement] = {}
+        for name, joint in read.items():
+            given = Placement(entries[name].given_in or joint.parent, joint.position, joint.orientation)
+            placements.setdefault(joint.child, given)
+        return DesignPoses(placements, reading.names.exact_beams, reading.document.table("base") is not None)
+
+    def _placed(self, joint: Joint, entry: joints.Joint, reading: Reading) -> Joint:
+        """Return a joint with its placement in the frame of its parent; on an exact beam, of one of the nodes."""
+        if entry.given_in is not None:
+            positioned = "position" in entry.model_fields_set
+            place = joint.parent, joint.position, joint.orientation
+            position, orientation = read_placement(
+                key_of("joints", joint.name), entry.given_in, positioned, *place, reading.values
+            )
+            joint = replace(joint, position=position, orientation=orientation)
+        return attached_joint(joint, reading.attach)
 
     def check(self, reading: Reading) -> None:
         """Order the tree, parents first, and report faults of the tree and of the inertias that it moves."""

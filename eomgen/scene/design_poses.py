@@ -1,0 +1,212 @@
+"""Poses of bodies at the design position, in which every joint is at zero, and placements given in another frame.
+
+Rotations are constant, and origins are formulas of parameters. An origin is kept as a sum of formulas with constant
+factors, so that lengths that two bodies share cancel: a joint given in the world beside another joint does not depend
+on the way from the world to both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Vector
+from eomgen.scene.geometry import rows, snapped_rotation
+from eomgen.system.description import BASE, WORLD
+
+Axes = tuple[tuple[float, float, float], ...]
+#: A formula as a sum: factor of each formula, and of ``ONE`` for the number in it.
+Sum = dict[Formula, float]
+#: Signs of the arguments of operations that are sums.
+_SIGNS = {"add": (1.0, 1.0), "sub": (1.0, -1.0), "neg": (-1.0,)}
+#: Sums below this share of their terms are rounding.
+_ROUNDING = 1e-14
+
+
+class Placement(NamedTuple):
+    """Place of a frame: of a body that a joint carries, of a point's frame.
+
+    Attributes
+    ----------
+    frame : body, ``base`` or ``world`` in whose axes the placement is given
+    position : (3,) m, formulas of parameters
+    axes : (3, 3) constant, own axes to the axes of ``frame``, row by row
+    """
+
+    frame: str
+    position: Vector
+    axes: Axes
+
+
+class Pose(NamedTuple):
+    """Pose of a body at the design position, in the base: axes (3, 3), body axes to base axes, and origin, m."""
+
+    axes: Array
+    origin: tuple[Sum, Sum, Sum]
+
+
+class DesignPlace(NamedTuple):
+    """A place in two frames, at the default parameters.
+
+    Attributes
+    ----------
+    name : section and name of the entry: ``joints.crank_pin``, ``constraints.rocker_pin.first``
+    body : body in whose frame the model has the place; the parent of a joint
+    position : (3,) m, in that frame
+    world : (3,) m, in the frame of the base
+    """
+
+    name: str
+    body: str
+    position: tuple[float, ...]
+    world: tuple[float, ...]
+
+
+class UnknownPoseError(Exception):
+    """A pose that does not follow from the placements: ``fault`` and ``hint`` for a message."""
+
+    def __init__(self, fault: str, hint: str) -> None:
+        super().__init__(fault)
+        self.fault, self.hint = fault, hint
+
+
+class DesignPoses:
+    """Poses of the bodies of a scene with every joint at zero.
+
+    Parameters
+    ----------
+    placements : mapping
+        Placement of each body that a joint carries.
+    beams : collection of str
+        Geometrically exact beams, on which places are counted along the axis.
+    base_moves : bool
+        Whether the base has a place of its own in the world.
+    """
+
+    def __init__(
+        self, placements: Mapping[str, Placement], beams: Collection[str] = (), base_moves: bool = False
+    ) -> None:
+        self._placements = placements
+        self._beams = beams
+        self._base_moves = base_moves
+        self._poses: dict[str, Pose] = {BASE: Pose(np.eye(3), ({}, {}, {}))}
+
+    def pose(self, body: str) -> Pose:
+        """Return the pose of a body in the base.
+
+        Raises
+        ------
+        UnknownPoseError
+            If a geometrically exact beam carries the body, if the placements refer to one another in a circle, if no
+            joint carries the body, or for the world while the base has a place of its own in it.
+        """
+        if body == WORLD and self._base_moves:
+            raise UnknownPoseError("the base has a place of its own in the world", f'in = "{BASE}"')
+        path = [BASE if body == WORLD else body]
+        while path[-1] not in self._poses:
+            path.append(self._reference(path))
+        for name, frame in zip(path[-2::-1], path[:0:-1], strict=True):
+            given, carrier = self._placements[name], self._poses[frame]
+            origin = _sums(carrier.axes, given.position)
+            x, y, z = (_plus(one, other) for one, other in zip(carrier.origin, origin, strict=True))
+            self._poses[name] = Pose(carrier.axes @ np.array(given.axes), (x, y, z))
+        return self._poses[path[0]]
+
+    def _reference(self, path: Sequence[str]) -> str:
+        """Return the frame in which the last body of a path is placed."""
+        body = path[-1]
+        if body in self._beams:
+            fault = f"places on the geometrically exact beam {body} are counted along its axis"
+            raise UnknownPoseError(fault, "the place on the beam or in the body itself, without in")
+        if body not in self._placements:
+            raise UnknownPoseError(f"no joint places the body {body}", "")
+        frame = self._placements[body].frame
+        if frame == WORLD and self._base_moves:
+            raise UnknownPoseError("the base has a place of its own in the world", f'in = "{BASE}"')
+        frame = BASE if frame == WORLD else frame
+        if frame in path:
+            circle = ", ".join([*path[path.index(frame) :], frame])
+            raise UnknownPoseError(
+                f"these bodies are placed in one another: {circle}", f'in = "{BASE}" for one of them'
+            )
+        return frame
+
+    def placed(self, given: Placement, body: str) -> Placement:
+        """Return a placement in the frame of a body, by the design position of both frames."""
+        frame, carrier = self.pose(given.frame), self.pose(body)
+        apart = tuple(
+            _plus(_plus(one, other), base, -1.0)
+            for one, other, base in zip(frame.origin, _sums(frame.axes, given.position), carrier.origin, strict=True)
+        )
+        x, y, z = (_formula(_weighted(zip(carrier.axes[:, place].tolist(), apart, strict=True))) for place in range(3))
+        axes = snapped_rotation(carrier.axes.T @ frame.axes @ np.array(given.axes))
+        return Placement(body, (x, y, z), rows(axes))
+
+    def in_base(self, body: str, position: Vector) -> Vector:
+        """Return the place in the base of a place on a body, m, formulas of parameters."""
+        return self.placed(Placement(body, position, rows(np.eye(3))), BASE).position
+
+
+def _sums(axes: Array, position: Sequence[Formula]) -> tuple[Sum, Sum, Sum]:
+    """Return a vector of formulas, turned by constant axes."""
+    entries = [_sum(item) for item in position]
+    x, y, z = (_weighted(zip(row, entries, strict=True)) for row in axes.tolist())
+    return x, y, z
+
+
+def _sum(formula: Formula) -> Sum:
+    """Return a formula as a sum of formulas with constant factors."""
+    if isinstance(formula, Number):
+        return {ONE: formula.value}
+    if isinstance(formula, Operation) and formula.name in _SIGNS:
+        signs = zip(_SIGNS[formula.name], formula.arguments, strict=True)
+        return _weighted((sign, _sum(part)) for sign, part in signs)
+    if isinstance(formula, Operation) and formula.name in ("mul", "div"):
+        first, second = formula.arguments
+        if isinstance(second, Number) and (formula.name == "mul" or second.value != 0.0):
+            return _weighted([(second.value if formula.name == "mul" else 1.0 / second.value, _sum(first))])
+        if isinstance(first, Number) and formula.name == "mul":
+            return _weighted([(first.value, _sum(second))])
+    return {formula: 1.0}
+
+
+def _weighted(parts: Iterable[tuple[float, Sum]]) -> Sum:
+    """Return a weighted sum of sums."""
+    result: Sum = {}
+    for factor, part in parts:
+        if factor != 0.0:
+            result = _plus(result, part, factor)
+    return result
+
+
+def _plus(one: Sum, other: Sum, factor: float = 1.0) -> Sum:
+    """Return ``one + factor * other`` without terms that are rounding."""
+    result = dict(one)
+    for formula, weight in other.items():
+        first, second = one.get(formula, 0.0), factor * weight
+        total = first + second
+        if abs(total) <= _ROUNDING * (abs(first) + abs(second)):
+            result.pop(formula, None)
+        else:
+            result[formula] = total
+    return result
+
+
+def _formula(total: Sum) -> Formula:
+    """Return a sum as one formula, its number at the end."""
+    result: Formula | None = None
+    for formula, weight in total.items():
+        if formula == ONE:
+            continue
+        term = formula if abs(weight) == 1.0 else Number(abs(weight)) * formula
+        if result is None:
+            result = term if weight > 0.0 else -term
+        else:
+            result = result + term if weight > 0.0 else result - term
+    number = total.get(ONE, 0.0)
+    if result is None:
+        return ZERO if number == 0.0 else Number(number)
+    return result if number == 0.0 else result + number

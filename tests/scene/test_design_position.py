@@ -1,0 +1,221 @@
+"""Joints, points and frames given in another frame at the design position: equal to placements in their own bodies."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import eomgen
+from eomgen.cli import main
+from eomgen.errors import DescriptionError
+from eomgen.formula.evaluate import evaluate, symbols
+from tests.models.cosserat import beam_scene
+
+BODY = {"mass": 1.0, "inertia": [0.1, 0.2, 0.3]}
+
+
+def scene_of(joints: dict[str, Any], **sections: Any) -> Any:
+    bodies = {entry["child"]: BODY for entry in joints.values()}
+    return eomgen.load({"format": 1, "name": "drawn", "bodies": bodies, "joints": joints, **sections})
+
+
+def numbers(position: Any, parameters: dict[str, float]) -> np.ndarray:
+    return np.array([evaluate(item, lambda symbol: parameters[symbol.name]) for item in position])
+
+
+def rotation_of(matrix: Any) -> list[dict[str, Any]]:
+    vector = Rotation.from_matrix(matrix).as_rotvec()
+    return [{"axis": vector.tolist(), "angle": float(np.linalg.norm(vector))}]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10**6), st.integers(2, 6))
+def test_placements_in_any_frame_are_the_same_as_in_their_own(seed: int, count: int) -> None:
+    """Random trees: poses composed by SciPy, given in the world or in a random earlier body, against the parent."""
+    rng = np.random.default_rng(seed)
+    turned = [Rotation.random(random_state=rng) for _ in range(count)]
+    place = rng.uniform(-1.0, 1.0, (count, 3))
+    points = rng.uniform(-1.0, 1.0, (count, 3))
+    joints: dict[str, Any] = {}
+    expected = {}
+    poses = {"base": (Rotation.identity(), np.zeros(3)), "world": (Rotation.identity(), np.zeros(3))}
+    for number in range(count):
+        parent = "base" if number == 0 else f"b{rng.integers(number)}"
+        frames = ["world", "base", *(f"b{other}" for other in range(number))]
+        frame = frames[rng.integers(len(frames))]
+        carrier, origin = poses[frame]
+        poses[f"b{number}"] = carrier * turned[number], origin + carrier.apply(place[number])
+        joints[f"j{number}"] = {
+            "type": "spherical", "parent": parent, "child": f"b{number}",
+            "position": place[number].tolist(), "in": frame,
+            "rotation": rotation_of(turned[number].as_matrix()),
+        }  # fmt: skip  # a table
+        own, at = poses[parent]
+        expected[f"j{number}"] = own.inv() * poses[f"b{number}"][0], own.inv().apply(poses[f"b{number}"][1] - at)
+    given_points = {
+        f"p{number}": {"body": f"b{number}", "position": points[number].tolist(), "in": f"b{count - 1}"}
+        for number in range(count)
+    }
+    scene = scene_of(joints, points=given_points)
+    for joint in scene.joints:
+        axes, position = expected[joint.name]
+        assert np.abs(numbers(joint.position, {}) - position).max() < 1e-13
+        assert np.abs(np.array(joint.orientation) - axes.as_matrix()).max() < 1e-12
+    last, at = poses[f"b{count - 1}"]
+    for number, point in enumerate(scene.points):
+        own, origin = poses[f"b{number}"]
+        assert (
+            np.abs(numbers(point.position, {}) - own.inv().apply(at + last.apply(points[number]) - origin)).max()
+            < 1e-12
+        )
+
+
+ARMS = {
+    "upper": {"type": "revolute", "parent": "base", "child": "upper", "axis": [0, 1, 0], "position": [0.1, 0, "h"]},
+    "lower": {
+        "type": "revolute", "parent": "upper", "child": "lower", "axis": [0, 1, 0],
+        "position": ["0.1 + l", 0, "h"], "in": "world",
+    },
+}  # fmt: skip  # a table
+LENGTHS = {"h": {"value": 0.7, "tunable": True}, "l": {"value": 0.4, "tunable": True}}
+
+
+def test_formulas_of_parameters_stay_and_shared_parts_cancel() -> None:
+    points = {
+        "tip": {"body": "lower", "position": ["0.1 + 2 * l", 0, "h - l"], "in": "world"},
+        "knee": {"body": "upper", "position": [0, 0, 0], "in": "lower"},
+    }
+    scene = scene_of(ARMS, parameters=LENGTHS, points=points)
+    lower = scene.joints[1]
+    assert [sorted(symbol.name for symbol in symbols(item)) for item in lower.position] == [["l"], [], []]
+    tip = scene.points[0].position
+    assert [sorted({symbol.name for symbol in symbols(item)}) for item in tip] == [["l"], [], ["l"]]
+    for parameters in ({"h": 0.7, "l": 0.4}, {"h": -2.0, "l": 3.0}):
+        length = parameters["l"]
+        assert np.abs(numbers(lower.position, parameters) - [length, 0, 0]).max() < 1e-15
+        assert np.abs(numbers(tip, parameters) - [length, 0, -length]).max() < 1e-15
+        assert np.abs(numbers(scene.points[1].position, parameters) - [length, 0, 0]).max() < 1e-15
+
+
+def test_frames_of_constraints_and_bushings_turn_with_the_frame_they_are_given_in() -> None:
+    quarter = [{"axis": [0, 0, 1], "angle": "90 deg"}]
+    joints = {
+        "a": {"type": "revolute", "parent": "base", "child": "a", "axis": [0, 0, 1], "rotation": quarter},
+        "b": {"type": "free", "parent": "base", "child": "b", "initial": {"position": [1, 0, 0]}},
+    }
+    sides = {
+        "first": {"body": "a", "position": [1, 0, 0], "axis": [1, 0, 0], "x_axis": [0, 0, 1], "in": "world"},
+        "second": {"point": "end", "axis": [1, 0, 0], "x_axis": [0, 0, 1], "in": "world"},
+    }
+    points = {"end": {"body": "b", "position": [0, 0, 0]}}
+    bushing = {**sides, "stiffness": [1e3, 1e3, 1e3]}
+    scene = scene_of(
+        joints, points=points, constraints={"pin": {"type": "revolute", **sides}}, bushings={"rubber": bushing}
+    )
+    for held in (scene.constraints[0], scene.elements[0]):
+        assert numbers(held.first.position, {}).tolist() == [0, -1, 0]
+        assert np.array(held.first.orientation)[:, 2].tolist() == [0, -1, 0]
+        assert np.array(held.second.orientation)[:, 2].tolist() == [1, 0, 0]
+
+
+def test_a_linkage_of_hardpoints_is_the_linkage_of_lengths() -> None:
+    """A four-bar linkage with pins in world coordinates has the places in bodies that its lengths give."""
+
+    def linkage(*, world: bool) -> Any:
+        def at(place: list[float], own: list[float]) -> dict[str, Any]:
+            return {"position": place, "in": "world"} if world else {"position": own}
+
+        pins = {"crank": ("base", [0, 0, 0], [0, 0, 0]), "coupler": ("crank", [0.1, 0, 0.2], [0.1, 0, 0.2])}
+        pins["rocker"] = ("base", [0.5, 0, 0], [0.5, 0, 0])
+        joints = {
+            child: {"type": "revolute", "parent": parent, "child": child, "axis": [0, 1, 0], **at(drawn, own)}
+            for child, (parent, drawn, own) in pins.items()
+        }
+        sides = {
+            "first": {"body": "coupler", **at([0.6, 0, 0.3], [0.5, 0, 0.1])},
+            "second": {"body": "rocker", **at([0.6, 0, 0.3], [0.1, 0, 0.3])},
+        }
+        return scene_of(joints, constraints={"pin": {"type": "spherical", **sides}})
+
+    one, other = linkage(world=True), linkage(world=False)
+    for drawn, measured in zip(one.joints, other.joints, strict=True):
+        assert np.abs(numbers(drawn.position, {}) - numbers(measured.position, {})).max() < 1e-15
+    for side in ("first", "second"):
+        drawn, measured = (getattr(scene.constraints[0], side) for scene in (one, other))
+        assert np.abs(numbers(drawn.position, {}) - numbers(measured.position, {})).max() < 1e-15
+
+
+UNKNOWN = "the design position is not known: "
+AXIS_ALONE = {"body": "lower", "axis": [0, 0, 1], "in": "world"}
+MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
+    "no body": (
+        {"points": {"p": {"body": "lower", "position": [0, 0, 0], "in": "wurld"}}},
+        "points.p.in): there is no body 'wurld'; try: world",
+    ),
+    "no position": (
+        {"points": {"p": {"body": "lower", "in": "world"}}},
+        "points.p.in): in needs a position, in the axes of world; try: position = [0, 0, 0]",
+    ),
+    "circle": (
+        {"joints": {**ARMS, "lower": {**ARMS["lower"], "in": "lower"}}},
+        f'joints.lower.in): {UNKNOWN}these bodies are placed in one another: lower, lower; try: in = "base"',
+    ),
+    "moving base": (
+        {"base": {"position": ["sin(t)", 0, 0]}},
+        f'joints.lower.in): {UNKNOWN}the base has a place of its own in the world; try: in = "base"',
+    ),
+    "axis alone": (
+        {"constraints": {"c": {"type": "spherical", "first": AXIS_ALONE, "second": {"body": "base"}}}},
+        "constraints.c.first.in): in needs a position",
+    ),
+    "number": ({"points": {"p": {"body": "lower", "position": [0, 0, 0], "in": 3}}}, "points.p.in"),
+}
+
+
+@pytest.mark.parametrize(("change", "message"), MISTAKES.values(), ids=MISTAKES)
+def test_mistakes_are_told_with_their_key(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(DescriptionError) as raised:
+        scene_of(**{"joints": ARMS, "parameters": LENGTHS, **change})
+    assert message in str(raised.value)
+
+
+def test_places_on_exact_beams_are_counted_along_the_beam() -> None:
+    data = beam_scene(4, {"force": [0.0, 0.0, 1.0]})
+    data.setdefault("points", {})["end"] = {"body": "rope", "position": [1.0, 0, 0], "in": "world"}
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(data)
+    assert "points.end.in): the design position is not known: places on the geometrically exact beam rope are" in str(
+        raised.value
+    )
+
+
+def test_info_prints_places_in_the_body_and_in_the_world(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        """
+        format = 1
+        name = "drawn"
+        bodies.arm = { mass = 1.0, inertia = [1, 1, 1] }
+        joints.hinge = { type = "revolute", parent = "base", child = "arm", axis = [0, 1, 0], position = [0, 0, 2] }
+        points.tip = { body = "arm", position = [1, 0, 1.5], in = "world" }
+        """
+    )
+    assert main(["info", str(path), "--json"]) == 0
+    places = {place["name"]: place for place in json.loads(capsys.readouterr().out)["places"]}
+    assert places["points.tip"] == {"name": "points.tip", "body": "arm", "position": [1, 0, -0.5], "world": [1, 0, 1.5]}
+    assert main(["info", str(path)]) == 0
+    assert "points.tip    arm   1, 0, -0.5      1, 0, 1.5" in capsys.readouterr().out
+
+
+def test_builders_name_the_key_given_in() -> None:
+    builder = eomgen.SceneBuilder("drawn").body("arm", 1.0, inertia=[1, 1, 1])
+    builder.joint("hinge", "revolute", "base", "arm", axis=[0, 1, 0], position=[0, 0, 2])
+    scene = builder.point("tip", "arm", [1, 0, 1.5], given_in="world").build()
+    assert numbers(scene.points[0].position, {}).tolist() == [1, 0, -0.5]
