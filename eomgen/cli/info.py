@@ -80,6 +80,7 @@ def info(
     data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated]
     if method is not None:
         data["step"] = operations_of_step(described_scene, method_of(described_scene, method))
+    data["equations"] = {item.name: item.text for item in described_scene.constraints if item.equation is not None}
     if base_parameters:
         data["base_parameters"] = _base_parameters(described_scene)
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
@@ -106,6 +107,7 @@ def described(system: System) -> dict[str, Any]:
         "sizes": {"nq": system.nq, "nv": system.nv, "nu": system.nu, "nz": system.nz, "bodies": len(system.bodies)},
         "degrees_of_freedom": system.nv - len(system.multipliers),
         "constraints": list(system.multipliers),
+        "multiplier_units": ["N m" if unit.startswith("1") else "N" for unit in system.row_units],
         "groups": [
             {"joint": factor.name, "group": factor.group, "nq": factor.q_size, "nv": factor.v_size}
             for factor in system.factors
@@ -147,6 +149,8 @@ def _base_parameters(scene: Scene) -> dict[str, Any]:
 _LISTED = 8
 #: So many places are shown.
 _PLACES = 24
+#: Characters of an equation.
+_LONGEST = 80
 #: So many names that are numbered one after the other are shown by the first and the last.
 _MANY = 12
 #: Operations of a step, as ``operations_of_step`` names them.
@@ -211,7 +215,7 @@ def _print(data: dict[str, Any]) -> None:
     )
     if rows:
         out.print()
-        print_table("Constraint rows", ("constraint", "rows", "meaning"), _by_constraint(rows), numeric=(1,))
+        print_table("Constraint rows", ("constraint", "rows", "meaning"), _by_constraint(data), numeric=(1,))
     if data["places"]:
         out.print()
         _print_places(data["places"], "base" if data["base_moves"] else "world")
@@ -306,11 +310,13 @@ def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
         console().print(f"and {len(places) - _PLACES} more, with --json")
 
 
-def _by_constraint(rows: list[str]) -> list[tuple[str, int, str]]:
+def _by_constraint(data: Mapping[str, Any]) -> list[tuple[str, int, str]]:
     """Return each constraint with the number and the meanings of its rows, which are named ``constraint: meaning``."""
     groups: dict[str, list[str]] = {}
-    for row in rows:
+    for row, unit in zip(data["constraints"], data["multiplier_units"], strict=True):
         name, _, meaning = row.partition(": ")
+        if name in data["equations"]:
+            meaning = f"{data['equations'][name][:_LONGEST]} = 0, multiplier in {unit}"
         groups.setdefault(name, []).append(meaning)
     return [(name, len(meanings), ", ".join(_joined(meanings))) for name, meanings in groups.items()]
 

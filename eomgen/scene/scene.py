@@ -160,7 +160,7 @@ def html(scene: Shown) -> str:
         for joint in (carried[body.name],)
     )
     constraints = (
-        (item.name, item.type, *_bodies(item), *(infix(part) if part else "" for part in (item.equation, item.drive)))
+        (item.name, item.type, *_bodies(item), item.text, infix(item.drive) if item.drive else "")
         for item in scene.constraints
     )
     signals = (

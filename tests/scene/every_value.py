@@ -226,6 +226,21 @@ SCENE: dict[str, Any] = {
             "second": {"body": "disc", "axis": [0, 0, 1], "position": [0, 0, 0.1]},
             "radius": 0.3,
         },
+        "ring": {
+            "type": "sliding",
+            "shape": "torus",
+            "first": _AT,
+            "second": {**_AT, "body": "disc"},
+            "radius": 0.3,
+            "tube_radius": 0.05,
+        },
+        "stone": {
+            "type": "rolling",
+            "shape": "ellipsoid",
+            "first": _AT,
+            "second": {**_AT, "body": "cross"},
+            "semi_axes": [0.2, 0.03, 0.02],
+        },
         "thread": {"type": "helical", "first": _AT, "second": {**_AT, "body": "cross"}, "pitch": 0.02},
     },
     "springs": {

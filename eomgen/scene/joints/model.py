@@ -7,7 +7,7 @@ from typing import Literal
 
 from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Symbol, Vector
+from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Symbol, Vector, infix
 from eomgen.formula.prescribed_motion import constant
 from eomgen.scene.joint_types import JOINTS, TYPES, Connection, ConstraintType, JointType
 from eomgen.system.description import WORLD, Limit, Point, component_names
@@ -78,6 +78,17 @@ class Constraint:
     def kind(self) -> Connection:
         """Properties of its type."""
         return TYPES[self.type]
+
+    @property
+    def text(self) -> str:
+        """Its equation as text; empty without one."""
+        if self.equation is None:
+            return ""
+        vectors = ("position", "velocity")
+        text = infix(self.equation, lambda symbol: 3 if symbol.kind in vectors else 1)
+        for k, name in enumerate("xyz"):
+            text = text.replace(f"position.here[{k}]", name)
+        return text
 
     @property
     def frames(self) -> tuple[Frame, ...]:
