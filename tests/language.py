@@ -86,7 +86,7 @@ def files_of_packages() -> dict[str, list[Path]]:
     packages["(templates)"] = sorted((ROOT / "templates").rglob("*.jinja"))
     packages["(pages)"] = [
         ROOT / "README.md",
-        *sorted(file for file in (ROOT / "docs").glob("*.md") if file.stem != "errors"),
+        *sorted(file for file in (ROOT / "docs").glob("*.md") if file.stem not in ("errors", "modules")),
     ]
     return packages
 

@@ -1,4 +1,4 @@
-"""Validation of user-given names, formatting of user text in messages, and JSON as text."""
+"""Hints of messages (the nearest name, lists of names), validation of names, formatting of user text, JSON as text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The text of a companion of a library: one function of the model, for as many samples as there are lanes.
+"""The text of a companion of a library: one function of the model for batches in lanes, with parts kept apart from
+inlining.
 
 The model's own text is compiled a second time with ``real`` as vectors. A companion has one function, since a vector's
 compiler takes as long for each function as for a number's, and a large batch asks for one: all files stand in one, in

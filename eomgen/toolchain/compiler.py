@@ -1,4 +1,5 @@
-"""Discovery and runs of the C compiler: parallel compilation, one link; errors show the command and its output."""
+"""Discovery and processes of the C compiler: start, parallel number, end, background runs, one link; errors show
+command and output."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Runge-Kutta methods on Lie groups as data: Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115."""
+"""Runge-Kutta methods on Lie groups as data.
+
+Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115.
+"""
 
 from __future__ import annotations
 

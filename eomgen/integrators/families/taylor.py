@@ -1,6 +1,7 @@
-"""Taylor series method of any order; step from the last two coefficients: Jorba and Zou, Exp. Math. 14 (2005) 99.
+"""Taylor series method of any order, with the step from the last two coefficients.
 
-The order is higher than theirs, for here an order costs much the same whether it is the tenth or the twentieth.
+Jorba and Zou, Exp. Math. 14 (2005) 99. The order is higher than in the paper, for here the cost of an order hardly
+depends on the number of orders.
 """
 
 from __future__ import annotations

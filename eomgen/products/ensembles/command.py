@@ -1,4 +1,4 @@
-"""``eomgen ensemble``: many runs of a scene with variations, reduced as they finish."""
+"""``eomgen ensemble``: the command with options and tables."""
 
 from __future__ import annotations
 

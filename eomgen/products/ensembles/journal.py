@@ -1,4 +1,5 @@
-"""The folder of an ensemble: samples block by block with reduced statistics, from which the ensemble is resumed."""
+"""The folder of an ensemble: saved samples block by block with reduced statistics, resumed and checked for damaged
+blocks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Detection of laws that act between the steps of a run: narrow forces and rates, or forces aliased by the steps.
+"""Detection and findings of laws that act between the steps of a run: narrow forces and rates, forces aliased by the
+steps, chatter about a level.
 
 A run evaluates forces at its steps alone. Comparison runs may miss the same barrier, or sample a periodic force in the
 same phase. The equations are therefore integrated along the interpolant of the steps: the defect of a step is the

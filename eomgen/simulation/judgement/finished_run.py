@@ -1,5 +1,5 @@
-"""FinishedRun: a run as seen by checks, with every quantity evaluated at first use; Check: one row of the register of
-checks.
+"""FinishedRun: quantities of a run shared by several checks, evaluated at first use; Check: a row of the register, with
+the facts that the check needs, such as an error estimate.
 """
 
 from __future__ import annotations

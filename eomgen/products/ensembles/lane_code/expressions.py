@@ -1,4 +1,4 @@
-"""Expressions of a stepper, for lanes: values, and places that are written to."""
+"""Expressions of a stepper in lanes: values, and assigned places."""
 
 from __future__ import annotations
 

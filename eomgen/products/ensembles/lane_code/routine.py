@@ -1,4 +1,4 @@
-"""One function of a stepper, for lanes: its blocks under their masks."""
+"""Statements of a stepper's function in lanes: branches, loops and early returns as blocks under masks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Reading of files with ``kind = "hamiltonian"``: every problem of a file is reported at once, by key and line."""
+"""Reading of files with ``kind = "hamiltonian"``, with formulas and definitions: every problem of a file is reported at
+once, by key and line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The energy of a cell, one formula of the values of fields and of data, and C of it and of its derivatives.
+"""The energy of a cell, likelihood and prior as one formula of fields and data: checks, derivatives and C.
 
 The formula is recorded once, for one cell; its derivatives are made on the tape. Loops over cells, several of them side
 by side in vector registers, stand in the template ``c/fields/cells``.

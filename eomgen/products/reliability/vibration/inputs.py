@@ -1,4 +1,5 @@
-"""Checked arguments of a study of random vibration: processes, output, time, thresholds."""
+"""Checked arguments of a study of random vibration (processes, output, time, thresholds), and checks and notes before
+the study, on lost variance too."""
 
 from __future__ import annotations
 

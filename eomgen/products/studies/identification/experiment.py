@@ -1,5 +1,5 @@
-"""Measured runs of a model with their unknowns: names, start and bounds of these, predicted outputs at the measured
-times, and their derivatives."""
+"""The model of one measured run: unknowns with start values and bounds, the simulated outputs at the measured times,
+and derivatives in the unknowns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""identify: unknown parameters and initial states of a scene, from measured runs."""
+"""identify: arguments and refusals of an identification of parameters and initial states, starts that are at rest, and
+the fit."""
 
 from __future__ import annotations
 

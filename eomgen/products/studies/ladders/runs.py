@@ -1,4 +1,4 @@
-"""Runs under given conditions, in a process of their own with a time limit: hangs and crashes are results, too."""
+"""Runs under given conditions, each in a separate process with a time limit: hangs and crashes are results, too."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""A race and its entries: the contender that promises to meet the demand at the least cost runs next, until none
-promises more than the best.
+"""The race of configurations: the one that promises to meet the demand at the least cost runs next, until none promises
+more than the best.
 
 A race: the contender that promises to meet the demand at the least cost runs next, until none promises more than
 the best.
