@@ -127,8 +127,9 @@ _COUNTING = frozenset({"fill", "gather", "spread", "angles", "circular"})
 LANES = 4
 
 
-#: Numbers that every model has: they stay in its text, and compilers know them.
-_COMMON = frozenset({-1.0, 0.0, 1.0})
+#: Magnitudes of numbers that laws of mechanics have: they stay in the text, since compilers double by a sum and keep
+#: constants in registers.
+_COMMON = frozenset({0.0, 0.5, 1.0, 2.0})
 #: Expressions of the counters of a loop, and operators that may be around one.
 _COUNTED = frozenset({"row", "numbers", "cell", "cells", "choice", "neg"})
 #: Entries of a table in one line.
@@ -236,7 +237,7 @@ class Printer:
             named = self.constants.get(abs(expression[1]))
             if named is not None:
                 return (f"K({named})", _ATOM) if expression[1] > 0.0 else (f"-K({named})", _PREFIX)
-            if self.numbers is not None and expression[1] not in _COMMON:
+            if self.numbers is not None and abs(expression[1]) not in _COMMON:
                 return f"K({self.numbers.entry(expression[1])})", _ATOM
             return f"K({number(expression[1])})", _ATOM
         if kind == "in":

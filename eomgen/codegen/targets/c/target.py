@@ -16,7 +16,7 @@ import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -243,6 +243,13 @@ class _Context:
         table = self.numbers(name)
         return number(number_) if table is None else f"{table.name}[{table.first_of([float(number_)])}]"
 
+    def values(self, name: str, columns: Iterable[Sequence[float]]) -> str:
+        """Return the address of neighbouring entries of the table of a function, empty if its numbers stand in its
+        text."""
+        table = self.numbers(name)
+        entries = [float(number_) for column in columns for number_ in column]
+        return "" if table is None or not entries else f"&{table.name}[{table.first_of(entries)}]"
+
     def declared(self, name: str) -> str:
         """Return the declaration of the numbers of a function whose text was printed before."""
         table = self.number_tables.get(name)
@@ -289,12 +296,10 @@ class _Context:
         printer = Printer(self.c.input_texts(), [targets], self.program.prefix, constants=macros, names=names)
         return indented(printer.lines(part.statements), 1)
 
-    def kernel(self, loop: ProgramLoop) -> str:
-        """Return the results of one element of a loop."""
-        return indented(
-            Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop)).lines(loop.statements),
-            3 if loop.lanes > 1 else 2,
-        )
+    def kernel(self, loop: ProgramLoop, number_: int) -> str:
+        """Return the results of one element of a loop, which counts from 1."""
+        printer = Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop), numbers=self.numbers(f"loop{number_}"))
+        return indented(printer.lines(loop.statements), 3 if loop.lanes > 1 else 2)
 
     def render(self, template: str, **extra: object) -> str:
         program = self.program
@@ -312,6 +317,7 @@ class _Context:
                 numbers_of=self.numbers_of,
                 declared=self.declared,
                 value=self.value,
+                values=self.values,
                 number_tables=self.number_tables,
                 apart=self.apart,
                 hidden=_HIDDEN,
