@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 from html import escape
 from types import FrameType
 from typing import Any
@@ -22,6 +23,10 @@ Progress = Callable[[int, int], None]
 _SELDOM = 0.2
 #: Delay of the progress display in a terminal, s.
 _PATIENCE = 1.0
+#: Delay of the display of compilers, s: a user waits for their end before anything else happens.
+_SHORT_PATIENCE = 0.5
+#: Function that tells the progress of compilers in a display that is already there.
+_TELLS: ContextVar[Callable[[str], None] | None] = ContextVar("told_by", default=None)
 
 
 class Interrupts:
@@ -93,7 +98,7 @@ def terminal_bar(title: str) -> Iterator[Progress | None]:
     )
     bar = Bar(*columns, console=Console(stderr=True, highlight=False), transient=True)
     task = bar.add_task(title, total=None)
-    with _after_a_while(bar):
+    with _after_a_while(bar, _PATIENCE):
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
@@ -114,14 +119,78 @@ def waiting(title: str) -> Iterator[None]:
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     bar = Bar(*columns, console=Console(stderr=True, highlight=False), transient=True)
     bar.add_task(title, total=None)
-    with _after_a_while(bar):
+    with _after_a_while(bar, _PATIENCE):
         yield
 
 
 @contextlib.contextmanager
-def _after_a_while(bar: Any) -> Iterator[None]:
-    """Start a display of Rich after a second, by a thread since the work may not report before; stop it at the end."""
-    timer = threading.Timer(_PATIENCE, bar.start)
+def told_by(tell: Callable[[str], None]) -> Iterator[None]:
+    """Let a display that is already there tell the progress of compilers."""
+    token = _TELLS.set(tell)
+    try:
+        yield
+    finally:
+        _TELLS.reset(token)
+
+
+@contextlib.contextmanager
+def counted_units(title: str) -> Iterator[Progress | None]:
+    """Show finished and all units of work with the seconds so far, if the work takes more than half a second: in a
+    notebook, and on stderr if that is a terminal."""
+    began = time.monotonic()
+    if tell := _TELLS.get():
+        yield lambda done, total: tell(_units(title, done, total, time.monotonic() - began))
+    elif _in_notebook():
+        with _notebook_line(title, began) as report:
+            yield report
+    elif sys.stderr.isatty():
+        # only for a terminal
+        from rich.console import Console  # noqa: PLC0415
+        from rich.progress import MofNCompleteColumn, SpinnerColumn, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+        from rich.progress import Progress as Bar  # noqa: PLC0415
+
+        columns = (SpinnerColumn(), TextColumn("{task.description}"), MofNCompleteColumn(), TimeElapsedColumn())
+        bar = Bar(*columns, console=Console(stderr=True, highlight=False), transient=True)
+        task = bar.add_task(title, total=None)
+        with _after_a_while(bar, _SHORT_PATIENCE):
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+    else:
+        yield None
+
+
+def _units(title: str, done: int, total: int, seconds: float) -> str:
+    return f"{title}: {done} of {total} files, {seconds:.0f} s"
+
+
+@contextlib.contextmanager
+def _notebook_line(title: str, began: float) -> Iterator[Progress]:
+    """Show a line below a notebook's cell after a while, which is gone when the work is done."""
+    shows: Any = importlib.import_module("IPython.display")  # which a notebook brings
+    handle: Any = None
+
+    def report(done: int, total: int) -> None:
+        nonlocal handle
+        seconds = time.monotonic() - began
+        if seconds < _SHORT_PATIENCE:
+            return
+        line = shows.HTML(escape(_units(title, done, total, seconds)))
+        if handle is None:
+            handle = shows.display(line, display_id=True)
+        else:
+            handle.update(line)
+
+    try:
+        yield report
+    finally:
+        if handle is not None:
+            handle.update(shows.HTML(""))
+
+
+@contextlib.contextmanager
+def _after_a_while(bar: Any, patience: float) -> Iterator[None]:
+    """Start a display of Rich after some seconds, by a thread since the work may not report before; stop it at the
+    end."""
+    timer = threading.Timer(patience, bar.start)
     timer.daemon = True
     timer.start()
     try:

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from eomgen.base.progress import told_by
 from eomgen.base.text import json_text
 
 _PLAIN_WIDTH = 120
@@ -37,7 +38,10 @@ def building(name: str) -> Iterator[Callable[[str], None]]:
     if not sys.stderr.isatty():
         yield lambda _: None
         return
-    with console(stderr=True).status(f"building {name}") as status:
+    with (
+        console(stderr=True).status(f"building {name}") as status,
+        told_by(lambda progress: status.update(f"building {name}: {progress}")),
+    ):
         yield lambda variant: status.update(f"building {name}: {variant}")
 
 

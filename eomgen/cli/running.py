@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import click
+from click.core import ParameterSource
 
 from eomgen.base.progress import terminal_bar
 from eomgen.cli import INTERRUPTED
@@ -11,6 +15,7 @@ from eomgen.cli.options import assignments, check_assigned, in_units, starts_of
 from eomgen.cli.printing import building, say
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.scene.sources.register import all_options, source_of
+from eomgen.toolchain.profiles import PROFILE_VARIABLE
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
@@ -68,9 +73,12 @@ def say_stand_in(scene: Scene, method: str | None, use: str) -> None:
         say(f"note: auto chooses a method before a run; {use} {pipeline.method_of(scene, method)}")
 
 
-def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:
+def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[Model, Solution]:
     """Build and simulate a scene with the options that ``read_scene`` has left, or go on with the run of a
-    checkpoint. The model has the functions that runs call."""
+    checkpoint. The model has the functions that runs call.
+
+    ``once``: whether the model is for this run alone, so that it may be stepped by the tape engine.
+    """
     from eomgen.pipeline import pipeline  # noqa: PLC0415
 
     resumed, t_end = options.get("resume"), options["t_end"]
@@ -78,11 +86,34 @@ def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:
     own = {name: value for name, value in options.items() if name not in (*_OPEN, "resume", "t_end", "profile")}
     method = own["method"] if resumed is None else _method_of(resumed, own)
     with building(scene.name):
-        model = pipeline.built_for_run(scene, method, own.get("start"), options["profile"])
+        steps = _steps(scene, options) if once and resumed is None else None
+        model = pipeline.built_for_run(scene, method, own.get("start"), options["profile"], steps=steps)
+    if model.library.profile == "instant" != options["profile"]:
+        say(
+            "note: the tape engine steps this run, which should end before a compiler would; --profile"
+            f" {options['profile']} waits for the compiler"
+        )
     with terminal_bar(scene.name) as progress:
         if resumed is None:
             return model, model.simulate(t_end, **own, **shared, progress=progress)
         return model, model.resume(resumed, t_end, **shared, progress=progress)
+
+
+def _steps(scene: Scene, options: dict[str, Any]) -> float | None:
+    """Return the number of steps of a run that may be stepped by the tape engine, None if it may not: the profile is
+    chosen by the user, later runs go on from a checkpoint, or the method chooses its steps."""
+    from eomgen.integrators.methods import method_named  # noqa: PLC0415
+    from eomgen.pipeline import pipeline  # noqa: PLC0415
+
+    chosen = click.get_current_context().get_parameter_source("profile") is not ParameterSource.DEFAULT
+    if chosen or os.environ.get(PROFILE_VARIABLE) or options["checkpoint"] or options["tolerance"] is not None:
+        return None
+    if method_named(pipeline.method_of(scene, options["method"])).chooses_steps:
+        return None
+    simulation = scene.simulation
+    duration: float = simulation.duration if options["t_end"] is None else options["t_end"]
+    step: float = simulation.step if options["step"] is None else options["step"]
+    return abs(duration) / step
 
 
 def _method_of(file: str, given: dict[str, Any]) -> str:

@@ -47,7 +47,7 @@ def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, 
             return code
     described = read_scene(scene, options)
     target = make_folder(Path(folder))
-    model, solution = run(described, options)
+    model, solution = run(described, options, once=not timing)
     times = _timed(model, solution, options["inputs"]) if timing and solution.success else None
     beams = [nodes[0] for nodes in model.description.exact_beams]
     files = _write(solution, target, plots, beams, times)

@@ -11,18 +11,19 @@ the batch's own samples, and is not slower.
 
 from __future__ import annotations
 
-import atexit
 import contextlib
+import functools
 import logging
 import math
 import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
 from itertools import pairwise
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -31,10 +32,12 @@ from eomgen.base.arrays import Array
 from eomgen.base.concurrency import share, thread_count
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
-from eomgen.toolchain.compiler import Running
+from eomgen.toolchain.compiler import Running, in_background
 from eomgen.toolchain.library import Library
 
 _LOG = logging.getLogger(__name__)
+P = ParamSpec("P")
+R = TypeVar("R")
 
 #: The variable that says whether large batches have companions.
 LANES_VARIABLE = "EOMGEN_LANES"
@@ -48,8 +51,6 @@ _OPERATION, _START, _COMPILED = 2e-10, 0.3, 1e-3
 _LOOK = 2e-3
 #: Samples that are evaluated by both libraries before the companion is taken.
 _COMPARED = 64
-#: Priority of the compiler in the background, as of ``nice``.
-_NICE = 5
 
 
 class Choice(Enum):
@@ -180,15 +181,7 @@ class Lanes:
                 return
             companion.begun = True
         _LOG.info("compiles the lanes of %s in the background", name)
-        running = Running()
-        atexit.register(running.stop)
-
-        def work() -> None:
-            _yield_to_others()
-            self._make(name, companion, running)
-            atexit.unregister(running.stop)
-
-        threading.Thread(target=work, name="eomgen-lanes", daemon=True).start()
+        in_background("eomgen-lanes", lambda running: self._make(name, companion, running))
 
     def _make(self, name: str, companion: Companion, running: Running) -> None:
         """Compile a companion; without one, batches go on as they are."""
@@ -198,13 +191,6 @@ class Lanes:
         except (EomgenError, OSError, ValueError) as error:
             _LOG.info("lanes of %s are left out: %s", name, error)
             companion.refused = True
-
-
-def _yield_to_others() -> None:
-    """Let all else go before this thread and the compilers that it starts."""
-    if sys.platform == "linux":
-        with contextlib.suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
 
 
 def _timed(call: Callable[[], Any]) -> float:
@@ -286,6 +272,8 @@ class Functions:
         }
         self._complex = library.dtype.kind == "c"
         self._memory = ResultMemory()
+        self._runs = 0
+        self._lock = threading.Lock()
         ffi = library.ffi
         self._types = (ffi, *(ffi.typeof(text) for text in ("double[]", "double *[]", "long[]")))
 
@@ -328,6 +316,8 @@ class Functions:
         UsageError
             Leading axes that do not broadcast.
         """
+        if self.library.successor is not None:
+            self.renew()
         names = self.inputs(name)
         arrays = [
             blocks[block].reshape((*blocks[block].shape, 1)) if block == "t" else blocks[block] for block in names
@@ -350,6 +340,30 @@ class Functions:
         if count:
             self._batch(name, flat, results, count)
         return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)
+
+    def renew(self) -> None:
+        """Take the compiled library in place of the tape engine if it is there and no run is under way.
+
+        Warns
+        -----
+        RuntimeWarning
+            The compiler has failed, so the tape engine stays.
+        """
+        with self._lock:
+            if not self._runs:
+                self.library = compiled_or_same(self.library)
+
+    @contextlib.contextmanager
+    def one_library(self) -> Iterator[None]:
+        """Keep the library, after it is renewed: a run has the bits of one library from its first step on."""
+        self.renew()
+        with self._lock:
+            self._runs += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._runs -= 1
 
     def _batch(self, name: str, inputs: list[Array], results: list[Array], count: int) -> None:
         """Evaluate a batch in pieces; threads share a large one. C releases the interpreter, and each sample has the
@@ -405,6 +419,39 @@ class Functions:
         outputs = ffi.new(pointers, [ffi.from_buffer(doubles, array) for array in results])
         self.library.lib.eomgen_call(self._numbers[name], 1, inputs, ffi.new(longs, len(arrays)), outputs)
         return results
+
+
+def by_one_library(function: Callable[P, R]) -> Callable[P, R]:
+    """Return a function of a model during which the model keeps its library, so that a run has the bits of one."""
+
+    @functools.wraps(function)
+    def called(*args: P.args, **kwargs: P.kwargs) -> R:
+        model: Any = args[0] if args else None
+        with contextlib.nullcontext() if model is None else model.functions.one_library():
+            return function(*args, **kwargs)
+
+    return called
+
+
+def compiled_or_same(library: Library) -> Library:
+    """Return the successor of a library, or the library itself if it has none, or none yet.
+
+    Warns
+    -----
+    RuntimeWarning
+        The compiler has failed, so the tape engine stays; once.
+    """
+    successor = library.successor
+    if successor is None:
+        return library
+    if successor.error is not None:
+        library.successor = None
+        warnings.warn(f"the model stays on the tape engine: {successor.error}", RuntimeWarning, stacklevel=4)
+        return library
+    if successor.library is None:
+        return library
+    successor.library.predecessor = library
+    return successor.library
 
 
 def _samples(array: Array, shape: tuple[int, ...], count: int) -> Array:

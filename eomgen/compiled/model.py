@@ -27,13 +27,14 @@ from eomgen.compiled import beams as exact_beams
 from eomgen.compiled.arguments import components, read_only
 from eomgen.compiled.beams import beams_at
 from eomgen.compiled.coordinates import configuration_rate, with_unit_quaternions
-from eomgen.compiled.functions import DRIVERS, Functions
+from eomgen.compiled.functions import DRIVERS, Functions, compiled_or_same
 from eomgen.compiled.terms import Inputs, Parameters, Terms
 from eomgen.errors import Problem, UsageError
 from eomgen.solvers.consistency import Assembly, assemble
 from eomgen.solvers.constraint_rows import Constrained, EveryRow, elastic_components, split_sizes
 from eomgen.solvers.redundancy import check_left_out
 from eomgen.system.description import Description
+from eomgen.system.selection import Selection
 from eomgen.system.terms import PURPOSES, TERMS
 from eomgen.toolchain.builder import LaneFiles
 from eomgen.toolchain.library import LaneLibrary, Library
@@ -104,8 +105,7 @@ class CompiledModel:
         layout = library.layout
         self.description = description
         self._scene = scene
-        self.library = library
-        self.stepper = functools.cache(stepper)
+        self._steppers = functools.cache(stepper)
         self.initial_at = start
         self._in_lanes = in_lanes
         self._in_complex = in_complex
@@ -135,6 +135,34 @@ class CompiledModel:
         self.initial_q = self.evaluator.initial_q
         self.initial_v = read_only(layout["initial_v"])
         self.initial_z = read_only(layout["initial_z"])
+
+    @property
+    def library(self) -> Library:
+        """The library of the functions and of the default method's stepper: on the tape engine until the compiler is
+        done, then the compiled one."""
+        return self.functions.library
+
+    def stepper(self, method: str, selection: Selection | None = None) -> Library:
+        """Return the library with the stepper of a method, made when it is first asked for.
+
+        Parameters
+        ----------
+        selection : functions of the library; by default the functions that the method calls
+        """
+        library: Library = self._steppers(method) if selection is None else self._steppers(method, selection)
+        return compiled_or_same(library)
+
+    def finish_compilation(self) -> None:
+        """Wait for the compiler that works in the background for ``profile="instant"``, and take its result.
+
+        Warns
+        -----
+        RuntimeWarning
+            The compiler has failed, so the tape engine stays.
+        """
+        if self.library.successor is not None:
+            self.library.successor.wait()
+            self.functions.renew()
 
     def stepper_in_lanes(self, library: Library, cdef: str, files_of: LaneFiles) -> LaneLibrary | str:
         """Return the stepper of a library for several trajectories side by side, or why there is none.

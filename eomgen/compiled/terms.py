@@ -42,7 +42,6 @@ class Terms:
 
     def __init__(self, library: Library, description: Description) -> None:
         layout: Mapping[str, Any] = library.layout
-        self.library = library
         self.functions = Functions(library)
         self.bodies: tuple[str, ...] = tuple(layout["bodies"])
         self.frames: tuple[str, ...] = tuple(layout["frames"])
@@ -71,6 +70,12 @@ class Terms:
         self._requirements = Requirements(description, self.parameter_names)
         self._fixed_values = description.fixed
         self.motions_to_check = _CHECKED if "constraint_bias" in self.functions else 0
+
+    @property
+    def library(self) -> Library:
+        """The library that evaluates the terms: on the tape engine until the compiler is done, then the compiled
+        one."""
+        return self.functions.library
 
     def parameters(self, parameters: Parameters) -> Array:
         """Return tunable parameters as (..., np).

@@ -26,7 +26,7 @@ from eomgen.pipeline.scenes import SCENES, opened
 from eomgen.scene.sources.register import all_options, checked_options
 from eomgen.system.selection import Selection
 from eomgen.system.terms import TERMS, nearest_term
-from eomgen.toolchain.profiles import STANDARD_PROFILE
+from eomgen.toolchain.profiles import COMPILED_PROFILE, STANDARD_PROFILE
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from eomgen.system.description import Description, Simulation
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder, LaneFiles
+    from eomgen.toolchain.compiler import Running
     from eomgen.toolchain.library import LaneLibrary, Library
 
     #: A scene, the path of one, nested data as a scene file holds them, or the document of another front end.
@@ -312,7 +313,10 @@ def build(
         Whose stepper is compiled in, and the one that ``simulate`` uses by default; the scene's by default.
         Others are compiled when ``simulate`` asks for them. ``auto``: each run chooses, see ``simulate``.
     profile : str
-        ``fast`` (this processor), ``reproducible`` (same bits everywhere) or ``quick`` (compiles fastest).
+        ``fast`` (this processor), ``reproducible`` (same bits everywhere), ``quick`` (compiles fastest) or
+        ``instant``: the functions are evaluated by a tape engine at once, to the bits of ``reproducible``, and the
+        compiled library takes over between two calls or runs when the compiler is done. If the compiled library is in
+        the cache, it is taken.
     real : str
         Number type of the compiled code: ``double`` or ``float``; the scene's by default.
 
@@ -355,11 +359,15 @@ def built_in(
     real: str = "double",
     *,
     start: str = "",
+    steps: float | None = None,
 ) -> Model:
     """Return the compiled model of a scene as ``build`` does, with libraries kept in this folder, the user's cache by
     default.
 
-    ``start``: as of ``Selection``, if the model is built for runs alone.
+    Parameters
+    ----------
+    start : as of ``Selection``, if the model is built for runs alone
+    steps : as of ``built_for_run``
     """
     _check_terms(terms)
     from eomgen.integrators.families.family import LinearPasses  # noqa: PLC0415
@@ -375,7 +383,8 @@ def built_in(
     from eomgen.toolchain.cache import Cache  # noqa: PLC0415
 
     builder = Builder(profile=profile, real=real, cache=None if cache is None else Cache(cache))
-    library = _library(document, front_end, _selected(terms, start), _method_name(described, method), builder)
+    own = _method_name(described, method)
+    library = _library(document, front_end, _selected(terms, start), own, builder, steps)
     constrained = bool(library.layout["multipliers"])  # all rows of a scene may follow from its joints
     there = [function["name"] for function in library.layout["functions"]]
     mass = "mass" in there and not library.layout["facts"]["ill_scaled"]
@@ -454,7 +463,12 @@ def terms_of_step(scene: Scene, method: str) -> tuple[str, ...]:
 
 
 def built_for_run(
-    scene: Described, method: str | None = None, start: str | None = None, profile: str = STANDARD_PROFILE
+    scene: Described,
+    method: str | None = None,
+    start: str | None = None,
+    profile: str = STANDARD_PROFILE,
+    *,
+    steps: float | None = None,
 ) -> Model:
     """Return the compiled model of a scene with the functions that runs call; other functions are compiled at first
     use.
@@ -463,10 +477,13 @@ def built_for_run(
     ----------
     method, start : of the runs; the scene's by default
     profile : as of ``build``
+    steps : of the only run, which may be stepped by the tape engine: if the library is not in the cache, and the run
+        is expected to end on the engine before the compilers would
     """
     document, front_end = as_document(scene)
     simulation = front_end.describe(document).simulation
-    return built_in(None, document, None, method, profile, simulation.real, start=start or simulation.start)
+    begun = start or simulation.start
+    return built_in(None, document, None, method, profile, simulation.real, start=begun, steps=steps)
 
 
 def _selected(terms: Sequence[str] | None, start: str = "") -> Selection:
@@ -682,40 +699,98 @@ def _with_settings(data: dict[str, Any], described: Description) -> dict[str, An
         raise DescriptionError([Problem(where, p.what, p.hint) for p in error.problems]) from None
 
 
-def _library(document: Document, front_end: FrontEnd, selection: Selection, method: str, builder: Builder) -> Library:
+def _is_faster_on_tape(functions: Sequence[Mapping[str, Any]], steps: float) -> bool:
+    """Return whether a run of so many steps ends on the tape engine before the compilers of its library would end."""
+    from eomgen.toolchain.compiler import processors  # noqa: PLC0415
+    from eomgen.toolchain.profiles import compiler_seconds, run_seconds_on_tape  # noqa: PLC0415
+
+    compiled, on_tape = compiler_seconds(functions, processors()), run_seconds_on_tape(functions, steps)
+    _LOG.info("estimated %.2g s of compilers, and %.2g s of the run on the tape engine", compiled, on_tape)
+    return on_tape < compiled
+
+
+def _library(
+    document: Document,
+    front_end: FrontEnd,
+    selection: Selection,
+    method: str,
+    builder: Builder,
+    steps: float | None = None,
+) -> Library:
+    """Return the library with a stepper, from the cache if it is there.
+
+    Parameters
+    ----------
+    steps : as of ``built_for_run``
+    """
     content = library_content(document, front_end, selection, method)
-    cached = builder.find(content)
+    marks = {"built_method": method, "selection": vars(selection), "fingerprint": fingerprint(document, front_end)}
+
+    @functools.cache
+    def program() -> tuple[Program, str]:
+        from eomgen.codegen.targets.c.target import C  # noqa: PLC0415
+
+        with without_search_for_circles():
+            return _program(document, front_end, selection, method, C, for_runs=True)
+
+    def made(builder: Builder, running: Running | None = None) -> Library:
+        """Return the library from the cache, else derived and compiled."""
+        cached = builder.find(content)
+        if cached is not None:
+            return cached
+        with builder.claim(content):
+            return builder.find(content) or _made(*program(), builder, content, marks, running)
+
+    if steps is not None and not builder.profile.on_tape:
+        cached = builder.find(content)
+        if cached is not None:
+            return cached
+        on_tape = builder.varied(profile="instant")
+        there = on_tape.find(content)
+        functions = map(vars, program()[0].functions) if there is None else there.layout["functions"]
+        if _is_faster_on_tape(list(functions), steps):
+            return made(on_tape)
+    if not builder.profile.on_tape:
+        return made(builder)
+    from eomgen.toolchain.library import Successor  # noqa: PLC0415
+
+    compiled = builder.varied(profile=COMPILED_PROFILE)
+    cached = compiled.find(content)
     if cached is not None:
         return cached
-    with builder.claim(content):
-        return builder.find(content) or _made(document, front_end, selection, method, builder, content)
+    library = made(builder)
+    library.successor = Successor(partial(made, compiled))
+    return library
 
 
 def _made(
-    document: Document, front_end: FrontEnd, selection: Selection, method: str, builder: Builder, content: bytes
+    program: Program,
+    refusal: str,
+    builder: Builder,
+    content: bytes,
+    marks: Mapping[str, Any],
+    running: Running | None,
 ) -> Library:
-    """Return the library of a document, derived and compiled."""
+    """Return the compiled library of a Program.
+
+    Parameters
+    ----------
+    refusal : the reason if it has no stepper
+    marks : further data of the layout
+    running : as of ``Builder.build``
+    """
     from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415
     from eomgen.codegen.targets.c.naming import file_name  # noqa: PLC0415
-    from eomgen.codegen.targets.c.target import (  # noqa: PLC0415
-        INTERFACE_CDEF,
-        C,
-        straight_sources,
-        written_library,
-    )
+    from eomgen.codegen.targets.c.tape_code import on_tape  # noqa: PLC0415
+    from eomgen.codegen.targets.c.target import INTERFACE_CDEF, straight_sources, written_library  # noqa: PLC0415
     from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
     with without_search_for_circles():
-        program, refusal = _program(document, front_end, selection, method, C, for_runs=True)
-        layout: dict[str, Any] = {
-            **interface_layout(program),
-            "stepper_refused": refusal,
-            "built_method": method,
-            "selection": vars(selection),
-            "fingerprint": fingerprint(document, front_end),
-        }
-        written = {source.name: file_name(source.written) for source in program.sources}
+        printed, tape = on_tape(program) if builder.profile.on_tape else (program, None)
+        layout: dict[str, Any] = {**interface_layout(printed), "stepper_refused": refusal, **marks}
+        written = {source.name: file_name(source.written) for source in printed.sources}
         # other number types convert literals while compiling, tables at each use
-        apart = builder.real == "double"
-        files = written_library(program, builder.cache.folder / TEMPLATES, apart=apart)
-        return builder.build(content, files, INTERFACE_CDEF, layout, written, straight=straight_sources(program))
+        apart = builder.real == "double" and tape is None
+        files = written_library(printed, builder.cache.folder / TEMPLATES, apart=apart, tape=tape)
+        straight = straight_sources(printed) if tape is None else ()
+        return builder.build(content, files, INTERFACE_CDEF, layout, written, running, straight=straight)

@@ -68,6 +68,7 @@ def run_metadata(run: Run) -> dict[str, Any]:
         },
         "factors": [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors],
         "fingerprint": layout.get("fingerprint", ""),
+        "profile": model.library.profile,
     }
 
 
@@ -115,8 +116,10 @@ class Outcome(FinishedRun):
             notes = [note for note in notes if note not in of_scene]
             notes += self._notes("start_beyond_limits", "start_on_impact", "chosen_method")
             notes += [*beginning.notes, *self._notes("exchanged_times", "doubtful_call")]
+        profile = self.stepper.library.profile
         return {
             **run_metadata(run),
+            "profile": profile,
             **({} if events is None else {"events": events.described()}),
             "start": run.begun,
             "corrections": run.corrections,

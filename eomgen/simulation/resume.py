@@ -13,6 +13,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.progress import Progress, shown
 from eomgen.compiled.arguments import number_of
+from eomgen.compiled.functions import by_one_library
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
@@ -39,6 +40,7 @@ from eomgen.toolchain.library import Library
     duration="t_end",
     **dict.fromkeys(("step", "dt", "method"), "model.simulate(...), for other steps: a checkpoint keeps its own"),
 )
+@by_one_library
 def resume(
     model: CompiledModel,
     path: str | os.PathLike[str],
@@ -100,7 +102,10 @@ def resume(
         saved.check(file, model.name, model.library)
     method = method_named(saved_run["method"], **saved_run["method_parameters"])
     library = stepper_library(model, saved_run["method"], method)
-    if saved_run["fingerprint"] == library.layout["fingerprint"] and saved_run["build"] != library.digest:
+    on_tape = library.predecessor
+    if on_tape is not None and saved_run["build"] == on_tape.digest:
+        library = on_tape
+    elif saved_run["fingerprint"] == library.layout["fingerprint"] and saved_run["build"] != library.digest:
         library = model.stepper(saved_run["method"], Selection.from_data(saved_run["selection"]))
     saved.check(file, model.name, library)
     end = float(saved_run["t_end"]) if t_end is None else number_of("t_end", t_end)

@@ -19,6 +19,7 @@ import numpy as np
 from eomgen.base.calls import checked_call
 from eomgen.base.progress import Progress, shown
 from eomgen.compiled.arguments import count_of, number_of
+from eomgen.compiled.functions import by_one_library
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
@@ -114,6 +115,7 @@ def own_steps(counts: Mapping[str, int | float]) -> float:
     **KNOWN_ELSEWHERE,
     **dict.fromkeys(("tend", "tf", "T", "duration", "time", "tspan", "t_span"), "t_end"),
 )
+@by_one_library
 def simulate(
     model: CompiledModel,
     t_end: float | None = None,

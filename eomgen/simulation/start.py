@@ -9,6 +9,7 @@ import numpy as np
 
 from eomgen.base.calls import checked_call
 from eomgen.compiled.arguments import number_of
+from eomgen.compiled.functions import by_one_library
 from eomgen.compiled.initial_state import angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
@@ -31,6 +32,7 @@ from eomgen.simulation.stepping.time_grid import FINEST, TimeGrid
     state="initial",
     **dict.fromkeys(("t_end", "duration", "tf"), "model.start(...).advance(t_end)"),
 )
+@by_one_library
 def start(
     model: CompiledModel,
     initial: Mapping[str, Any] | None = None,

@@ -14,11 +14,12 @@ import re
 import shutil
 import time
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.progress import counted_units
 from eomgen.errors import Problem, ToolchainError
 from eomgen.toolchain.cache import Cache, Entry
 from eomgen.toolchain.cffi_build import load_abi, load_api, python_headers, wrapper_source
@@ -37,7 +38,7 @@ from eomgen.toolchain.compiler import (
     processor,
 )
 from eomgen.toolchain.library import LaneLibrary, Library
-from eomgen.toolchain.profiles import STANDARD_PROFILE, Profile, passes_for, without_slow_passes
+from eomgen.toolchain.profiles import ENGINE_FLAGS, STANDARD_PROFILE, Profile, passes_for, without_slow_passes
 from eomgen.toolchain.profiles import profile as profile_named
 
 
@@ -92,6 +93,8 @@ _COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/', re.DOTALL)
 _OBJECT = "object.o"
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
 _LANES, _ROUTINE = "lanes.so", "routine.so"
+#: The source of the tape engine, which is the same for all models, so that its object is in the cache.
+_ENGINE = "eomgen_tape.c"
 #: Says why a stepper cannot be made for lanes.
 REFUSED = "refused.txt"
 #: From files and the name of one to its text without directives of the preprocessor.
@@ -169,6 +172,12 @@ class Builder:
         self.mode = "abi" if self.headers is None else "api"
         self.cache = Cache() if cache is None else cache
         self.timeout = timeout
+
+    def varied(self, *, profile: str | None = None, real: str | None = None) -> Builder:
+        """Return a builder with another profile or number type, the same compiler and cache."""
+        own = self.profile.name if profile is None else profile
+        number = self.real if real is None else real
+        return Builder(own, number, self.mode, self.cache, self._compiler, self.timeout)
 
     def _find_compiler(self) -> None:
         """Look for a compiler; a missing one is reported when it is needed, a wrong ``CC`` now."""
@@ -276,9 +285,13 @@ class Builder:
             sources: list[Path] = []
             keys: dict[Path, str] = {}
             jobs = None if running is None else 0
-            with Compilation(
-                self.compiler, self.flags, jobs=jobs, timeout=self.timeout, running=running
-            ) as compilation:
+            title = f"compiling {layout.get('prefix', 'a model')}"
+            with (
+                counted_units(title) if running is None else nullcontext() as progress,
+                Compilation(
+                    self.compiler, self.flags, jobs=jobs, timeout=self.timeout, running=running, progress=progress
+                ) as compilation,
+            ):
                 for name, text in _headers_first(files) if isinstance(files, Mapping) else files:
                     (folder / name).write_text(text, encoding="utf-8")
                     lines += text.count("\n")
@@ -338,6 +351,8 @@ class Builder:
         return self._load(entry, self.mode)
 
     def _flags_for(self, name: str, text: str, straight: Container[str]) -> tuple[str, ...]:
+        if name == _ENGINE:
+            return (*ENGINE_FLAGS, *_REALS[self.real])
         if name in straight:
             return without_slow_passes(self.flags, self.compiler.version)
         return passes_for(text, self.flags, self.compiler.version)
@@ -358,6 +373,8 @@ class Builder:
         ToolchainError
             There is no compiler, or the files cannot be compiled.
         """
+        if self.profile.on_tape:
+            return "the model is on the tape engine until its compiler is done"
         compiler, flags = self.compiler, (*self.profile.flags, *_REALS["lanes"])
         content = f"lanes of {library.digest}, {library.folder.name}".encode()
         key = library_key(content, compiler, self.profile, flags, "abi")
@@ -427,7 +444,8 @@ class Builder:
         path = entry.file(_LIBRARY + library_suffix())
         ffi, lib = load_api(path) if mode == "api" else load_abi(path, entry.text(_CDEF))
         library = Library(ffi, lib, layout, mode, path)
-        if self.real == "double" and self._compiler is not None:
+        library.profile = self.profile.name
+        if self.real == "double" and self._compiler is not None and not self.profile.on_tape:
             library.companion = partial(self._companion, entry.folder, library.layout)
         return library
 
@@ -446,7 +464,7 @@ class Builder:
         """
         files = companion_files(folder, layout, function)
         content = b"companion\0" + "\0".join(f"{name}\0{text}" for name, text in sorted(files.items())).encode()
-        builder = Builder(self.profile.name, "lanes", self.mode, self.cache, self.compiler, self.timeout)
+        builder = self.varied(real="lanes")
         result = builder.find(content)
         if result is not None or running is None:
             return result

@@ -3,6 +3,7 @@ command and output."""
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import hashlib
 import os
@@ -25,6 +26,7 @@ from types import TracebackType
 from typing import Self
 
 from eomgen.base.data import dataclass
+from eomgen.base.progress import Progress
 from eomgen.errors import FileError, Problem, ToolchainError
 
 CANDIDATES = ("cc", "gcc", "clang")
@@ -38,6 +40,8 @@ _WIDEST = 400
 _MOST_COMPILERS = 8
 _FAULT = re.compile(r"^([^\s:]+):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$", re.MULTILINE)
 _C_HINT = "C99, and int NAME(double t, const double *signals, double *values, double *memory)"
+#: Priority of compilers in the background, as of ``nice``.
+_NICE = 5
 _COMMON = ("-std=c99", "-fPIC", "-fvisibility=hidden", "-Wno-psabi")
 
 
@@ -190,6 +194,7 @@ class Compilation:
         no other thread keeps the process from its end
     timeout : for all of it, seconds
     running : collection of the processes, for a caller who may stop them
+    progress : called with the numbers of compiled and of all files so far, by the threads that compile
     """
 
     def __init__(
@@ -200,7 +205,10 @@ class Compilation:
         jobs: int | None = None,
         timeout: float = DEFAULT_TIMEOUT,
         running: Running | None = None,
+        progress: Progress | None = None,
     ) -> None:
+        self._progress = progress
+        self._added = 0
         self._compiler = compiler
         self._flags = flags
         self._deadline = time.monotonic() + timeout
@@ -227,6 +235,7 @@ class Compilation:
 
         ``flags``: of this source, in place of the common ones.
         """
+        self._added += 1
         self._waiting.put((_longest_first(source), source, tuple(self._flags if flags is None else flags)))
         if self._pool is None:
             self._compile_next()
@@ -240,6 +249,8 @@ class Compilation:
     def _compile_next(self) -> None:
         _, source, flags = self._waiting.get()
         self._made[source] = compile_object(self._compiler, source, flags, self._deadline, self._running)
+        if self._progress is not None:
+            self._progress(len(self._made), self._added)
 
     def linked(self, sources: Sequence[Path], output: Path, objects: Callable[[], Sequence[Path]]) -> list[str]:
         """Link all sources, which were added before, in this order, to a shared library; return the commands.
@@ -291,6 +302,27 @@ class Running:
         finally:
             with self._lock:
                 self._processes.discard(process)
+
+
+def in_background(name: str, work: Callable[[Running], None]) -> None:
+    """Start work on a thread of its own, whose compilers are ended with the process.
+
+    Parameters
+    ----------
+    name : of the thread
+    work : takes the collection in which it enters its compilers
+    """
+    running = Running()
+    atexit.register(running.stop)
+
+    def whole() -> None:
+        if sys.platform == "linux":
+            with contextlib.suppress(OSError):
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
+        work(running)
+        atexit.unregister(running.stop)
+
+    threading.Thread(target=whole, name=name, daemon=True).start()
 
 
 def compile_object(

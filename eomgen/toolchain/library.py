@@ -4,6 +4,8 @@ several trajectories side by side."""
 from __future__ import annotations
 
 import hashlib
+import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,11 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.errors import ToolchainError, UsageError
+from eomgen.errors import EomgenError, ToolchainError, UsageError
 from eomgen.toolchain.cffi_build import load_abi
+from eomgen.toolchain.compiler import Running, in_background
 from eomgen.toolchain.large_stack import with_stack
 
 Array = NDArray[Any]
+#: Seconds before the compiler of a successor begins: the first step goes first.
+_DELAY = 0.3
 
 
 class BoundCall:
@@ -64,11 +69,19 @@ class Library:
     digest : of the compiled code; equal digests give equal bits on one machine.
     dtype : NumPy type of inputs and outputs: float64, or complex128 for a complex build.
     kept : results that callers computed from this library once, by their own names
+    profile : name of the build profile
+    successor : Successor, or None
+        Of a library on the tape engine: the compiled library that is being made.
+    predecessor : Library, or None
+        The library on the tape engine whose place this one has taken.
     companion : callable, or None if there is no compiler, or numbers are not double
         ``companion(function)`` returns the library with this one function for as many samples as there are lanes, or
         None if it is not in the cache; ``companion(function, running)`` compiles it then.
     """
 
+    profile = ""
+    successor: Successor | None = None
+    predecessor: Library | None = None
     companion: Callable[..., Library | None] | None = None
 
     def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path) -> None:
@@ -164,6 +177,40 @@ class Library:
             f"{self._argument(number, kind, position)} is {array.dtype}{order}",
             f"numpy.ascontiguousarray(x, dtype=numpy.{self.dtype})",
         )
+
+
+class Successor:
+    """The compiled library that takes the place of one on the tape engine; its compiler begins at once.
+
+    Attributes
+    ----------
+    library : None until it is there
+    error : of the compiler, if it failed
+
+    Parameters
+    ----------
+    make : makes the library; its compilers are entered in the collection
+    """
+
+    def __init__(self, make: Callable[[Running], Library]) -> None:
+        self.library: Library | None = None
+        self.error: EomgenError | OSError | None = None
+        self._make = make
+        self._ended = threading.Event()
+        in_background("eomgen-successor", self._work)
+
+    def _work(self, running: Running) -> None:
+        time.sleep(_DELAY)
+        try:
+            self.library = self._make(running)
+        except (EomgenError, OSError) as error:
+            self.error = error
+        finally:
+            self._ended.set()
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait until the compiler has ended, so many seconds at most; return whether it has."""
+        return self._ended.wait(seconds)
 
 
 class LaneLibrary:

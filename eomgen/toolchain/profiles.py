@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from eomgen.base.data import dataclass
 from eomgen.errors import Problem, ToolchainError
@@ -12,11 +13,16 @@ from eomgen.errors import Problem, ToolchainError
 
 @dataclass(frozen=True)
 class Profile:
-    """A named set of flags. ``native`` code may only be reused on the same kind of processor."""
+    """A named set of flags.
+
+    ``native`` code may only be reused on the same kind of processor. ``on_tape``: long functions of the model are no C
+    but code of the tape engine.
+    """
 
     name: str
     flags: tuple[str, ...]
     native: bool
+    on_tape: bool = False
 
 
 _FAST = (
@@ -31,12 +37,24 @@ _FAST = (
 #: ``fast``: this processor's instructions, fused multiply-add, no errno; all of it keeps NaN, infinities and the order
 #: of sums. No vectors of neighbouring statements: gcc 12.2 makes wrong code of them with 512-bit registers, and they
 #: are no gain here. ``reproducible``: the same bits on every IEEE machine, and as the command in an emitted manifest
-#: gives. ``quick``: for tests.
+#: gives. ``quick``: for tests. ``instant``: the least work for a compiler; the bits of ``reproducible``.
 PROFILES = {
     "fast": Profile("fast", _FAST, True),
     "reproducible": Profile("reproducible", ("-O2", "-ffp-contract=off"), False),
     "quick": Profile("quick", ("-O0", "-ffp-contract=off"), False),
+    "instant": Profile("instant", ("-O0", "-ffp-contract=off", "-DEOMGEN_ON_TAPE"), False, on_tape=True),
 }
+
+#: Of the tape engine, which is compiled once: no fused products, so that results have the bits of ``reproducible``.
+ENGINE_FLAGS = ("-O2", "-ffp-contract=off")
+
+#: Seconds of compilers for a library, and for each operation of its functions, divided by the number of compilers at
+#: once; the same on the tape engine, where only the stepper is compiled (gcc 12, two processors: an arm of 7 joints, a
+#: linkage of 4 bodies, a car of 18 bodies).
+_COMPILING, _OF_OPERATION = 0.5, 1.6e-4
+_ON_TAPE, _OF_TAPE = 0.25, 5e-6
+#: Seconds of an operation on the tape engine: 1e-9 to 3e-9, with the stepper, which is not optimised.
+_EVALUATED = 3e-9
 
 #: In place of ``-O2`` of gcc: the passes that change long functions without branches, at the same speed. Those left
 #: out (search for dead stores, partial redundancies and equal values across blocks) take a quarter to a half of its
@@ -61,6 +79,34 @@ _GCC = re.compile(r"\S*g?cc\S* \(.*?\) (\d+)\.")
 #: The variable that names the default profile, and the profile without it.
 PROFILE_VARIABLE = "EOMGEN_PROFILE"
 STANDARD_PROFILE = os.environ.get(PROFILE_VARIABLE) or "fast"
+#: The profile of the library that takes the place of one on the tape engine.
+COMPILED_PROFILE = "fast" if STANDARD_PROFILE == "instant" else STANDARD_PROFILE
+
+
+def compiler_seconds(functions: Sequence[Mapping[str, Any]], compilers: int) -> float:
+    """Return an estimate of the time that compilers take for a library.
+
+    Parameters
+    ----------
+    functions : of the library: ``operations`` of the text, and ``counts`` of operations by kind
+    compilers : number of compilers at once
+    """
+    operations: int = sum(item["operations"] for item in functions)
+    return _COMPILING + _OF_OPERATION * operations / compilers
+
+
+def run_seconds_on_tape(functions: Sequence[Mapping[str, Any]], steps: float) -> float:
+    """Return an estimate of the time until the end of a run on the tape engine: each function once per step, and as
+    many steps again for the estimate of the error.
+
+    Parameters
+    ----------
+    functions : as of ``compiler_seconds``
+    steps : of the run
+    """
+    operations: int = sum(item["operations"] for item in functions)
+    evaluated: int = sum(sum(item["counts"].values()) for item in functions)
+    return _ON_TAPE + _OF_TAPE * operations + 2.0 * steps * _EVALUATED * evaluated
 
 
 def profile(name: str) -> Profile:

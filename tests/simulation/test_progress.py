@@ -1,14 +1,16 @@
 """Bars of progress: in notebooks and on terminals, by ``progress=True``."""
 
+import re
 import sys
 import time
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
 
 import eomgen
-from eomgen.base.progress import shown, terminal_bar, waiting
+from eomgen.base.progress import counted_units, shown, terminal_bar, told_by, waiting
 
 
 @pytest.fixture
@@ -65,6 +67,7 @@ def _be_terminal(monkeypatch: pytest.MonkeyPatch, patience: float) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setattr("eomgen.base.progress._PATIENCE", patience)
+    monkeypatch.setattr("eomgen.base.progress._SHORT_PATIENCE", patience)
 
 
 def test_a_terminal_gets_a_bar_for_a_run_that_lasts(
@@ -79,7 +82,7 @@ def test_a_terminal_gets_a_bar_for_a_run_that_lasts(
     assert "arm" in text and "100.0 %" in text
 
 
-@pytest.mark.parametrize("display", [terminal_bar, waiting])
+@pytest.mark.parametrize("display", [terminal_bar, waiting, counted_units])
 def test_a_terminal_shows_nothing_of_short_work(display: Any, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     _be_terminal(monkeypatch, 1.0)
     with display("arm"):
@@ -87,7 +90,7 @@ def test_a_terminal_shows_nothing_of_short_work(display: Any, monkeypatch: pytes
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize("display", [terminal_bar, waiting])
+@pytest.mark.parametrize("display", [terminal_bar, waiting, counted_units])
 def test_ctrl_c_erases_what_a_terminal_shows(display: Any, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     _be_terminal(monkeypatch, 0.02)
     with pytest.raises(KeyboardInterrupt), display("arm"):
@@ -102,3 +105,44 @@ def test_what_is_no_function_is_refused(model: eomgen.Model, wrong: Any) -> None
     text = rf"progress: {wrong!r} is neither a function nor True; try: True for a bar, or a function of \(steps done"
     with pytest.raises(eomgen.UsageError, match=text):
         model.simulate(0.1, 1e-3, progress=wrong)
+
+
+def test_compilers_count_their_files_on_a_terminal(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
+    _be_terminal(monkeypatch, 0.0)
+    eomgen.build("examples/spherical_pendulum/scene.toml", profile="quick")
+    text = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", capsys.readouterr().err)
+    assert re.search(r"compiling spherical_pendulum .*3/3 0:00:0", text)
+
+
+def test_compilers_count_their_files_in_a_notebook(monkeypatch: pytest.MonkeyPatch) -> None:
+    pages = _notebook(monkeypatch, kernel=object())
+    with counted_units("compiling arm") as report:
+        assert report is not None
+        report(1, 3)  # at once
+        assert pages == []
+        monkeypatch.setattr("eomgen.base.progress._SHORT_PATIENCE", 0.0)
+        report(2, 3)
+        report(3, 3)
+    assert pages == ["compiling arm: 2 of 3 files, 0 s", "compiling arm: 3 of 3 files, 0 s", ""]
+
+
+def test_compilers_tell_a_display_that_is_there(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    _be_terminal(monkeypatch, 0.0)
+    told: list[str] = []
+    with told_by(told.append), counted_units("compiling arm") as report:
+        assert report is not None
+        report(1, 2)
+    assert told == ["compiling arm: 1 of 2 files, 0 s"]
+    assert capsys.readouterr().err == ""
+
+
+def test_compilers_tell_nobody_if_stderr_is_no_terminal(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("eomgen.base.progress._SHORT_PATIENCE", 0.0)
+    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
+    eomgen.build("examples/spherical_pendulum/scene.toml", ["energy"], profile="quick")
+    assert capsys.readouterr() == ("", "")

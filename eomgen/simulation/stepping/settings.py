@@ -250,7 +250,7 @@ def chosen_stepper(
     values = (method, *given.values(), *(settings.items() if isinstance(settings, Mapping) else (settings,)))
     key = (values, tuple(map(type, values)))  # True is no 1 here
     try:
-        if key in kept:
+        if key in kept and kept[key].library.successor is None:
             return kept[key]
     except TypeError:  # values without a hash are no valid options either
         pass

@@ -211,6 +211,7 @@ class Printer:
         self.local = local
         self.inputs = inputs
         self.outputs = outputs
+        self._first_local: int | None = None  # register of local value 0 in a function on the tape engine
 
     def expression(self, expression: Expression) -> str:
         """Return an expression as C text."""
@@ -254,6 +255,8 @@ class Printer:
         return f"EG_{kind}({arguments})", _ATOM
 
     def _local(self, number: int) -> str:
+        if self._first_local is not None:
+            return f"w[{self._first_local + number}]"
         return self.names.get(number) or f"{self.local}{number}"
 
     def _array(self, block: str) -> str:
@@ -303,6 +306,8 @@ class Printer:
             elif kind == "add":
                 arguments = ", ".join(str(self.outputs[output]) for output in data[2])
                 lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], {arguments});")
+            elif kind in ("registers", "run", "curve"):
+                lines += self._on_tape(kind, data)
             elif kind == "gather":
                 to, to_step, block, start, step, length = data
                 lines += self._copy(f"w[{place(to, to_step)}]", self._array(block).format(place(start, step)), length)
@@ -312,6 +317,24 @@ class Printer:
                 lines += self._fill(data[0], data[1])
             else:
                 raise ValueError(f"no C for a statement of kind {kind!r}")
+        return lines
+
+    def _on_tape(self, kind: str, data: Sequence[Any]) -> list[str]:
+        """Return a statement of a function that the tape engine evaluates; see ``tape_code``."""
+        if kind == "run":
+            return [f"eomgen_tape(w, out, {self.prefix}_code.of + {data[0]});"]
+        if kind == "curve":
+            target, argument, curve, derivative = data
+            return [f"w[{target}] = {self.prefix}_curve{curve + 1}(w[{argument}], {derivative});"]
+        copies, (first, start, count), self._first_local = data
+        lines = [f"real *const out[] = {{ {', '.join(map(str, self.outputs))} }};"]
+        for block, to, size in copies:
+            if block == "t":
+                lines.append(f"w[{to}] = t;")
+            else:
+                lines.append(f"memcpy(&w[{to}], {block}, {size} * sizeof(real));")
+        if count:
+            lines.append(f"eomgen_tape_numbers(&w[{first}], {self.prefix}_numbers.of + {start}, {count});")
         return lines
 
     def _angles(self, angles: Sequence[tuple[int, int, Expression]]) -> list[str]:

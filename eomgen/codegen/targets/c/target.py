@@ -36,6 +36,7 @@ from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, fi
 from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folded, indented, number
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.tables import Lookup, curve_tables, nonzeros, places_of_fronts, repeated
+from eomgen.codegen.targets.c.tape_code import OPERATIONS, Tape, literal
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.families.register import family_named
 from eomgen.integrators.stepper_layout import STEPPER_CDEF
@@ -156,7 +157,7 @@ _HIDDEN = '__attribute__((visibility("hidden")))'
 #: Under ``family/<name>/`` templates are found in the folder of a family, which may be in another distribution.
 _FAMILY = "family/"
 #: Templates with lines that are long on purpose, or never.
-_NOT_FOLDED = ("c/main/README.md.jinja", "c/model/tables.c.jinja")
+_NOT_FOLDED = ("c/main/README.md.jinja", "c/model/tables.c.jinja", "c/model/tape.h.jinja")
 
 
 def stepper_template(family: str) -> str:
@@ -220,15 +221,17 @@ class _Context:
     Parameters
     ----------
     apart : whether the numbers of the functions stand in tables of another file
+    tape : code of the functions that the tape engine evaluates
     """
 
-    def __init__(self, program: Program, file_limit: int, *, apart: bool = False) -> None:
+    def __init__(self, program: Program, file_limit: int, *, apart: bool = False, tape: Tape | None = None) -> None:
         self.program = program
+        self.tape = tape
         self.apart = apart
         self.number_tables: dict[str, NumberTable] = {}
         self._bodies: dict[tuple[str, int], str] = {}
         self.c = CNames(program)
-        self.files = plan_files(program, file_limit)
+        self.files = plan_files(program, file_limit if tape is None else sys.maxsize)
         self.stepper = stepper_names(program) if program.method else {}
         self.tables = curve_tables(program.curves)
 
@@ -324,6 +327,7 @@ class _Context:
                 kernel=self.kernel,
                 base_of_step=self.base_of_step(),
                 tables=self.tables,
+                tape=self.tape,
                 **self.stepper,
                 **extra,
             )
@@ -341,20 +345,23 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     return _files(_Context(program, file_limit))
 
 
-def written_library(program: Program, bytecode: Path, *, apart: bool = False) -> Iterator[tuple[str, str]]:
+def written_library(
+    program: Program, bytecode: Path, *, apart: bool = False, tape: Tape | None = None
+) -> Iterator[tuple[str, str]]:
     """Yield the files of ``generate_files`` and ``generate_interface``, each as soon as it is written, headers
     before the sources that include them.
 
     Parameters
     ----------
-    bytecode : the folder in which the templates' is kept, for later processes
+    bytecode : the folder in which the bytecode of the templates is kept, for later processes
     apart : whether the numbers of the functions stand in a file of their own, ``<prefix>_numbers.c``, so that other
         numbers change no other source
+    tape : code of the functions that the tape engine evaluates, if the Program has any
     """
     environment().bytecode_cache = TemplateBytecode(bytecode)
     if apart:
         program = replace(program, constants=())  # their macros would change a header that all sources include
-    context = _Context(program, FILE_LIMIT, apart=apart)
+    context = _Context(program, FILE_LIMIT, apart=apart, tape=tape)
     files: dict[str, str] = {}
     for name, text in _sources(context):
         files[name] = text
@@ -396,6 +403,9 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{prefix}_parts.h", context.render("c/model/parts.h.jinja")
     if program.curves:
         yield f"{prefix}_curves.h", context.render("c/model/curves.h.jinja")
+    if context.tape is not None:
+        yield f"{prefix}_tape.h", context.render("c/model/tape.h.jinja", literal=literal)
+        yield "eomgen_tape.c", context.render("c/model/tape.c.jinja", operations=OPERATIONS)
     for file in context.files:
         yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
     if program.method:

@@ -1,0 +1,278 @@
+"""Functions of a Program as code of the tape engine, in place of statements of C that a compiler has to read.
+
+Operations of a function become instructions of four 16-bit numbers on one array of registers, ``w``: the workspace,
+the function's constants, its inputs, local values. Loops, tables of curves and long copies stay C, between runs of
+instructions. The engine (``templates/c/model/tape.c.jinja``) evaluates the operations in the order of the statements,
+so results have the bits of C without fused products.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from eomgen.codegen.program import Expression, Part, Program, ProgramFunction, Statement
+
+#: Operations of the engine: their position is their code. An operation has a target and one or two operands.
+OPERATIONS = (
+    "END", "MOVE", "NEG", "ADD", "SUB", "MUL", "DIV", "SQRT", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "ATAN2",
+    "SINH", "COSH", "TANH", "EXP", "LOG", "POW", "ABS", "SIGN", "MIN", "MAX", "LT", "LE", "SELECT", "SINCOS", "TARGET",
+    "OUT",
+)  # fmt: skip  # a table
+_CODES = {name: code for code, name in enumerate(OPERATIONS)}
+#: Registers of a function at most: numbers of registers have 16 bits.
+_MOST_REGISTERS = 1 << 16
+#: Operations from which on a function is worth a run: a compiler reads fewer in no time.
+_LEAST_OPERATIONS = 40
+#: Length from which on a copy stays a loop of C.
+_LONG_COPY = 32
+
+
+@dataclass
+class Tape:
+    """Code and constants of all functions of a Program.
+
+    Attributes
+    ----------
+    code : instructions, four numbers each
+    numbers : constants, of one function after the other
+    """
+
+    code: list[int] = field(default_factory=list)
+    numbers: list[float] = field(default_factory=list)
+
+    @property
+    def code_bytes(self) -> bytes:
+        return struct.pack(f"={len(self.code)}H", *self.code)
+
+    @property
+    def number_bytes(self) -> bytes:
+        return struct.pack(f"={len(self.numbers)}d", *self.numbers)
+
+
+def on_tape(program: Program) -> tuple[Program, Tape]:
+    """Return a Program whose long functions run on the engine, and the code of these functions.
+
+    A function of few operations keeps its statements, and so do a function with too many registers and the state
+    of the base, whose result is a struct.
+    """
+    tape = Tape()
+    functions = tuple(_coded(program, function, tape) or function for function in program.functions)
+    return replace(program, functions=functions), tape
+
+
+def literal(data: bytes) -> str:
+    """Return a string literal of C with these bytes, 28 in a line: compilers read it ten times as fast as numbers."""
+    text = [f"\\{byte:03o}" for byte in range(256)]
+    rows = ("".join([text[byte] for byte in data[start : start + 28]]) for start in range(0, len(data), 28))
+    return "\n".join(f'    "{row}"' for row in rows)
+
+
+def _coded(program: Program, function: ProgramFunction, tape: Tape) -> ProgramFunction | None:
+    """Return a function as runs of the engine, or None if it stays C."""
+    if function.operations < _LEAST_OPERATIONS or function.name == "base" or function.same_as:
+        return None
+    made = _Assembler(program, function, len(tape.code))
+    statements = made.statements()
+    if made.registers > _MOST_REGISTERS:
+        return None
+    constants = (made.first_number, len(tape.numbers), len(made.numbers))
+    head = Statement("registers", (tuple(made.copies), constants, made.first_local))
+    tape.code += made.code
+    tape.numbers += made.numbers
+    inputs = tuple(block for block in function.inputs if any(block in part.inputs for part in function.parts))
+    outputs = tuple(range(len(function.outputs)))
+    part = Part((head, *statements), inputs, outputs, workspace=True, operations=function.operations)
+    return replace(function, parts=(part,), workspace=made.registers)
+
+
+class _Assembler:
+    """Code of one function.
+
+    Registers lie in this order: the workspace, inputs, local values, constants, intermediate values. Parts share
+    the registers of local values, because no part reads local values of another one.
+    """
+
+    def __init__(self, program: Program, function: ProgramFunction, begin: int) -> None:
+        self.function = function
+        self.code: list[int] = []
+        self.numbers: list[float] = []
+        self._begin = begin
+        self._run = begin
+        self._target = -1
+        self._done: list[Statement] = []
+        self._constants: dict[str, int] = {}
+        self._deepest = 0
+        at = function.workspace
+        self.copies: list[tuple[str, int, int]] = []
+        self._inputs: dict[str, int] = {}
+        for block in function.inputs:
+            if any(block in part.inputs for part in function.parts):
+                size = program.input_size(block)
+                self._inputs[block] = at
+                self.copies.append((block, at, size))
+                at += size
+        self.first_local = at
+        at += 1 + max((_last_local(part.statements) for part in function.parts), default=0)
+        self.first_number = at
+        for part in function.parts:
+            for expression in _expressions(part.statements):
+                self._collect(expression)
+        self._temporary = at + len(self.numbers)
+
+    @property
+    def registers(self) -> int:
+        """How many registers the function has."""
+        return self._temporary + self._deepest
+
+    def statements(self) -> list[Statement]:
+        """Return runs of the engine, and statements that stay C between them."""
+        for part in self.function.parts:
+            for statement in part.statements:
+                self._statement(statement)
+        self._close()
+        return self._done
+
+    def _collect(self, expression: Expression) -> None:
+        if isinstance(expression, int):
+            return
+        if expression[0] == "K":
+            key = float(expression[1]).hex()
+            if key not in self._constants:
+                self._constants[key] = self.first_number + len(self.numbers)
+                self.numbers.append(float(expression[1]))
+        elif expression[0] == "CURVE":
+            self._collect(expression[1])
+        elif expression[0] not in ("in", "w"):
+            for operand in expression[1:]:
+                self._collect(operand)
+
+    def _emit(self, name: str, target: int, first: int = 0, second: int = 0) -> None:
+        self.code += (_CODES[name], target, first, second)
+
+    def _close(self) -> None:
+        """End a run of instructions."""
+        here = self._begin + len(self.code)
+        if here > self._run:
+            self._emit("END", 0)
+            self._done.append(Statement("run", (self._run,)))
+            self._run = here + 4
+            self._target = -1
+
+    def _statement(self, statement: Statement) -> None:
+        kind, data = statement.kind, statement.data
+        if kind == "let":
+            self._value(data[1], 0, self.first_local + data[0])
+        elif kind == "save":
+            self._value(data[1], 0, data[0])
+        elif kind == "sincos":
+            self._sines(((data[0], data[1], data[2]),))
+        elif kind == "angles":
+            self._sines(data[0])
+        elif kind == "out":
+            self._out(data[0], data[1], self._value(data[2], 0))
+        elif kind == "circular" and data[-1] == 1:
+            sine, cosine, block, start, *_ = data
+            self._emit("SINCOS", sine, cosine, start + (0 if block == "w" else self._inputs[block]))
+        elif kind == "gather" and data[-1] <= _LONG_COPY:
+            to, to_step, block, start, step, length = data
+            first = start + (0 if block == "w" else self._inputs[block])
+            for k in range(length):
+                self._emit("MOVE", to + k * to_step, first + k * step)
+        elif kind == "spread" and data[-2] <= _LONG_COPY:
+            output, to, to_step, start, step, length, sign = data
+            for k in range(length):
+                source = ("w", start + k * step)
+                self._out(output, to + k * to_step, self._value(source if sign > 0 else ("neg", source), 0))
+        elif kind != "label":
+            self._close()
+            self._done.append(statement)
+
+    def _sines(self, angles: Any) -> None:
+        for sine, cosine, angle in angles:
+            self._emit("SINCOS", self.first_local + sine, self.first_local + cosine, self._value(angle, 0))
+
+    def _out(self, output: int, component: int, source: int) -> None:
+        if output != self._target:
+            self._emit("TARGET", output)
+            self._target = output
+        self._emit("OUT", source, component & 0xFFFF, component >> 16)
+
+    def _value(self, expression: Expression, depth: int, target: int | None = None) -> int:
+        """Return the register of the value of an expression, ``target`` if it is given.
+
+        ``depth``: how many intermediate values are in use.
+        """
+        leaf = self._leaf(expression)
+        if leaf is not None:
+            if target is None or target == leaf:
+                return leaf
+            self._emit("MOVE", target, leaf)
+            return target
+        self._deepest = max(self._deepest, depth + 1)
+        made = self._temporary + depth if target is None else target
+        if isinstance(expression, int):
+            self._emit("NEG", made, self.first_local - expression)
+            return made
+        kind, *operands = expression
+        if kind == "CURVE":
+            argument = self._value(operands[0], depth)
+            self._close()
+            self._done.append(Statement("curve", (made, argument, operands[1], operands[2])))
+            return made
+        if kind in ("ADD", "SUB"):
+            kind, operands = _without_negative(kind, operands)
+        registers = []
+        for operand in operands:
+            registers.append(self._value(operand, depth))
+            depth += registers[-1] >= self._temporary
+        self._emit("NEG" if kind == "neg" else kind, made, *registers[:2])
+        if kind == "SELECT":
+            self.code += (registers[2], 0, 0, 0)
+        return made
+
+    def _leaf(self, expression: Expression) -> int | None:
+        """Return the register of a value that is there, None if it has to be evaluated."""
+        if isinstance(expression, int):
+            return self.first_local + expression if expression > 0 else None
+        if expression[0] == "K":
+            return self._constants[float(expression[1]).hex()]
+        if expression[0] == "in":
+            return self._inputs[expression[1]] + int(expression[2])
+        return int(expression[1]) if expression[0] == "w" else None
+
+
+def _without_negative(kind: str, operands: list[Expression]) -> tuple[str, list[Expression]]:
+    """Return a sum or difference whose second operand is no negative; the bits are the same."""
+    second = operands[1]
+    if isinstance(second, int) and second < 0:
+        return "SUB" if kind == "ADD" else "ADD", [operands[0], -second]
+    if isinstance(second, tuple) and second[0] == "neg":
+        return "SUB" if kind == "ADD" else "ADD", [operands[0], second[1]]
+    return kind, operands
+
+
+def _last_local(statements: tuple[Statement, ...]) -> int:
+    """Return the largest number of a local value of a part."""
+    last = 0
+    for statement in statements:
+        if statement.kind == "let":
+            last = max(last, statement.data[0])
+        elif statement.kind == "sincos":
+            last = max(last, *statement.data[:2])
+        elif statement.kind == "angles":
+            last = max(last, *(max(sine, cosine) for sine, cosine, _ in statement.data[0]))
+    return last
+
+
+def _expressions(statements: tuple[Statement, ...]) -> Iterator[Expression]:
+    """Yield the expressions that the engine evaluates."""
+    for kind, data in ((statement.kind, statement.data) for statement in statements):
+        if kind in ("let", "save"):
+            yield data[1]
+        elif kind in ("sincos", "out"):
+            yield data[2]
+        elif kind == "angles":
+            yield from (angle for _, _, angle in data[0])

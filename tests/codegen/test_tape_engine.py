@@ -1,0 +1,175 @@
+"""Functions on the tape engine: the values of Python for each operation, the bits of C without fused products."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import eomgen
+from eomgen.codegen.convert import to_program
+from eomgen.codegen.metadata import interface_layout, stack_bytes
+from eomgen.codegen.program import Program
+from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
+from eomgen.codegen.targets.c.tape_code import OPERATIONS, on_tape
+from eomgen.codegen.targets.c.target import written_library
+from eomgen.pipeline.model import Model
+from eomgen.symbolic.operations import LEAVES, UNARY, Op
+from eomgen.symbolic.tape import Tape
+from eomgen.system.system import Block, Function
+from eomgen.toolchain import library
+from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.cache import Cache
+from eomgen.toolchain.library import Library
+from tests.codegen.hand_made import call, compile_program, make_system
+from tests.codegen.test_schedule import POINT, tangled
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+#: One for each kind of statement between runs of the engine: loops, tables, samples, events, several methods.
+KINDS = (
+    "bouncing_ball", "four_bar", "hanging_chain", "half_car_on_measured_road", "pi_servo", "active_vehicle",
+    "jerk_limited_arm", "spin_up_beam", "double_pendulum_on_shaking_base",
+)  # fmt: skip  # a table
+_REST = sorted({path.parent.name for path in EXAMPLES.glob("*/scene.toml")} - {*KINDS, "density_field"})
+
+
+def _on_engine(program: Program, folder: Path, real: str = "double") -> Library:
+    coded, tape = on_tape(program)
+    files = dict(written_library(coded, folder / "templates", tape))
+    builder = Builder("instant", real, None, Cache(folder))
+    return builder.build("".join(files.values()).encode(), files, INTERFACE_CDEF, interface_layout(coded))
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("cache")
+
+
+_TWO = (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.ATAN2, Op.POW, Op.MIN, Op.MAX, Op.LT, Op.LE)
+_ONE = tuple(sorted(UNARY))
+#: Functions of C and Python of which the last bits are not given by IEEE 754.
+_ROUNDED = {*UNARY, Op.ATAN2, Op.POW} - {Op.SQRT, Op.ABS, Op.SIGN}
+
+
+def _python(op: Op, *x: float) -> float:
+    plain: dict[Op, Callable[..., float]] = {
+        Op.ADD: lambda a, b: a + b,
+        Op.SUB: lambda a, b: a - b,
+        Op.MUL: lambda a, b: a * b,
+        Op.DIV: lambda a, b: a / b,
+        Op.MIN: lambda a, b: b if b < a else a,
+        Op.MAX: lambda a, b: b if a < b else a,
+        Op.LT: lambda a, b: float(a < b),
+        Op.LE: lambda a, b: float(a <= b),
+        Op.ABS: abs,
+        Op.SIGN: lambda a: float((a > 0) - (a < 0)),
+    }
+    return plain[op](*x) if op in plain else float(getattr(math, op.name.lower())(*x))
+
+
+@pytest.fixture(scope="module")
+def each_operation(cache: Path) -> Library:
+    """Return a function with each operation on q[0] and q[1], and on their negatives."""
+    tape = Tape()
+    x, y = tape.input("q", 0), tape.input("q", 1)
+    refs = [tape.call(op, x) for op in _ONE] + [tape.call(op, x, y) for op in _TWO]
+    refs += [tape.call(op, -x, y) for op in _TWO[:4]] + [tape.call(op, x, -y) for op in _TWO[:4]]
+    refs += [tape.select(tape.call(Op.LT, x, y), -x, y)]
+    block = Block("y", (len(refs),), tuple(refs))
+    return _on_engine(to_program(make_system("operations", tape, [Function("f", "", ("q",), (block,))])), cache)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.floats(0.01, 0.99), st.floats(0.01, 0.99) | st.just(0.5))
+def test_each_operation_has_the_value_of_python(each_operation: Library, x: float, y: float) -> None:
+    (made,) = call(each_operation, "f", {"q": [x, y]})
+    wanted = [(op, _python(op, x)) for op in _ONE] + [(op, _python(op, x, y)) for op in _TWO]
+    wanted += [(op, _python(op, -x, y)) for op in _TWO[:4]] + [(op, _python(op, x, -y)) for op in _TWO[:4]]
+    wanted += [(Op.SELECT, -x if x < y else y)]
+    for value, (op, expected) in zip(made, wanted, strict=True):
+        if op in _ROUNDED:
+            assert value == pytest.approx(expected, rel=4e-16, abs=4e-16), op.name
+        else:
+            assert value == expected, op.name
+
+
+def test_the_engine_has_every_operation_of_the_tape() -> None:
+    assert {op.name for op in Op} - {op.name for op in LEAVES} - {"MAP", "CURVE"} <= set(OPERATIONS)
+
+
+def test_parts_and_workspace_have_the_bits_of_c(cache: Path) -> None:
+    program = to_program(tangled(operations=150, functions=2), part_limit=41, nest_limit=3)
+    assert any(len(function.parts) > 1 and function.workspace for function in program.functions)
+    engine, compiled = _on_engine(program, cache), compile_program(program, cache)
+    for function in program.functions:
+        assert call(engine, function.name, POINT)[0].tobytes() == call(compiled, function.name, POINT)[0].tobytes()
+
+
+def test_threads_share_no_registers(cache: Path) -> None:
+    program = to_program(tangled(operations=150, functions=1))
+    engine = _on_engine(program, cache)
+    points = [{**POINT, "q": [0.1 * k, 1.0]} for k in range(8)]
+    alone = [call(engine, "tangle0", point)[0].tobytes() for point in points]
+
+    def often(k: int) -> set[bytes]:
+        return {call(engine, "tangle0", points[k])[0].tobytes() for _ in range(200)}
+
+    with ThreadPoolExecutor(8) as pool:
+        assert list(pool.map(often, range(8))) == [{bits} for bits in alone]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("real", ["float", "complex"])
+def test_other_number_types_agree_with_c(real: str, cache: Path) -> None:
+    program = to_program(tangled(operations=100, functions=1))
+    engine, compiled = _on_engine(program, cache, real), compile_program(program, cache, real=real)
+    one, other = call(engine, "tangle0", POINT)[0], call(compiled, "tangle0", POINT)[0]
+    assert one == pytest.approx(other, rel=1e-12)
+
+
+def test_registers_count_as_stack_and_short_functions_stay_c() -> None:
+    program = to_program(tangled(operations=150, functions=1))
+    coded, tape = on_tape(program)
+    assert stack_bytes(coded) > stack_bytes(program)
+    assert len(tape.code) % 4 == 0
+    assert tape.code[-4] == OPERATIONS.index("END")
+    short = Tape()
+    refs = (short.add(short.input("q", 0), short.input("q", 1)),)
+    small = to_program(make_system("small", short, [Function("f", "", ("q",), (Block("y", (1,), refs),))]))
+    assert on_tape(small)[0] == small
+
+
+def _bits(model: Model) -> dict[str, bytes]:
+    """Return the bytes of all functions at random arguments, and of the states after some steps."""
+    random = np.random.default_rng(7)
+    bits = {}
+    for function in model.library.layout["functions"]:
+        own = {"p": model.parameter_array(), "q": model.initial_q}
+        sizes = zip(function["inputs"], function["input_sizes"], strict=True)
+        inputs = [own[name] + 0.0 if name in own else 0.3 * random.standard_normal(size) for name, size in sizes]
+        outputs = [np.full(output["size"], 7.0) for output in function["outputs"]]
+        model.library.call(function["name"], inputs, outputs)
+        bits[function["name"]] = b"".join(output.tobytes() for output in outputs)
+    solution = model.simulate(20 * model.description.simulation.step, error_estimate=False)
+    return bits | {"steps": solution.q.tobytes() + solution.v.tobytes() + solution.z.tobytes()}
+
+
+@pytest.mark.slow_except("bouncing_ball")
+@pytest.mark.long_cases(*_REST)
+@pytest.mark.parametrize("example", [*KINDS, *_REST])
+def test_examples_have_the_bits_of_c_without_fused_products(
+    example: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Forward dynamics, partials, all other functions, and steps; ``quick`` compiles without fused products, too."""
+    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
+    scene = eomgen.load(EXAMPLES / example / "scene.toml")
+    monkeypatch.setattr(library, "_DELAY", 1e6)  # the compiler in the background never begins
+    engine = eomgen.build(scene, profile="instant")
+    assert engine.library.profile == "instant"
+    assert _bits(engine) == _bits(eomgen.build(scene, profile="quick"))
