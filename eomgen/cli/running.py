@@ -101,14 +101,9 @@ def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[M
 
 def _steps(scene: Scene, options: dict[str, Any]) -> float | None:
     """Return the number of steps of a run that may be stepped by the tape engine, None if it may not: the profile is
-    chosen by the user, later runs go on from a checkpoint, or the method chooses its steps."""
-    from eomgen.integrators.methods import method_named  # noqa: PLC0415
-    from eomgen.pipeline import pipeline  # noqa: PLC0415
-
+    chosen by the user, later runs go on from a checkpoint, or the steps follow from a tolerance."""
     chosen = click.get_current_context().get_parameter_source("profile") is not ParameterSource.DEFAULT
     if chosen or os.environ.get(PROFILE_VARIABLE) or options["checkpoint"] or options["tolerance"] is not None:
-        return None
-    if method_named(pipeline.method_of(scene, options["method"])).chooses_steps:
         return None
     simulation = scene.simulation
     duration: float = simulation.duration if options["t_end"] is None else options["t_end"]

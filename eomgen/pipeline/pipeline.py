@@ -477,11 +477,16 @@ def built_for_run(
     ----------
     method, start : of the runs; the scene's by default
     profile : as of ``build``
-    steps : of the only run, which may be stepped by the tape engine: if the library is not in the cache, and the run
-        is expected to end on the engine before the compilers would
+    steps : of the only run, which may be stepped by the tape engine: if the library is not in the cache, the method
+        does not choose its steps, and the run is expected to end on the engine before the compilers would
     """
     document, front_end = as_document(scene)
-    simulation = front_end.describe(document).simulation
+    described = front_end.describe(document)
+    simulation = described.simulation
+    if steps is not None:
+        from eomgen.integrators.methods import method_named  # noqa: PLC0415
+
+        steps = None if method_named(_method_name(described, method)).chooses_steps else steps
     begun = start or simulation.start
     return built_in(None, document, None, method, profile, simulation.real, start=begun, steps=steps)
 

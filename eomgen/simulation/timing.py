@@ -21,7 +21,7 @@ from eomgen.simulation.stepping.inputs import InputSignals, Signal, jumps_known,
 from eomgen.simulation.stepping.run import scene_inputs
 from eomgen.simulation.stepping.settings import stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.toolchain.large_stack import thread_time_ns
+from eomgen.toolchain.library import thread_time_ns
 
 #: The part of steps that a late one is later than, and how many steps it takes to tell.
 PART, COUNT = 0.9999, 20_000

@@ -49,8 +49,8 @@ PROFILES = {
 ENGINE_FLAGS = ("-O2", "-ffp-contract=off")
 
 #: Seconds of compilers for a library, and for each operation of its functions, divided by the number of compilers at
-#: once; the same on the tape engine, where only the stepper is compiled (gcc 12, two processors: an arm of 7 joints, a
-#: linkage of 4 bodies, a car of 18 bodies).
+#: once; the same with the tape engine, of which the stepper alone is compiled (gcc 12, two processors: an arm of 7
+#: joints, a linkage of 4 bodies, a car of 18 bodies).
 _COMPILING, _OF_OPERATION = 0.5, 1.6e-4
 _ON_TAPE, _OF_TAPE = 0.25, 5e-6
 #: Seconds of an operation on the tape engine: 1e-9 to 3e-9, with the stepper, which is not optimised.

@@ -16,9 +16,8 @@ import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.metadata import interface_layout, stack_bytes
 from eomgen.codegen.program import Program
-from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
 from eomgen.codegen.targets.c.tape_code import OPERATIONS, on_tape
-from eomgen.codegen.targets.c.target import written_library
+from eomgen.codegen.targets.c.target import INTERFACE_CDEF, written_library
 from eomgen.pipeline.model import Model
 from eomgen.symbolic.operations import LEAVES, UNARY, Op
 from eomgen.symbolic.tape import Tape
@@ -41,7 +40,7 @@ _REST = sorted({path.parent.name for path in EXAMPLES.glob("*/scene.toml")} - {*
 
 def _on_engine(program: Program, folder: Path, real: str = "double") -> Library:
     coded, tape = on_tape(program)
-    files = dict(written_library(coded, folder / "templates", tape))
+    files = dict(written_library(coded, folder / "templates", tape=tape))
     builder = Builder("instant", real, None, Cache(folder))
     return builder.build("".join(files.values()).encode(), files, INTERFACE_CDEF, interface_layout(coded))
 
