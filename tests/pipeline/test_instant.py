@@ -17,7 +17,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.errors import ModelError, ToolchainError
+from eomgen.errors import ModelError, ToolchainError, UsageError
 from eomgen.pipeline.model import Model
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.compiler import Running
@@ -224,3 +224,9 @@ def test_a_first_run_is_estimated_by_its_steps_and_operations() -> None:
     arm = [{"operations": 7400, "counts": {"additions": 3700, "multiplications": 3700}}]
     assert run_seconds_on_tape(arm, 1000.0) < compiler_seconds(arm, 2) < run_seconds_on_tape(arm, 100_000.0)
     assert compiler_seconds(arm, 8) < compiler_seconds(arm, 2)
+
+
+def test_hamiltonian_systems_are_not_for_the_tape_engine() -> None:
+    told = "profile: the tape engine is for mechanical scenes, and henon_heiles is a Hamiltonian system; try: fast"
+    with pytest.raises(UsageError, match=told):
+        eomgen.build(ROOT / "examples" / "henon_heiles" / "system" / "henon_heiles.toml", profile="instant")

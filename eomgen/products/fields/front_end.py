@@ -126,6 +126,9 @@ def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -
     from eomgen.products.fields.hamiltonian.model import HamiltonianModel, built_library  # noqa: PLC0415
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415
 
+    if profile == "instant":
+        fault = f"the tape engine is for mechanical scenes, and {document.name} is a Hamiltonian system"
+        raise UsageError(Problem("profile", fault, "fast, reproducible or quick"))
     if method is not None:
         method_for(document, method)
         document = replace(document, simulation=replace(document.simulation, method=method, place=""))
