@@ -1,10 +1,11 @@
 """Sample mutants of the package, try them, and print a table; results go to a JSON file, from which a run goes on.
 
 python -m tests.mutants --sample 200 --seed 1 --results out/mutants.json     the first tier; the same command goes on
-python -m tests.mutants --measure 600                                        which functions test files call, 10 minutes
+python -m tests.mutants --measure 600                                        which tests run which lines, 10 minutes
 
 ``killed`` are mutants that a test fails for, ``survived`` ones that pass all tests which can notice them,
 ``undecided`` ones that pass the tests that ran within --limit; with a larger one they are tried again.
+Files of tests that no trial needed yet are measured when a mutant passes the others, the nearest first.
 Write a reason into "equivalent" of an entry of the results to count it apart.
 """
 
@@ -12,51 +13,65 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import random
 import subprocess
 import sys
-import tempfile
+import time
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from queue import SimpleQueue
 from typing import Any
 
+import pytest
+
 from tests.mutants.operators import OPERATORS, Mutant, mutants_of
-from tests.mutants.selection import ROOT, TIERS, Calls, chosen, test_files
-from tests.mutants.trial import Scratch
+from tests.mutants.selection import ROOT, TIERS, Recording, chosen, unmeasured
+from tests.mutants.trial import Outcome, Trials
 
 STATES = ("killed", "survived", "undecided")
+#: Test files that are measured before the next tests run against a mutant.
+MEASURED_AT_ONCE = 2
+#: The screen, behind pytest's capture.
+SCREEN = os.dup(1)
 
 
-def sampled(count: int, seed: int, under: str = "eomgen") -> list[Mutant]:
-    """Return mutants of the package or of a part of it, drawn evenly; a larger sample begins with the smaller one."""
+def sampled(count: int, seed: int, under: Sequence[str] = ("eomgen",)) -> list[Mutant]:
+    """Return mutants of the package or of parts of it, drawn evenly; a larger sample begins with the smaller one."""
+    paths = {
+        path for part in under for path in ((ROOT / part).rglob("*.py") if (ROOT / part).is_dir() else [ROOT / part])
+    }
     every = [
-        mutant
-        for path in sorted((ROOT / under).rglob("*.py") if (ROOT / under).is_dir() else [ROOT / under])
-        for mutant in mutants_of(path.read_bytes(), path.relative_to(ROOT).as_posix())
+        mutant for path in sorted(paths) for mutant in mutants_of(path.read_bytes(), path.relative_to(ROOT).as_posix())
     ]
     random.Random(seed).shuffle(every)
     return every[:count]
 
 
-def tried(mutant: Mutant, tiers: list[str], scratch: Scratch, calls: Calls, limit: float) -> dict[str, Any]:
-    """Return the entry of a mutant in the results."""
-    entry: dict[str, Any] = {**asdict(mutant), "state": "survived", "tier": "", "test": "", "equivalent": ""}
-    entry |= {"tests": 0, "seconds": 0.0, "limit": limit}
-    for tier in tiers:
-        tests = chosen(mutant, tier, calls)
-        if not tests:
-            continue
-        outcome = scratch.judge(mutant, tier, tests, limit)
-        entry["tests"] += outcome.tests
-        entry["seconds"] += round(outcome.seconds, 1)
-        if outcome.failed:
-            return entry | {"state": "killed", "tier": tier, "test": outcome.failed}
-        if not outcome.whole:
-            entry["state"] = "undecided"
-    return entry
+def tried(mutant: Mutant, trials: Trials, recording: Recording, options: argparse.Namespace) -> dict[str, Any]:
+    """Return the entry of a mutant in the results.
+
+    Files that are not measured are measured when the tests of the measured ones let the mutant pass, the nearest first.
+    """
+    files = [file for file in unmeasured(mutant, recording) if file in trials.files]
+    passed: set[str] = set()
+    total, measuring = Outcome("", True, 0, 0.0), 0.0
+    while True:
+        tests = [one for one in chosen(mutant, recording) if one.test not in passed]
+        outcome = trials.judge(mutant, tests, options.limit - total.seconds)
+        passed |= {one.test for one in tests}
+        whole = outcome.whole and not files
+        total = Outcome(outcome.failed, whole, total.tests + outcome.tests, total.seconds + outcome.seconds)
+        if outcome.failed or not files or not outcome.whole or measuring > options.measuring:
+            break
+        for file in files[:MEASURED_AT_ONCE]:
+            measuring += trials.measure(file)
+        del files[:MEASURED_AT_ONCE]
+    state = "killed" if total.failed else "survived" if total.whole else "undecided"
+    entry: dict[str, Any] = {**asdict(mutant), "state": state, "tier": trials.tier, "test": total.failed}
+    entry |= {"equivalent": "", "tests": total.tests, "seconds": round(total.seconds, 1)}
+    return entry | {"limit": options.limit, "unmeasured": len(files)}
 
 
 def table(results: list[dict[str, Any]]) -> str:
@@ -100,57 +115,72 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--sample", type=int, default=30, help="how many mutants (30)")
     parser.add_argument("--seed", type=int, default=1, help="of the sample (1)")
-    parser.add_argument("--under", default="eomgen", help="a folder or file of the package, to sample there alone")
-    tiers = parser.add_mutually_exclusive_group()
-    tiers.add_argument("--first-tier", action="store_true", help="tests of the first tier alone, the default")
-    tiers.add_argument("--both", action="store_true", help="the second tier, too, for mutants that pass the first")
-    parser.add_argument("--jobs", type=int, default=1, help="mutants at the same time, each in a copy of its own (1)")
-    parser.add_argument("--limit", type=float, default=300.0, help="processor time in s per mutant and tier (300)")
+    parser.add_argument(
+        "--under", nargs="*", default=["eomgen"], help="folders or files of the package, to sample there"
+    )
+    parser.add_argument("--tier", choices=[*TIERS], default="first", help="the tier that runs (first)")
+    parser.add_argument("--limit", type=float, default=60.0, help="processor time in s per mutant (60)")
+    parser.add_argument("--tests", nargs="*", default=["tests"], help="folders or files of tests (tests)")
+    parser.add_argument("--measuring", type=float, default=60.0, help="time in s to measure test files per mutant (60)")
+    parser.add_argument(
+        "--measure", type=float, metavar="SECONDS", help="measure all test files, for so long, try none"
+    )
+    parser.add_argument("--only", choices=STATES, help="try mutants again that have this state in the results")
     parser.add_argument("--results", "--resume", type=Path, default=Path("out/mutants.json"), help="JSON, gone on with")
-    parser.add_argument("--measure", type=float, metavar="SECONDS", help="measure test files for so long, try nothing")
     options = parser.parse_args(arguments)
-    calls, chosen_tiers = Calls(), ["first", "second"] if options.both else ["first"]
+    recording = Recording(options.tier)
+    probe = str(Path(__file__).parent / "probe")
+    os.environ["PYTHONPATH"] = os.pathsep.join((str(ROOT), probe))
+    os.environ["EOMGEN_PROBE_FOLDER"], os.environ["EOMGEN_PROBE_PACKAGE"] = str(recording.folder), str(ROOT / "eomgen")
+    recording.start()
+    plugin = Trials(options.tier, recording, lambda trials: _work(trials, recording, options))
+    left_out = [f"--ignore={ROOT / 'tests' / name}" for name in ("mutants", "browser", "packaging")]
+    return int(
+        pytest.main(
+            ["-m", TIERS[options.tier], "-p", "no:cacheprovider", *left_out, *options.tests],
+            plugins=[plugin],
+        )
+    )
+
+
+def _work(trials: Trials, recording: Recording, options: argparse.Namespace) -> None:
+    """Measure test files and try mutants."""
+    began = time.monotonic()
     if options.measure is not None:
-        for tier in chosen_tiers:
-            count = calls.measure(tier, test_files(), options.measure)
-            print(f"{count} test files measured in the {tier} tier, {len(calls.measured.get(tier, {}))} in all")
-        return 0
+        for file in trials.files:
+            if recording.run_of(file) is None and time.monotonic() - began < options.measure:
+                trials.measure(file)
+        return
     results: dict[tuple[object, ...], dict[str, Any]] = {}
     if options.results.is_file():
         results = {_key(entry): entry for entry in json.loads(options.results.read_text(encoding="utf-8"))["mutants"]}
     every = sampled(options.sample, options.seed, options.under)
-    wanted = [mutant for mutant in every if _key(asdict(mutant)) not in results]
-    wanted += [
-        mutant
-        for mutant in every
-        if (entry := results.get(_key(asdict(mutant)))) is not None
-        and (entry["state"], entry["equivalent"]) == ("undecided", "")
-        and entry["limit"] < options.limit
-    ]
+    wanted = [mutant for mutant in every if _is_wanted(results.get(_key(asdict(mutant))), options)]
     options.results.parent.mkdir(parents=True, exist_ok=True)
-    print(f"tiers: {', '.join(TIERS[tier] for tier in chosen_tiers)}; results: {options.results}", flush=True)
-    with tempfile.TemporaryDirectory(prefix="mutants-") as folder, ThreadPoolExecutor(options.jobs) as pool:
-        free: SimpleQueue[Scratch] = SimpleQueue()
-        for number in range(options.jobs):
-            free.put(Scratch(Path(folder) / str(number)))
+    for mutant in wanted:
+        entry = tried(mutant, trials, recording, options)
+        before = results.get(_key(entry))
+        results[_key(entry)] = entry | {"equivalent": before["equivalent"] if before else ""}
+        content = {"tree": _state_of_tree(), "seed": options.seed, "mutants": list(results.values())}
+        beside = options.results.with_suffix(".part")
+        beside.write_text(json.dumps(content, indent=1), encoding="utf-8")
+        beside.replace(options.results)
+        place = f"{entry['file']}:{entry['line']}"
+        _say(f"{entry['state']:<10}{entry['seconds']:>7.1f} s {entry['tests']:>5}  {place}  {entry['test']}")
+    _say(table(list(results.values())))
 
-        def trial(mutant: Mutant) -> dict[str, Any]:
-            scratch = free.get()
-            try:
-                return tried(mutant, chosen_tiers, scratch, calls, options.limit)
-            finally:
-                free.put(scratch)
 
-        for entry in pool.map(trial, wanted):
-            results[_key(entry)] = entry
-            content = {"tree": _state_of_tree(), "seed": options.seed, "mutants": list(results.values())}
-            beside = options.results.with_suffix(".part")
-            beside.write_text(json.dumps(content, indent=1), encoding="utf-8")
-            beside.replace(options.results)
-            place = f"{entry['file']}:{entry['line']}"
-            print(f"{entry['state']:<10}{entry['seconds']:>7.1f} s  {place}  {entry['test']}", flush=True)
-    print(table(list(results.values())))
-    return 0
+def _is_wanted(entry: dict[str, Any] | None, options: argparse.Namespace) -> bool:
+    """Tell whether a mutant is tried, from its entry in the results."""
+    if entry is None:
+        return options.only is None
+    if entry["equivalent"]:
+        return False
+    return entry["state"] == (options.only or "undecided") and (options.only or entry["limit"] < options.limit)
+
+
+def _say(text: str) -> None:
+    os.write(SCREEN, f"{text}\n".encode())
 
 
 if __name__ == "__main__":

@@ -1,38 +1,94 @@
-"""Trials in a small tree: which test kills a mutant, what stays, and which functions a process calls."""
+"""Trials in a small tree: which test kills a mutant, which mutants survive, and which tests run which blocks."""
 
 from __future__ import annotations
 
+import ast
 import json
+import os
 import shutil
+import subprocess
+import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.mutants import __main__ as command
 from tests.mutants.operators import Mutant, mutants_of
-from tests.mutants.selection import ROOT, Calls, called_by, chosen, nearness
-from tests.mutants.trial import Scratch
+from tests.mutants.probe.sitecustomize import blocks
+from tests.mutants.selection import ROOT, block_names, blocks_of, nearness
 
-PACKAGE = "def twice(a):\n    return 2 * a\n\ndef loop(a):\n    while a < 3:\n        a += 1\n    return a\n"
+PACKAGE = """
+import functools
+
+FACTOR = 2
+
+def twice(a):
+    if a is None:
+        return 7
+    return FACTOR * a
+
+def loop(a):
+    while a < 3:
+        a += 1
+    return a
+
+@functools.cache
+def kept(a):
+    return a + 4
+
+def at_import():
+    return 5
+
+FIVE = at_import()
+
+class Box:
+    size: int = 9
+
+    def doubled(self):
+        return [2 * part for part in (self.size,)]
+"""
 TESTS = """
+import subprocess, sys
 from pathlib import Path
-from eomgen.numbers import loop, twice
+import pytest
+from eomgen.numbers import FIVE, Box, kept, loop, twice
 
-def test_of_the_copy():
-    assert (Path(__file__).parents[1] / "not_copied").exists()
+@pytest.fixture(scope="module")
+def shared():
+    return Box().doubled()
+
+def test_of_another_machine():
+    assert twice(3) == 6 and Path("no such file").exists()
 
 def test_twice():
     assert twice(3) == 6
 
 def test_loop():
     assert loop(0) == 3
+
+def test_kept():
+    assert kept(1) == 5
+
+def test_kept_again():
+    assert kept(1) == 5
+
+def test_shared(shared):
+    assert shared == [18]
+
+def test_import():
+    assert FIVE == 5
+
+def test_child():
+    code = "import eomgen.numbers as n; print(n.twice(None))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() in ("7", "8")
 """
+STRICT_CHILD = TESTS.replace(' in ("7", "8")', ' == "7"')
 
 
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
-    """Return a tree with a package of two functions and its tests."""
+    """Return a tree with a small package and its tests."""
     top = tmp_path / "top"
     (top / "eomgen").mkdir(parents=True)
     (top / "eomgen" / "__init__.py").touch()
@@ -43,44 +99,59 @@ def tree(tmp_path: Path) -> Path:
     return top
 
 
-def _mutant(line: int, new: str) -> Mutant:
-    (found,) = (
-        mutant
-        for mutant in mutants_of(PACKAGE.encode(), "eomgen/numbers.py")
-        if (mutant.line, mutant.new) == (line, new)
-    )
-    return found
+@pytest.fixture
+def tried(tree: Path, tmp_path: Path) -> Callable[..., dict[tuple[int, str], dict[str, Any]]]:
+    """Return a function that tries all mutants of the small package, and returns the entries by line and new text."""
 
+    def run(*options: str) -> dict[tuple[int, str], dict[str, Any]]:
+        results = tmp_path / "results.json"
+        environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache"), "PYTHONPATH": str(tree)}
+        command = [sys.executable, "-m", "tests.mutants", "--sample", "99", "--results", str(results), *options]
+        done = subprocess.run(command, cwd=tree, env=environment, capture_output=True, text=True, check=False)
+        assert results.is_file(), done.stdout + done.stderr
+        entries = json.loads(results.read_text(encoding="utf-8"))["mutants"]
+        return {(entry["line"], entry["new"]): entry for entry in entries}
 
-def test_a_test_that_fails_in_the_copy_anyway_kills_nothing(tree: Path, tmp_path: Path) -> None:
-    scratch = Scratch(tmp_path / "scratch", tree)
-    outcome = scratch.judge(_mutant(2, "/"), "first", ["tests/test_numbers.py"], 30.0)
-    assert outcome.failed == "tests/test_numbers.py::test_twice" and not outcome.whole
-    assert scratch.unsound == {"tests/test_numbers.py::test_of_the_copy"}
-    assert (scratch.folder / "eomgen" / "numbers.py").read_text(encoding="utf-8") == PACKAGE
-    assert (tree / "eomgen" / "numbers.py").read_text(encoding="utf-8") == PACKAGE
+    return run
 
 
 @pytest.mark.slow
-def test_a_mutant_survives_tests_that_do_not_see_it_and_one_without_end_is_killed(tree: Path, tmp_path: Path) -> None:
-    scratch = Scratch(tmp_path / "scratch", tree)
-    scratch.unsound.add("tests/test_numbers.py::test_of_the_copy")
-    unseen = scratch.judge(_mutant(5, "4"), "first", ["tests/test_numbers.py::test_twice"], 30.0)
-    assert (unseen.failed, unseen.whole, unseen.tests) == ("", True, 1)
-    for line, new in ((5, ">="), (5, "4")):
-        assert scratch.judge(_mutant(line, new), "first", ["tests/test_numbers.py"], 30.0).failed.endswith("test_loop")
-    endless = scratch.judge(_mutant(6, "-="), "first", ["tests/test_numbers.py"], 1.0)
-    assert endless.failed == "no end"
+def test_trials_end_at_the_first_test_that_fails_by_the_mutant_alone(
+    tried: Callable[..., dict[tuple[int, str], dict[str, Any]]], tree: Path
+) -> None:
+    entries = tried("--limit", "1")
+    killed = {key: entry["test"].partition("::")[2] for key, entry in entries.items() if entry["state"] == "killed"}
+    assert killed[9, "/"] == "test_twice"  # not the test that fails anyway
+    assert killed[12, ">="] == "test_loop" and entries[13, "-="]["test"] == "no end"
+    assert killed[18, "-"] == killed[18, "5"] == "test_kept" and killed[29, "/"] == "test_shared"
+    # statements of modules and classes, and functions that imports call, need a process that imports anew
+    assert (killed[4, "3"], killed[21, "6"], killed[26, "10"]) == ("test_twice", "test_import", "test_shared")
+    assert [key for key, entry in entries.items() if entry["state"] != "killed"] == [(8, "8")]
+    assert (tree / "eomgen" / "numbers.py").read_text(encoding="utf-8") == PACKAGE
+    # a child process of a test has the mutant, too; the changed file is measured anew
+    (tree / "tests" / "test_numbers.py").write_text(STRICT_CHILD, encoding="utf-8")
+    assert tried("--limit", "1", "--only", "survived")[8, "8"]["test"].endswith("::test_child")
 
 
-def test_probes_name_the_functions_that_a_process_and_its_children_call(tree: Path) -> None:
-    child = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'import eomgen.numbers as n; n.loop(1)'])"
-    assert called_by(["-c", "import eomgen.numbers as n; n.twice(1)"], tree) == {
-        "eomgen/__init__.py::",
-        "eomgen/numbers.py::",
-        "eomgen/numbers.py::twice",
-    }
-    assert "eomgen/numbers.py::loop" in called_by(["-c", child], tree)
+def test_blocks_are_runs_of_statements_without_a_branch() -> None:
+    names = [name.partition("::")[2] for name, _ in block_names(PACKAGE.encode(), "eomgen/numbers.py")]
+    assert names == [
+        "twice#1", "twice#2", "twice#3", "loop#1", "loop#2", "loop#3", "kept#1", "at_import#1", "Box.doubled#1",
+    ]  # fmt: skip
+    source = "def f(a):\n    '''Text.'''\n    b = 1\n    try:\n        c()\n    except E:\n        d()\n    return b\n"
+    assert [statements[place].lineno for _, statements, place in blocks(ast.parse(source))] == [3, 5, 7, 8]
+
+
+def test_a_mutant_is_in_the_block_before_it_and_a_default_in_the_first() -> None:
+    path = "eomgen/linear/modes.py"
+    every = mutants_of((ROOT / path).read_bytes(), path)
+    for mutant in every[::7]:
+        names = blocks_of(mutant)
+        if mutant.function:
+            (name,) = names
+            assert name.startswith(f"{path}::{mutant.function}#")
+            starts = dict(block_names((ROOT / path).read_bytes(), path))
+            assert starts[name] <= mutant.start or name.endswith("#1")
 
 
 def test_files_about_the_module_come_before_others() -> None:
@@ -91,49 +162,3 @@ def test_files_about_the_module_come_before_others() -> None:
         nearness(mutant, "tests/waves/test_radar.py", "import eomgen"),
     ]
     assert ranks == sorted(ranks, reverse=True) and len(set(ranks)) == 3
-
-
-def test_measured_files_that_do_not_call_a_function_are_left_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    calls = Calls(tmp_path / "calls.json")
-    monkeypatch.setattr(
-        "tests.mutants.selection._called", lambda test, expression: {"eomgen/linear/modes.py::Modes.stability"}
-    )
-    tests = ["tests/linear/test_campbell.py", "tests/waves/test_radar.py"]
-    assert calls.measure("first", tests, 60.0) == 2 and calls.measure("first", tests, 60.0) == 0
-    again = Calls(tmp_path / "calls.json")
-    inside = Mutant("eomgen/linear/modes.py", 1, "Modes.stability", "comparison", 0, 1, "a", "b")
-    outside = Mutant("eomgen/linear/modes.py", 1, "Modes.band", "comparison", 0, 1, "a", "b")
-    assert set(tests) <= set(chosen(inside, "first", again))
-    assert not set(tests) & set(chosen(outside, "first", again))
-    assert set(tests) <= set(chosen(outside, "second", again))
-
-
-def test_a_run_goes_on_behind_its_results(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    seen: list[Mutant] = []
-
-    def tried(mutant: Mutant, tiers: list[str], scratch: Scratch, calls: Calls, limit: float) -> dict[str, Any]:
-        seen.append(mutant)
-        state = ("killed", "survived", "undecided")[len(seen) % 3]
-        return {**vars(mutant), "state": state, "test": "", "equivalent": "", "seconds": 1.0, "limit": limit}
-
-    monkeypatch.setattr(command, "tried", tried)
-    monkeypatch.setattr(command, "Scratch", lambda folder: folder)
-    results = tmp_path / "new" / "mutants.json"
-    options = ["--under", "eomgen/linear/modes.py", "--results", str(results)]
-    assert command.main(["--sample", "4", *options]) == 0  # survived, undecided, killed, survived
-    entries = json.loads(results.read_text(encoding="utf-8"))
-    entries["mutants"][0]["equivalent"] = "rounding"
-    results.write_text(json.dumps(entries), encoding="utf-8")
-    capsys.readouterr()
-    assert command.main(["--sample", "6", *options]) == 0  # undecided, killed
-    assert len(seen) == 6 == len({(mutant.start, mutant.new) for mutant in seen})
-    screen = capsys.readouterr().out
-    assert "\nall                       6       2         1          2           1\n" in screen
-    assert "(equivalent: rounding)" in screen
-    assert command.main(["--sample", "6", "--limit", "600", *options]) == 0  # those undecided: survived, undecided
-    assert seen[6:] == [seen[1], seen[4]]
-    assert "\nall                       6       2         2          1           1\n" in capsys.readouterr().out
