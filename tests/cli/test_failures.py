@@ -11,14 +11,49 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
 import eomgen
 from eomgen.cli import main
+from eomgen.cli.options import check_assigned
 from tests.models.scenes import PENDULUM_TOML, SHAKE
 
 ROOT = Path(eomgen.__file__).parents[1]
+
+
+def refused(*, changes: tuple[str, ...] = (), signals: tuple[str, ...] = (), robot: bool = False) -> str:
+    """Return the refusal of values for names of a scene with one of everything, empty if there is none."""
+    named = {
+        "inputs": ("torque", "both"),
+        "parameters": ("load", "both"),
+        "joints": ("hinge", "both"),
+        "bodies": ("arm", "arm_long", "load_arm"),
+    }
+    entries = {key: [SimpleNamespace(name=name, tunable=True) for name in names] for key, names in named.items()}
+    entries["parameters"].append(SimpleNamespace(name="fixed", tunable=False))
+    try:
+        values = [dict.fromkeys(names, 2.5) for names in (changes, signals)]
+        check_assigned(cast(eomgen.Scene, SimpleNamespace(**entries)), *values, robot=robot)
+    except eomgen.UsageError as error:
+        return str(error)
+    return ""
+
+
+def test_values_under_the_option_of_another_kind_of_name_are_refused() -> None:
+    assert refused(changes=("torque",)) == "usage error: --set torque: torque is an input; try: --input torque=2.5"
+    assert refused(signals=("load",)) == "usage error: --input load: load is a parameter; try: --set load=2.5"
+    for changes, signals in ((("load", "both"), ("torque", "both")), (("fixed", "hinge", "arm"), ("hinge", "arm"))):
+        assert refused(changes=changes, signals=signals) == ""
+    assert "the inertia of arm_long are fixed in the code; try: --tunable arm_long" in refused(
+        changes=("arm_long_mass",), robot=True
+    )
+    assert "the inertia of arm are fixed" in refused(changes=("arm",), robot=True)
+    assert "--input hinge: hinge is a joint, which no input drives" in refused(signals=("hinge",), robot=True)
+    assert refused(changes=("army", "both", "load"), signals=("both", "torque"), robot=True) == ""
+
 
 BREAKING = """
 format = 1

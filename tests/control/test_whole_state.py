@@ -500,6 +500,14 @@ FINE = random_model(3, 1, 2, 1)
             UsageError,
             "driven_by: none of road is an input or a disturbance of the model; try: outputs called u1 or w1",
         ),
+        (
+            lambda: driven_by(
+                driven_by(FINE, shaping_filter([1.0], [1.0, 1.0], "white", "w1", states="road")),
+                shaping_filter([1.0], [1.0, 2.0], "noise", "white", states="road"),
+            ),
+            UsageError,
+            "driven_by: both models have a state filter.road; try: other names in one of them",
+        ),
         (lambda: shaping_filter([1.0, 2.0], [1.0], "white", "w1"), UsageError, "the numerator has the degree 1"),
         (lambda: delay("w1", "w2", 0.0), UsageError, "delay: a delay of 0 s by an approximation of order 4"),
         (

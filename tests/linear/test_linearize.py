@@ -14,6 +14,7 @@ import pytest
 
 import eomgen
 from eomgen import ModelError, NumericalError, UsageError
+from eomgen.linear.state_space import _solved
 from tests.linear.test_closed_forms import motor, slider_crank
 from tests.linear.test_neighbouring_motions import disc
 from tests.mechanics.test_linearization import drone
@@ -257,6 +258,17 @@ def test_resonance_without_damping_has_no_bound() -> None:
     lin = eomgen.build(builder.build(), profile="quick").linearize()
     with pytest.raises(NumericalError, match="a frequency is equal to the frequency of a mode without damping"):
         lin.frequency_response([1.0, 2.0], "push", "slide")
+
+
+def test_an_inertia_matrix_without_inertia_along_coordinates_names_them() -> None:
+    """The columns of the null space of a projection: the named coordinates are the large entries of its vector."""
+    for null, named in (([0.0, 1.0, 0.0], "b"), ([1.0, 0.2, 0.05], "a, b"), ([1.0, 0.12, 0.09], "a, b")):
+        unit = np.array(null) / np.linalg.norm(null)
+        with pytest.raises(ModelError, match=f"the inertia matrix is singular along {named}, so there is no"):
+            _solved(3.0 * (np.eye(3) - np.outer(unit, unit)), np.eye(3), ["a", "b", "c"])
+    M = np.array([[2.0, 0.5, 0.0], [0.5, 1.0, 0.25], [0.0, 0.25, 4.0]])
+    np.testing.assert_allclose(M @ _solved(M, M @ M, ["a", "b", "c"]), M @ M, atol=1e-14)
+    assert _solved(np.zeros((0, 0)), np.zeros((0, 2)), []).shape == (0, 2)
 
 
 @pytest.mark.slow

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -11,6 +13,8 @@ from scipy.integrate import quad
 
 import eomgen
 from eomgen.errors import ModelError, UsageError
+from eomgen.linear.modes import Modes
+from eomgen.linear.random_response import _places
 from eomgen.spectra import InputSpectrum, Road, RoadExcitation, weighting_response
 from tests.models.cache import shared_cache
 
@@ -127,6 +131,21 @@ def test_the_wheelbase_filters_heave_by_cosine_and_pitch_by_sine(car: eomgen.Mod
     for name, H in (("heave_acceleration", heave), ("pitch_acceleration", pitch)):
         density = lin.psd(name, excitation, f).density
         np.testing.assert_allclose(density, np.abs(H) ** 2 * road, rtol=1e-10, atol=1e-14 * np.max(density))
+
+
+@pytest.mark.parametrize("share", [1e-3, 0.2])
+@pytest.mark.parametrize("frequency", [0.004, 0.7, 40.0])
+def test_places_of_an_integral_scale_with_the_resonance(frequency: float, share: float) -> None:
+    """They stand at the resonance and at multiples of its half width beside it, whatever the unit of time."""
+    decay, rotation = share * frequency, 2.0 * math.pi * frequency
+    modes = SimpleNamespace(eigenvalues=np.array([-rotation, -2.0 * math.pi * decay + 1j * rotation]))
+    modes.oscillating = modes.eigenvalues.imag > 0.0
+    ends = np.log([1e-2 * frequency, 1e2 * frequency])
+    bends = frequency * np.array([0.0, 0.5, 1e3])
+    places = np.exp(_places(cast(Modes, modes), bends, ends))
+    offsets = np.array([-30.0, -6.0, -1.5, 0.0, 1.5, 6.0, 30.0])
+    beside = frequency + offsets * decay
+    np.testing.assert_allclose(places, np.sort([0.5 * frequency, *beside[beside > 0.0]]), rtol=1e-12)
 
 
 def test_tracks_of_an_isotropic_road_are_as_coherent_as_its_plane_spectrum_says() -> None:

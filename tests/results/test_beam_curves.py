@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 import eomgen
 from eomgen.results.animation import animation_page
-from eomgen.results.beam_curves import frames_along, outline, pieces_of
+from eomgen.results.beam_curves import frames_along, outline, pieces_of, stations
 from tests.browser.chromium import Browser, chromium
 from tests.mechanics.test_cosserat_beams import logarithm
 from tests.models.cosserat import beam_scene
@@ -40,6 +40,29 @@ def test_frames_between_nodes_are_on_helices(rng: np.random.Generator) -> None:
             np.testing.assert_allclose(found[row, number, 4:], first[4:] + R @ step[:3, 3], atol=1e-12)
             np.testing.assert_allclose(rotation_of(found[row, number, :4]), R @ step[:3, :3], atol=1e-12)
         np.testing.assert_array_equal(found[row, -1], poses["rope.2"][row])
+
+
+def test_frames_along_a_beam_are_the_deflection_of_its_coordinates(rng: np.random.Generator) -> None:
+    """Of five coordinates behind two others of the configuration, by the rotations of the exponential."""
+    pose = np.concatenate([random_unit_quaternions(rng, 4), rng.normal(size=(4, 3))], axis=1)
+    deflections, rotations = rng.normal(size=(2, 3, 3, 5))
+    shortening, pairs, x = rng.normal(size=(3, 2)), [(0, 0), (1, 4)], np.array([0.0, 1.5, 4.0])
+    axis = {"x": x.tolist(), "deflections": deflections.tolist(), "rotations": rotations.tolist(), "q_start": 2}
+    q = 0.3 * rng.normal(size=(4, 9))
+    for shortened in (False, True):
+        terms = {"pairs": pairs, "shortening": shortening.tolist()} if shortened else {"pairs": [], "shortening": []}
+        frames = stations({**axis, **terms}, pose, q)
+        assert frames.shape == (4, 3, 7)
+        for row in range(4):
+            e, R = q[row, 2:7], rotation_of(pose[row, :4])
+            for number in range(3):
+                place = np.array([x[number], 0.0, 0.0]) + deflections[number] @ e
+                if shortened:
+                    place[0] -= shortening[number] @ [e[k] * e[j] for k, j in pairs]
+                turn = rotations[number] @ e
+                turned = expm(np.array([[0, -turn[2], turn[1]], [turn[2], 0, -turn[0]], [-turn[1], turn[0], 0]]))
+                np.testing.assert_allclose(frames[row, number, 4:], pose[row, 4:] + R @ place, atol=1e-13)
+                np.testing.assert_allclose(rotation_of(frames[row, number, :4]), R @ turned, atol=1e-13)
 
 
 def test_the_outline_is_that_of_the_rotary_inertia() -> None:

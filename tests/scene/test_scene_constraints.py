@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -15,8 +17,10 @@ from eomgen.formula.nodes import Number, Operation, Symbol
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import json_schema
 from eomgen.scene.geometry import frame_about, is_rotation
-from eomgen.scene.joints.model import Constraint, Frame
+from eomgen.scene.joints.frames import check_two_bodies
+from eomgen.scene.joints.model import Constraint, Frame, Joint
 from eomgen.scene.load import load, load_toml
+from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
 
 FOUR_BAR = """\
@@ -244,6 +248,32 @@ def test_frames_about_an_axis(axis: np.ndarray) -> None:
 def test_one_problem(text: str, message: str) -> None:
     (found,) = problems(text + "\n")
     assert message in found
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_frames_are_in_one_body_if_fixed_joints_join_their_rigid_bodies(seed: int) -> None:
+    """In random trees of rigid bodies and beams, against sets of bodies that are merged by hand."""
+    rng = np.random.default_rng(seed)
+    bodies = [f"b{number}" for number in range(6)]
+    beams = [name for name in bodies if rng.random() < 0.3]
+    merged = {name: {name} for name in (*bodies, "base", "world")}
+    joints = []
+    for number, child in enumerate(bodies):
+        parent = ["base", *bodies[:number]][rng.integers(number + 1)]
+        moves = bool(rng.random() < 0.4)
+        joints.append(cast(Joint, SimpleNamespace(parent=parent, child=child, kind=SimpleNamespace(moves=moves))))
+        if not moves and parent not in beams and child not in beams:
+            whole = merged[parent] | merged[child]
+            merged |= dict.fromkeys(whole, whole)
+    for one in (*merged, "unknown"):
+        for other in (*merged, "unknown"):
+            report = Report("scene.toml", {})
+            first, second = (cast(Frame, SimpleNamespace(body=body)) for body in (one, other))
+            check_two_bodies("constraints", "loop", first, second, joints, beams, report)
+            joined = one != "unknown" and other in merged[one] and one not in beams
+            assert [problem.what.split(":")[0] for _, problem in report.noted] == (
+                ["both frames are in the same rigid body"] if joined else []
+            )
 
 
 def test_all_at_once() -> None:

@@ -94,6 +94,27 @@ def test_the_balance_of_energy_is_judged_where_the_rows_allow_it() -> None:
     assert energy_balance(t, endless).infinite == 4.0 and energy_balance(t, endless).error is None
 
 
+@pytest.mark.parametrize("rows", [3, 4, 60])
+@pytest.mark.parametrize(("start", "joule"), [(1e3, 1.0), (-1e3, 1.0), (0.0, 1e-9), (50.0, 1e6)])
+def test_balances_of_energy_know_no_origin_of_time_and_no_unit_of_energy(rows: int, start: float, joule: float) -> None:
+    """Few rows report a gain beyond 1000 times the initial energy plus the range of the potential and the work of the
+    largest power, which are 5 J here."""
+    t = np.linspace(0.0, 8.0, rows)
+    shape = {"kinetic": 1.0 + 0.5 * t, "potential": 2.0 - 0.25 * t, "power": 0.25 + 0.0 * t, "base_power": 0.0 * t}
+    moving = 2.0 + 5.0  # range of the potential, largest kinetic energy
+    for gain in (2.0, 4.9e3, 5.1e3):
+        energy = {**shape, "total": 3.0 + gain * (t / 8.0)}
+        balance = energy_balance(t, energy)
+        moved = energy_balance(t + start, {name: joule * values for name, values in energy.items()})
+        assert moved.unknown == balance.unknown
+        if rows < 5 and gain < 5e3:
+            assert moved.error is None and f"{rows} rows tell too little" in moved.unknown
+        elif rows < 5:
+            assert moved.error == moved.gain == pytest.approx(gain / moving)
+        else:
+            assert moved.error == pytest.approx((gain - 2.0) / (moving + 2.0), rel=1e-6, abs=1e-9)
+
+
 def test_a_fixed_parameter_is_called_fixed() -> None:
     model = eomgen.build(swing(), profile="quick")
     with pytest.raises(eomgen.UsageError) as caught:

@@ -3,11 +3,16 @@ named."""
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
 import eomgen
 from eomgen.errors import UsageError
+from eomgen.simulation.stepping.settings import large_angles
+from eomgen.system.description import Description
 
 
 def slider(name: str, *, formula: str | None = None, effort: str = "u", **sections: object) -> dict[str, object]:
@@ -21,6 +26,18 @@ def slider(name: str, *, formula: str | None = None, effort: str = "u", **sectio
         "efforts": {"e": {"joint": "h", "effort": effort}},
         **sections,
     }
+
+
+@pytest.mark.parametrize(("t", "angles"), [(1e6, []), (2e7, [2e10]), (-2e7, [-2e10]), (2e10, [2e13, 2e11])])
+def test_waves_of_roads_are_refused_by_the_angle_that_they_have_reached(t: float, angles: list[float]) -> None:
+    """The limit is 1e10 rad; of each input the first wave beyond counts."""
+    waves = {"front": [(0.1, 1e-3, 0.0), (0.1, 1e3, 0.0), (0.1, 1e4, 0.0)][:2], "rear": [(0.1, 10.0, 0.0)]}
+    inputs = [SimpleNamespace(name=name, harmonics=rows, formula=None) for name, rows in waves.items()]
+    description = cast(Description, SimpleNamespace(inputs=inputs, formulas=(), outputs=()))
+    found = large_angles(description, {("time", "", 0): t})
+    expected = [f"cos({angle:.6g}) in the input {name}" for angle, name in zip(angles, waves, strict=False)]
+    assert found == " and ".join(expected)
+    assert "front" not in large_angles(description, {("time", "", 0): t}, given=["front"])
 
 
 @pytest.mark.slow

@@ -3,12 +3,17 @@ hold."""
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
 from eomgen.lie.product import Factor
+from eomgen.pipeline.model import Model
 from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, column, moved
 from eomgen.products.studies.verification.differences import LADDER, complex_steps, differences, sizes_of
+from eomgen.products.studies.verification.states import _length
 
 FACTORS = (Factor("R", "slide", 0, 1, 0, 1), Factor("SO3", "ball", 1, 4, 1, 3))
 
@@ -67,6 +72,20 @@ def test_a_value_that_leaves_its_domain_has_differences_at_small_steps() -> None
     found = differences(form_of("v", 4), engine_of(lambda blocks: np.sqrt(blocks["v"])), state)
     assert np.isnan(found.ladder[LADDER > 1e-3]).any() and found.bar.max() < 1e-4
     assert np.allclose(np.diagonal(found.best[0]), 0.5 / np.sqrt(1e-3), rtol=1e-7)
+
+
+@pytest.mark.parametrize("size", [1e-3, 0.5, 300.0])
+def test_the_length_of_a_scene_is_its_extent_with_the_base(size: float) -> None:
+    """Small changes of positions are in its parts: a small machine needs small ones."""
+
+    def length(places: dict[str, list[float]], functions: tuple[str, ...] = ("poses",)) -> float:
+        model = SimpleNamespace(functions=functions, bodies=tuple(places), initial_q=np.zeros(1))
+        model.pose = lambda body, q: np.array([1.0, 0.0, 0.0, 0.0, *places[body]])
+        return _length(cast(Model, model))
+
+    assert length({"far": [0.0, 2.0 * size, size]}) == pytest.approx(2.0 * size)
+    assert length({"up": [0.0, 0.0, size], "down": [0.0, size, -size]}) == pytest.approx(2.0 * size)
+    assert length({"here": [0.0, 0.0, 0.0]}) == length({}) == length({"far": [size, 0.0, 0.0]}, ()) == 1.0
 
 
 def test_turns_are_moved_by_the_exponential_and_to_first_order_alike(rng: np.random.Generator) -> None:

@@ -202,6 +202,43 @@ def test_runs_that_stand_still_by_rounding_are_no_reference() -> None:
     assert "of the step: steps change the coordinates by their rounding only" in far.by
 
 
+def test_the_origin_moves_all_that_the_base_and_the_world_carry_and_no_more() -> None:
+    """Written places move from where they are, absent ones from zero; factors can be set without a new build."""
+    places = {"written": {"position": [0.5, 0.25, 0.125]}, "absent": {}}
+    carried = {
+        f"{name}_{body}": {"body": body, **place} for body in ("base", "world", "bob") for name, place in places.items()
+    }
+    joints = {
+        "pin": {"type": "revolute", "parent": "base", "child": "bob", "axis": [0, 1, 0]},
+        "arm": {"type": "revolute", "parent": "bob", "child": "tip", "axis": [0, 1, 0]},
+        "slide": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0], "position": [2.0, 0, 0]},
+    }
+    constraints = {
+        "loop": {"type": "spherical", "first": {"body": "tip"}, "second": {"body": "base", "position": [3.0, 0, 0]}}
+    }
+    bodies = {name: {"mass": 1.0} for name in ("bob", "tip", "cart")}
+    scene = {
+        "format": 1,
+        "name": "carried",
+        "bodies": bodies,
+        "joints": joints,
+        "points": carried,
+        "constraints": constraints,
+    }
+    moved = with_factors(scene, (ORIGIN,))
+    assert moved["parameters"] == {ORIGIN: {"value": 0.0, "tunable": True}}
+    for name, point in moved["points"].items():
+        x = 0.5 if name.startswith("written") else 0.0
+        before = carried[name].get("position")
+        assert point.get("position") == (
+            before if name.endswith("bob") else [f"{ORIGIN} + ({x})", *(before or [0.0] * 3)[1:]]
+        )
+    assert moved["joints"]["pin"]["position"] == [f"{ORIGIN} + (0.0)", 0.0, 0.0]
+    assert moved["joints"]["slide"]["position"] == [f"{ORIGIN} + (2.0)", 0, 0]
+    assert "position" not in moved["joints"]["arm"] and "position" not in moved["constraints"]["loop"]["first"]
+    assert moved["constraints"]["loop"]["second"]["position"] == [f"{ORIGIN} + (3.0)", 0, 0]
+
+
 @pytest.mark.slow
 def test_formulas_are_scaled_with_their_arguments() -> None:
     scene = PENDULUM | {

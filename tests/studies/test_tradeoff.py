@@ -8,7 +8,8 @@ import math
 import re
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from eomgen.products.studies.work_precision.axes import AXES, Configuration, can
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.observation import ErrorSize, errors, observed
 from eomgen.products.studies.work_precision.reference import Reference
+from eomgen.products.studies.work_precision.result import _groups
 from eomgen.products.studies.work_precision.running import Grid, Runner
 
 #: A rod on a ball joint, thrown: no constraint in joint coordinates, three rows in absolute ones.
@@ -120,6 +122,36 @@ def test_absolute_coordinates_of_what_has_no_constraints_are_studied_where_asked
     assert {point.configuration.formulation for point in found.points} == {"joint"}
     assert found.left_out["SE3"] == "joint coordinates have no constraints; studied with the axis formulation named"
     assert said == ["methods to build, or to take from the cache: 3, and up to 9 for the best"]
+
+
+def test_curves_are_ranked_by_their_cost_of_the_demands() -> None:
+    """The cheapest of each method comes first, then the others; a demand that is not met costs four decades."""
+
+    def point(method: str, key: str, seconds: float | None, error: float) -> Any:
+        return SimpleNamespace(configuration=SimpleNamespace(method=method, key=key), seconds=seconds, error=error)
+
+    coarse = point("rough", "rough", 1e-3, 0.5)
+    dear, cheap, slow = (
+        point("one", "dear", 2.0, 1e-9),
+        point("one", "cheap", 1.0, 1e-9),
+        point("two", "two", 9.0, 1e-9),
+    )
+    points = [coarse, slow, dear, cheap, point("two", "two", 3.0, 1e-5)]
+    study = SimpleNamespace(usable=points, error=lambda one: one.error)
+
+    def best(demand: float) -> Any:
+        return min(
+            (one for one in study.usable if one.error <= demand), key=lambda one: one.seconds or 0.0, default=None
+        )
+
+    study.best = best
+    for order in (points, points[::-1]):
+        study.usable = order
+        groups = _groups(cast(eomgen.Tradeoff, study))
+        assert [members[0].configuration.key for members in groups] == ["cheap", "two", "rough", "dear"]
+        assert sorted(map(id, (one for members in groups for one in members))) == sorted(map(id, points))
+    study.usable = [coarse, point("untimed", "untimed", None, 1e-9)]
+    assert {members[0].configuration.key for members in _groups(cast(eomgen.Tradeoff, study))} == {"rough", "untimed"}
 
 
 @pytest.mark.slow
