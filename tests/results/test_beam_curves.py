@@ -77,6 +77,22 @@ def test_the_outline_is_that_of_the_rotary_inertia() -> None:
         assert radius == pytest.approx(10.0 / (400.0 if much == 0.0 else 30.0))
 
 
+@pytest.mark.parametrize(
+    ("inertia", "tolerance"), [((3e-3, 1.2e-2), 1e-12), ((1.2e-2, 3e-3), 1e-12), ((7e-3, 7e-3), 0.1)]
+)
+def test_corners_run_once_round_an_area_of_the_rotary_inertia(inertia: tuple[float, float], tolerance: float) -> None:
+    """By the integrals of Green's theorem over the polygon of the corners, for a node of 2 kg."""
+    first = np.array(outline(2.0, [0.0, *inertia], 10.0))
+    after = np.roll(first, -1, axis=0)
+    cross = first[:, 0] * after[:, 1] - after[:, 0] * first[:, 1]
+    assert np.all(cross > 0.0)
+    for axis, about in ((1, inertia[0]), (0, inertia[1])):
+        a, b = first[:, axis], after[:, axis]
+        second = np.sum(cross * (a * a + a * b + b * b)) / 12.0
+        assert 2.0 * second / (0.5 * np.sum(cross)) == pytest.approx(about, rel=tolerance)
+        assert np.sum(cross * (a + b)) == pytest.approx(0.0, abs=1e-12)
+
+
 def run() -> eomgen.Solution:
     inertia = [0.004 + 0.001, 0.001, 0.004]
     scene = beam_scene(4, {"force": [0.0, "20 * load", 0.0]}, {"rotary_inertia": inertia, "stiffness_damping": 0.01})
