@@ -197,7 +197,7 @@ def checkpoint_writer(
 
 @dataclass(frozen=True, eq=False)
 class SimulatorState:
-    """The state of a simulator at the end of one of its steps; it can be kept, pickled and restored.
+    """The state of a simulator at the end of a step, which can be kept, pickled and restored.
 
     Attributes
     ----------

@@ -98,7 +98,8 @@ class Motions:
         return moved
 
     def go_on(self, p: Array, t: float, step: float, functions: Mapping[str, Target]) -> tuple[Array, dict[str, Array]]:
-        """Return parameters (np,) for motions that follow their functions over a step in s, and their ends."""
+        """Return parameters (np,) for motions that follow functions over a step in s, and the values at the end of the
+        step."""
         moved, ends = p.copy(), {}
         for name, function in functions.items():
             ends[name] = value_at(name, function, t + step)

@@ -148,7 +148,7 @@ class RecordedRow:
 def recorded_solution(
     run: Run, rows: Sequence[RecordedRow], statistics: Mapping[str, Any], notes: Sequence[str], stopped: str
 ) -> Solution:
-    """Return rows as a solution; between them its inputs are linear."""
+    """Return rows as a solution with inputs that are linear between rows."""
     model = run.model
     t = np.array([row.t for row in rows])
     q, v, a, z, multipliers, u, p = (

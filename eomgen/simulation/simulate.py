@@ -63,7 +63,7 @@ class CostlyRunError(Exception):
 
 
 def with_bounded_steps(outcome: Outcome, stepped: Callable[[Run, float], Outcome], *, checkpoint: bool) -> Outcome:
-    """Return the outcome of the run with a bound of its steps, if they pass over a law and the bound is affordable.
+    """Return the outcome of the run with bounded steps, if the steps pass over a law and the bound is affordable.
 
     Parameters
     ----------

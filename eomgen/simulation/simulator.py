@@ -50,7 +50,7 @@ StepInputs = ArrayLike | Mapping[str, Signal] | None
 
 
 class StepEvent(NamedTuple):
-    """An event of a step: its name and its time in s."""
+    """An event of a step: name, and time in s."""
 
     name: str
     t: float
@@ -482,7 +482,7 @@ class Simulator:
 
     @property
     def parameters(self) -> Mapping[str, float]:
-        """Tunable parameters as they are now, modes of events among them."""
+        """Present tunable parameters, with modes of events."""
         now = zip(self.model.parameters, self._present().tolist(), strict=True)
         return ReadOnly("parameter", dict(now), "set_parameter(name, value), which changes one from now on")
 

@@ -135,7 +135,7 @@ def _jumps(branches: Branches, one: Crossing) -> bool:
 
 
 def _shifts(run: LinearRun[Any], branches: Branches, jumps: Sequence[Crossing]) -> Iterator[Array]:
-    """Yield by how many steps each direction, as large as it is itself, moves the moment of each jump."""
+    """Yield the shift of each jump's moment, in steps, by each direction at full length."""
     if not jumps:
         return
     tangents = _tangents_at(run, {row for one in jumps for row in (one.row, one.row + 1)})

@@ -3,7 +3,7 @@
 Time-discontinuous Galerkin steps made linear: the change of a step with its start, and adjoints of its end.
 
 A step is not the limit of an iteration but a fixed number of passes (``integrators.families.discontinuous_galerkin``),
-so its derivatives are the derivatives of the passes themselves. Each correction solves, with the partials at the start,
+so the derivatives of a step are the derivatives of the passes. Each correction solves, with the partials at the start,
 
     M d_v + gain (K T s + C d_v + R_z d_z) = b,   d_z - gain dF/d(q, v, z) . d = b_z,   s = b_theta + gain d_v,
 

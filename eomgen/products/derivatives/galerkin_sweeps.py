@@ -234,7 +234,7 @@ class GalerkinSweeps:
             raise MemoryError("the compiled model could not allocate memory for its arguments")
 
     def _curvature(self, curvature: Curvature, of_step: int) -> tuple[Any, Any, int]:
-        """Return the structure of C, the arrays it points to, and the stack that its function needs.
+        """Return the C structure, the arrays behind the pointers, and the stack size of the function.
 
         Parameters
         ----------

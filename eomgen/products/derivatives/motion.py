@@ -27,7 +27,7 @@ KEPT_BYTES, PART_BYTES, SHORTEST, LONGEST = 2**25, 2**23, 32, 1024
 
 @dataclass(frozen=True)
 class Part:
-    """Rows (steps + 1, width) of a part of a run, the one before its first step included.
+    """Rows (steps + 1, width) of a part of a run, with the row before the first step.
 
     Attributes
     ----------

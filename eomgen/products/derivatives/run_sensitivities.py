@@ -275,7 +275,7 @@ class Sensitivities:
 
     @property
     def keeps_adjoints(self) -> bool:
-        """Whether the run is short enough to keep its rows, and so the adjoints of its functionals."""
+        """Whether the run is short enough to keep all rows, and with them the adjoints of functionals."""
         return self._run.motion.kept
 
     def stationary(self, of: Sequence[str]) -> StationaryRun | None:

@@ -18,9 +18,9 @@ dA[x] = -ad(T x) A (Bruls and Cardona 2010; Iserles, Munthe-Kaas, Norsett and Za
 
 Second derivatives of the start of a run: of accelerations, of states that are moved onto constraints.
 
-Each is an equation whose second derivatives along tangents are contracted with its multipliers, from the last one to
-the first. Runs move positions by Newton's steps c = -R Phi, R = M^-1 B^T (B M^-1 B^T)^-1; the first two decide second
-derivatives. With dPhi_i = -S sigma_i and c_i = M^-1 B^T sigma_i, S = B M^-1 B^T, the limit q has
+Each step is an equation; its second derivatives along tangents are contracted with the multipliers of the step, from
+the last step to the first. Runs move positions by Newton's steps c = -R Phi, R = M^-1 B^T (B M^-1 B^T)^-1; the first
+two decide second derivatives. With dPhi_i = -S sigma_i and c_i = M^-1 B^T sigma_i, S = B M^-1 B^T, the limit q has
 
     d_j dq_i = (1 - R B) (x_ij + M^-1 (dB_j^T sigma_i - dM_j c_i + dB_i^T sigma_j - dM_i c_j)) - R d2Phi_ij,
     x_ij = -[d_j, d_i] / 2 - [c_j, d_i] - [c_j, c_i] / 2,

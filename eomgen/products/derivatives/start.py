@@ -155,7 +155,7 @@ def moved_velocities(
 
     Parameters
     ----------
-    state : its positions on the constraints, its velocities as asked for
+    state : positions on the constraints, velocities as requested
     """
     nv, nl = equations.nv, equations.nl
     values = _values(equations, state, t, given)

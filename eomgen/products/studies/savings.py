@@ -51,7 +51,7 @@ class Variant:
 
     Attributes
     ----------
-    name, description : its name, and its description
+    name, description : of the variant
     terms : None: by default
     start : of runs, if it has only the functions that these call
     problem : reason for which the scene cannot be made, if it is None

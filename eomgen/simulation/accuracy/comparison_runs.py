@@ -269,7 +269,8 @@ class Comparisons:
     def apart(self, first: ComparedMotion, second: ComparedMotion) -> Apart:
         """Return the differences of two motions at their common times.
 
-        Rows at an event that changes the motion are left out: rounding decides on which side of it they lie.
+        Rows at an event that changes the motion are left out, since rounding decides on which side of the event a row
+        lies.
         """
         times = first.rows[:, 0], second.rows[:, 0]
         after = np.searchsorted(times[1], times[0] - self._same)

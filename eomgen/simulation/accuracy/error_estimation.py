@@ -166,8 +166,8 @@ def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
     hundredth of the error to twice as much. So the better run is asked, though it costs more. The grid is refined as
     well: the first steps follow from it, which would be the same ones at either tolerance if no force acts yet, and
     lead to the same place within a barrier. Events are looked for on it, and rows of inputs lie there, between which
-    these are curves of low order. Without events and such rows the grid stays if steps end at jumps or samples: halved,
-    it could halve these steps, and the two runs would differ by more than their tolerances explain.
+    these are curves of low order. Without events and such rows the grid stays if steps end at jumps or samples: a
+    halved grid could halve these steps, and both runs would differ by more than the tolerances explain.
     """
     own = runs.run.settings["tolerance"]
     order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
@@ -282,7 +282,7 @@ def _by_prime_parts(runs: Comparisons, twice: ComparedMotion) -> ErrorEstimate |
 
 
 def _largest_of(differing: Sequence[tuple[Apart, float]]) -> Apart:
-    """Return the largest of differences, each times its factor, at the times of the last ones, which have all rows."""
+    """Return the largest of differences times their factors, at the times of the last differences, which have all rows."""
     apart, gain = differing[-1]
     kinds = {kind: gain * values for kind, values in apart.kinds.items()}
     for other, factor in differing[:-1]:

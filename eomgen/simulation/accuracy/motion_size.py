@@ -1,9 +1,9 @@
 """Differences between runs of one model, row by row, and the size of the motion that they are compared with; whole
 turns of angles that do not matter.
 
-The equations are evaluated at rows of the run with the angle shifted, which needs no knowledge of their structure: a
-shift by a turn must change no force, rate and constraint, and a shift by another angle some of them. The angle of a
-symmetric wheel, for which no shift changes any force, is measured by its travel.
+The equations are evaluated at rows of the run with the angle shifted, which needs no knowledge of the structure of the
+equations: a shift by a turn must change no force, rate and constraint, and a shift by another angle some force, rate or
+constraint. The angle of a symmetric wheel, for which no shift changes any force, is measured by its travel.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ _ROUNDING = 1e-7
 
 
 def whole_turns(run: Run, rows: Array, parameters: Array) -> NDArray[np.bool_]:
-    """Return for each velocity, (nv,), whether it is the rate of an angle that travels more than a turn, and whole
-    turns of it change no equation.
+    """Return for each velocity, (nv,), whether the velocity is the rate of an angle that travels more than a turn, and
+    whole turns of this angle change no equation.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ def motion_size(
 
 
 def _at_work(model: CompiledModel, column: Kinds, outputs: Sequence[tuple[str, Array]]) -> dict[str, float]:
-    """Return by unit the largest of all that a run has of it: coordinates, velocities, and outputs by their units.
+    """Return by unit the largest value of a run: of coordinates, velocities, and outputs.
 
     Forces and multipliers are the moments that they have at 1 m as well, and moments the forces.
     """
@@ -248,8 +248,8 @@ def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", 
 
 
 def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0) -> Array:
-    """Return sizes that can be divided by: none is below a part of the largest of its unit, or below its floor;
-    infinite if no component of the unit moves."""
+    """Return sizes for divisions: at least a part of the largest size of the unit, and at least the floor; infinite if
+    no component of the unit moves."""
     known = list(units) or [""] * len(size)
     largest = {unit: max(s for s, u in zip(size, known, strict=True) if u == unit) for unit in set(known)}
     least = np.array([_SMALL * largest[unit] for unit in known])

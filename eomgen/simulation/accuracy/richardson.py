@@ -128,7 +128,7 @@ def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest
     """Return the largest error of the velocities, (n, nv), relative to the largest velocity of the same unit, for an
     elastic coordinate of a beam to its own largest one; None if no velocity is above rounding.
 
-    A beam is measured by itself, because its vibrations are a thousandth of the joints' velocities.
+    A beam is measured separately, because vibrations of beams are a thousandth of the joints' velocities.
     """
     model = runs.run.model
     velocities = np.abs(runs.span.rows[:, 1 + model.nq : 1 + model.nq + model.nv]).max(axis=0)

@@ -203,7 +203,8 @@ def laws_between_steps(run: Run) -> list[Formula]:
 
 
 def _another_way(run: Run, rows: Array, others: Array) -> bool:
-    """Return whether rows (n, width) and others (m, width) differ by more than the threshold at their common times.
+    """Return whether rows (n, width) and rows (m, width) of another run differ by more than the threshold at common
+    times.
 
     Velocities are compared at the end alone: right runs may meet a jump of a velocity on either side of a row.
     """

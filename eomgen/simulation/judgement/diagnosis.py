@@ -131,8 +131,8 @@ def first_non_finite(
     p: Array,
     signals: InputSignals,
 ) -> tuple[str, bool, tuple[str, str]]:
-    """Return the first block that is not finite, whether it is so at the last good state or only in the state to which
-    the next step leads, and the cause with its remedy, as far as formulas and angles show one.
+    """Return the first block that is not finite, whether at the last good state or only after the next step, and the
+    cause with a remedy, as far as formulas and angles show a cause.
 
     ``state`` is (q, v, a, z).
 
@@ -304,7 +304,7 @@ class Failure(NamedTuple):
 
 
 def failed_controller(stepper: Stepper) -> Failure:
-    """Return the failure of the last function: the code that it returned, or its number that is not finite.
+    """Return the failure of the last function: the returned code, or the result that is not finite.
 
     Functions of Python raise errors of their own; if none could be raised, only the text of the status is known.
     """

@@ -110,7 +110,7 @@ def _refinement(run: FinishedRun, largest: Largest) -> str:
 
 
 class Unresolved(NamedTuple):
-    """A coordinate or internal state whose motion its error hides; the unit has a space before it."""
+    """A coordinate or internal state with an error larger than the motion; the unit begins with a space."""
 
     name: str
     travel: float
@@ -130,8 +130,8 @@ def _unresolved_coordinate(run: FinishedRun) -> Iterator[Finding]:
 
 
 def unresolved_coordinates(run: FinishedRun) -> list[Unresolved]:
-    """Return coordinates of joints and internal states whose motion is small compared with others, and smaller than
-    three times their estimated error.
+    """Return coordinates of joints and internal states with a motion that is relatively small, and smaller than three
+    times the estimated error.
 
     Motion below a billionth of the largest coordinate of the unit is rounding.
     """

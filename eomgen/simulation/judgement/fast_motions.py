@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from eomgen.results.events import Events
 
 
-#: Step times angular frequency above which a step does not resolve a mode, and the one that resolves it well.
+#: Step times angular frequency above which a step does not resolve a mode, and the product at which a mode is well
+#: resolved.
 UNRESOLVED, RESOLVED = 1.0, 0.3
 #: Part of the accelerations, by kinetic energy, from which on an excited mode is reported; relative to the larger one
 #: of the accelerations there and this quantile of the record, which is not zero if a run begins at rest.
@@ -135,7 +136,7 @@ def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: 
 
 @dataclass(frozen=True)
 class _Modes:
-    """Modes about a state of a run in steps that do not resolve all of them; accelerations (n, nv) of its record."""
+    """Modes about a state of a run in steps that do not resolve all modes; accelerations (n, nv) of the recorded rows."""
 
     run: Run
     place: _Place

@@ -382,10 +382,10 @@ class Check:
     needs : tuple of str
         Facts of ``FinishedRun.FACTS``; a run that lacks one of them is not checked.
     severity : str
-        Of its findings. A check that fails some runs and warns of others has ``failure``, and its findings are failures
-        if ``fails`` is true.
+        Of its findings. A check with failures and warnings has ``failure``: a finding is a failure if ``fails`` is
+        true.
     unless, after : tuple of str
-        Checks before this one that make it superfluous by a finding, or of which one must have a finding.
+        Earlier checks: one with a finding makes this check superfluous, or is required for this check.
     continues : str
         Text that joins a finding to the sentence of the finding before it, if both have such a text. The joint
         sentence ends with the hint of its last finding.

@@ -31,7 +31,7 @@ from eomgen.toolchain.library import Library
 
 Components = NDArray[np.intp]
 
-#: Growth from one window to the next, and from the middle window to the last one, from which on it is looked into.
+#: Growth from window to window, and from the middle to the last window, above which growth is examined.
 _SUDDEN, _SLOW = 10.0, 1e3
 #: Into how many smaller steps each step is cut, one after the other, to see sudden and slow growth again.
 _FINER, _FINER_OF_SLOW = (2, 4, 16, 64, 512), (2, 4)
@@ -84,7 +84,7 @@ class Growth(NamedTuple):
 
 
 class _NotRepeatedError(Exception):
-    """A part of a run that cannot be taken again: its functions keep something of their own, or fail between steps."""
+    """A part of a run that cannot be repeated, since functions of the caller have a state or fail between steps."""
 
 
 def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growth | None:
@@ -338,7 +338,7 @@ def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Ar
     return None if status or rows < steps else record[:rows]
 
 
-#: Factors of growth from quarter to quarter, and from the first to the last one, from which on it is reported.
+#: Factors of growth from quarter to quarter, and from the first to the last quarter, above which growth is reported.
 _EACH, _OVERALL = 10.0, 1e6
 #: Travel in the last quarter, in parts of the largest coordinate in m of the first one, or in rad: a motion that
 #: swings, or falls over from an equilibrium, travels less.

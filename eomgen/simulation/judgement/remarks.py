@@ -3,7 +3,7 @@ of beams that turn too far, and calls that are allowed but hardly intended.
 
 Outputs that have no value at some rows of a run.
 
-Springs whose ends pass one another in a run: their length is zero there, and their force turns round at once.
+Springs whose ends pass one another in a run: at length zero the force reverses at once.
 """
 
 from __future__ import annotations

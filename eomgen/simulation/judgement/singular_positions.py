@@ -23,14 +23,13 @@ if TYPE_CHECKING:
 #: singular. Parallelograms and rhombi that fall were stopped by generalized-alpha with 0.04 and less within the steps
 #: looked at.
 NEARLY = 0.05
-#: The same as a part of the largest singular value at the position itself, for a start, which has no others to be held
-#: against.
+#: Threshold at a start, as a part of the largest singular value at this position, since there are no other positions to
+#: compare with.
 _SINGULAR_START = 1e-6
 #: Rows of a run that are looked at: at most so many spread over all of it, as long as their products of nv and the
 #: square of the number of rows of B add up to so much, but at least so many; and the last ones.
 _SPREAD, _WORK, _LEAST, _LAST = 1000, 10**8, 50, 40
-#: Steps beyond the last row, along its velocity, that are looked at: the step that failed, and the one that it would
-#: have led to.
+#: Examined steps beyond the last row, along the velocity of this row: the failed step, and the next step.
 _AHEAD = np.linspace(0.0, 2.0, 9)
 #: Estimated error by tolerance above which the one does not follow the other.
 _FOLLOWED = 1e3

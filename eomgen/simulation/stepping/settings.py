@@ -224,7 +224,7 @@ class ChosenStepper:
 
 
 def _keep(kept: dict[K, T], key: K, value: T) -> None:
-    """Keep a value under its key; all others are dropped if there are too many."""
+    """Store a value under a key; all stored values are dropped first if there are too many."""
     if len(kept) >= _KEPT:
         kept.clear()
     kept[key] = value
@@ -233,7 +233,7 @@ def _keep(kept: dict[K, T], key: K, value: T) -> None:
 def chosen_stepper(
     model: CompiledModel, method: str | None, given: Mapping[str, float | None], settings: Mapping[str, float] | None
 ) -> ChosenStepper:
-    """Return the stepper for a run; compiled, if it is not the model's own, when it is first needed.
+    """Return the stepper for a run; a stepper other than the model's own is compiled at first use.
 
     Parameters
     ----------

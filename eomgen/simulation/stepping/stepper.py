@@ -322,7 +322,7 @@ class LaneStepper:
         """Return rows (n, 1 + rows, width), one more each with ``rest`` and ``shorter``, modes (n, ..., modes) at
         them, flat states (n, size) at the end and statuses (n,).
 
-        A run stopped by an event has the row of the event as its last one.
+        The last row of a run stopped by an event is the row of the event.
 
         Parameters
         ----------

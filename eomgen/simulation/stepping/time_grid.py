@@ -15,8 +15,8 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.prescribed import jumps_per_second
 from eomgen.errors import Problem, UsageError
 
-#: Steps have to be so many times as long as neighbouring numbers at their times are apart: rounding of time stays small
-#: in them.
+#: Least ratio of a step to the spacing of floating-point numbers at the times of the run, so that rounding of time
+#: stays small.
 FINEST = 16.0
 #: A span that is so many parts of its steps off a whole number of steps is taken for whole.
 WHOLE = 1e-9

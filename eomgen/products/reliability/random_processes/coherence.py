@@ -167,8 +167,7 @@ class CrossCovariance:
 
 
 def _edges(covariance: Covariance) -> Sequence[float]:
-    """Return the frequencies between which a spectrum has all of its variance and is smooth; none if it has no
-    such."""
+    """Return the frequencies between which a smooth spectrum has the whole variance; empty for other spectra."""
     if isinstance(covariance, Band):
         return covariance.low, covariance.high
     if isinstance(covariance, RoadProfile):

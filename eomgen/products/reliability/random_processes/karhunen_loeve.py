@@ -1,8 +1,8 @@
 """Karhunen-Loeve expansion of a stationary process on a window [0, T]: g(t) = sum sqrt(lambda_i) phi_i(t) z_i.
 
 The z_i are independent standard normal variables, lambda_i and phi_i the eigenvalues and orthonormal eigenfunctions of
-int_0^T R(t - s) phi(s) ds = lambda phi(t), the largest first. Of all expansions in as many variables this one has the
-largest part of the variance: the sum of its lambda_i over R(0) T.
+int_0^T R(t - s) phi(s) ds = lambda phi(t), the largest first. Of all expansions in as many variables the Karhunen-Loeve
+expansion has the largest part of the variance: the sum of the lambda_i over R(0) T.
 
 Nystrom's method with Gauss-Legendre nodes on equal panels gives them. If R has a kink at lag 0 the integrand has one
 at s = t; there the kernel is integrated on both sides of t against Lagrange's polynomials of the panel, so the
@@ -287,8 +287,8 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
 
 
 def _kernel(covariance: Covariance, width: float, own: Array, own_weights: Array, panels: int) -> Array:
-    """Return a covariance between the nodes of the first half of the window and all of them, (half, nodes), times the
-    roots of their weights."""
+    """Return the covariance between the nodes of the first half of the window and all nodes, (half, nodes), times the
+    roots of the quadrature weights."""
     # the kernel of two panels depends on how far they are apart
     offset = width * np.arange(1 - panels // 2, panels)[:, np.newaxis, np.newaxis]
     apart = covariance.at(own[:, np.newaxis] - own - offset)

@@ -18,7 +18,7 @@ from eomgen.products.reliability.section import schema as written
 from eomgen.scene.formula.namespaces import mapped
 from eomgen.system.signals import Input, NormalSeries, Parameter
 
-#: Points of a table for each wave of its mode, and the least of them.
+#: Points of a table for each wave of the mode, and the least number of points.
 _POINTS, _FEWEST = 8, 32
 #: Most points of a table.
 _MOST_POINTS = 4096

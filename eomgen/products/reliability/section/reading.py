@@ -147,7 +147,7 @@ class Processes:
     def _coherent(
         self, first: NormalSeries, own: NormalSeries, name: str, entry: written.RandomProcess
     ) -> NormalSeries:
-        """Return a process with the variables of the first of its group, and modes of its own."""
+        """Return a process with the variables of the group's first process, and with separate modes."""
         scale = self._scale(first, name, entry)
         process = replace(
             own,
@@ -175,8 +175,8 @@ class Processes:
     def _group(
         self, first: NormalSeries, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
     ) -> list[NormalSeries]:
-        """Return a process and all correlated with it: sums of the variables of all, by Cholesky's factor of their
-        correlation matrix."""
+        """Return a group of correlated processes: each is a sum of the variables of the group, by the Cholesky factor
+        of the correlation matrix."""
         if len(names) == 1:
             return [first]
         matrix = np.eye(len(names))

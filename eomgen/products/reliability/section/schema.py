@@ -132,11 +132,11 @@ def _squared(label: object) -> str:
         return ""
 
 
-#: Keys of a process that one which follows it has from it.
+#: Keys that a following process takes from the process it follows.
 OWN = tuple(
     word
     for word in RandomProcess.model_fields
     if word not in ("follows", "offset", "delay", "translation", "quantiles", "unit", "description")
 )
-#: Keys of a process that one which is correlated or coherent with it has from it.
+#: Keys that a correlated or coherent process takes from the other process of the pair.
 SHARED = tuple(word for word in OWN if word not in ("correlation", "coherence", "mean", "standard_deviation", "seed"))

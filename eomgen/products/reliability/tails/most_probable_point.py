@@ -30,7 +30,8 @@ _BESIDE, _JUMPS = 1e-3, 0.5
 JUMPING = "where the gradient of the response jumps, as it does if slopes of the forces jump"
 #: Iterations after which the Hessian is taken anew.
 _RENEWED = 6
-#: Steps by the one before, beyond which curve and Hessian are not continued by both of their ends.
+#: Ratio of a step to the previous step, beyond which curve and Hessian are not extrapolated from both ends of the
+#: previous step.
 _AHEAD = 10.0
 #: Distance from the mean, in standard deviations, beyond which no point is sought: P = 8e-24.
 FARTHEST = 10.0
@@ -151,9 +152,9 @@ def points_on_curve(
 
     From the mean the curve of most probable points is followed to both sides in steps of a quarter of a standard
     deviation or more; each point solves z + m g = 0, y = threshold by Newton's method, from the extrapolation of two
-    points before it and the curve's slopes. Its Hessian is theirs, continued and corrected by gradients
-    (symmetric, of rank one); each point found has its exact Hessian, taken once. ``kinked`` is called if no point is
-    found, and returns whether the gradient may jump, so that points count that are off by little.
+    points before it and the curve's slopes. The Hessian of the search starts from the expansion and is corrected by
+    gradients (symmetric, of rank one); each result has an exact Hessian, evaluated once. ``kinked`` is called if no
+    point is found, and returns whether the gradient may jump, so that points count that are off by little.
 
     References
     ----------
@@ -294,8 +295,8 @@ def _newton(
 
     ``rough``: whether to accept the larger tolerances of points next to jumps of the gradient.
 
-    A gradient costs a run and its adjoint, a Hessian as many tangents as there are variables: so it is corrected on the
-    way by the change of the gradient along each step, and evaluated anew after many iterations.
+    A gradient costs a run and an adjoint run, a Hessian as many tangents as there are variables: so the Hessian is
+    corrected by the change of the gradient along each step, and evaluated again after many iterations.
     """
     n = len(last.point)
     at, slope = last.point, last.expansion.gradient

@@ -250,7 +250,7 @@ class Projected:
 
 
 def _widened(directions: Array, vector: Array) -> Array:
-    """Return directions and, if it is none of their span, one more along a vector."""
+    """Return directions with a further direction along a vector that is not in the span of the directions."""
     rest = vector - directions @ (directions.T @ vector)
     rest = rest - directions @ (directions.T @ rest)
     length = float(np.linalg.norm(rest))

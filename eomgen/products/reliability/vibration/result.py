@@ -47,7 +47,8 @@ class Cost:
 
 @dataclass(frozen=True)
 class Process:
-    """A random process of the scene: its kind, number of variables, and part of the variance that they capture."""
+    """A random process of the scene: kind, number of variables, and the part of the variance that the variables
+    capture."""
 
     name: str
     kind: str

@@ -88,7 +88,7 @@ class RunResponse:
         return self._of_column(result)
 
     def examined(self, points: Array) -> tuple[tuple[Array, Array], SampleErrors, tuple[str, ...]]:
-        """Return ``samples``, with the estimated errors of a few of them and notes on their steps."""
+        """Return ``samples``, with estimated errors of a few samples and notes on steps."""
         result = self._run_many(points, error_estimate=True)
         return self._of_column(result), result.error, result.notes
 
@@ -197,7 +197,8 @@ class RunResponse:
         return result
 
     def gradient(self, point: Array) -> tuple[float, Array]:
-        """Return the output, and its derivatives (n,) by one adjoint run; the last ones if the point is the same."""
+        """Return the output and the derivatives (n,) of the output by one adjoint run; the previous results if the
+        point is the same."""
         if (still := self._still_at(point)) is not None:
             return self._of_still(still)[1:]
         if self._slope is None or not np.array_equal(self._slope[0], point):
@@ -233,7 +234,7 @@ class RunResponse:
         return other
 
     def _sensitivities(self, point: Array) -> Sensitivities:
-        """Return derivatives of the run at a point, the last one if it is the same."""
+        """Return derivatives of the run at a point; the previous derivatives if the point is the same."""
         if self._last is None or not np.array_equal(self._last[0], point):
             self._last = np.array(point), self._begun(point)
             self.spend(1)

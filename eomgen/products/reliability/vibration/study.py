@@ -338,7 +338,7 @@ class _Study:
         self.notes += filter(None, self._of_steps)
 
     def check_truncation(self, form: QuadraticForm) -> None:
-        """Find the share of the output's variance that is lost with the modes left out; note it if it matters."""
+        """Evaluate the share of the output's variance that is lost by truncation, and note a share that matters."""
         model, variables = self.response.model, self.response.variables
         if not (cut := cut_processes(model)):
             return
@@ -377,7 +377,8 @@ class _Study:
         return self.about_mean.first(_OF_LEVELS)
 
     def about_points(self, wanted: Array, tail_samples: int, samples: int, others: bool) -> Array:
-        """Find the most probable points of thresholds and the distributions about them; return their indices.
+        """Compute the most probable points of thresholds and the distributions about these points; return the
+        reliability indices.
 
         ``others``: whether other results remain if the search fails.
         """
@@ -463,7 +464,7 @@ class _Study:
         return float(np.nanmean(y)), float(np.nanstd(y))
 
     def _drawn(self, count: int) -> tuple[Array, Array]:
-        """Return the output of samples, and its largest values within their runs, drawn once."""
+        """Return the output of samples, and the largest value within each run, drawn once."""
         if self._samples is not None:
             return self._samples
         with self._counted("monte_carlo"):

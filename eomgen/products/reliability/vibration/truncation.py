@@ -16,7 +16,8 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.system.signals import NormalSeries
 
-#: By how much of its norm the gradient in the variables may miss the one by derivatives in the values of processes.
+#: Tolerated difference between the gradient in the variables and the gradient from derivatives in the values of
+#: processes, as a part of the norm.
 _EXPLAINED = 0.02
 #: Variance, by the sum of its terms' sizes, that rounding leaves.
 _ROUNDED = 1e-12
