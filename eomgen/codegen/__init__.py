@@ -1,3 +1,3 @@
 """Code generation: System -> Program (statements, layout) -> text of a target language."""
 
-__all__ = ["convert", "folder", "metadata", "program", "scheduling", "targets"]
+__all__ = ["continuation", "convert", "folder", "metadata", "program", "scheduling", "targets"]

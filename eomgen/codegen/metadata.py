@@ -28,7 +28,7 @@ def _without_tables(method: Mapping[str, Any]) -> dict[str, Any]:
         return {
             key: left(value) if isinstance(value, Mapping) else value
             for key, value in data.items()
-            if not isinstance(value, list | tuple)
+            if isinstance(value, Mapping | str | int | float)
         }
 
     return {key: left(value) if key == "solver" else value for key, value in method.items()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, groupby
 from typing import Any
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from eomgen.formula.nodes import Symbol
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
-from eomgen.lie.product import difference
+from eomgen.lie.product import Factor, difference
 from eomgen.mechanics.constraints.joints import counted_angles
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.tree.base import base_law
@@ -28,21 +28,36 @@ from eomgen.symbolic.evaluate import evaluate
 _TINY = 1e-100
 
 
-def joint_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return q, (nq,), and v, (nv,), of the initial state in joint coordinates."""
-    starts = {joint.name: (joint.initial_position, joint.initial_velocity) for joint in derivation.scene.joints}
-    starts |= {body.name: _deflected(body.beam) for body in derivation.scene.bodies if body.beam is not None}
-    ordered = [starts[factor.name] for factor in derivation.tree.factors]
+def joint_start(
+    derivation: Derivation, longer: Scene | None = None, factors: Sequence[Factor] = ()
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return q, (nq,), and v, (nv,), of the initial state in joint coordinates.
+
+    Parameters
+    ----------
+    longer : the scene with more elements of its beams than were derived, none of them carried by a node of a beam
+    factors : of its configuration, if there is such a scene
+    """
+    scene, factors = (derivation.scene, derivation.tree.factors) if longer is None else (longer, factors)
+    starts = {joint.name: (joint.initial_position, joint.initial_velocity) for joint in scene.joints}
+    starts |= {body.name: _deflected(body.beam) for body in scene.bodies if body.beam is not None}
+    ordered = [starts[factor.name] for factor in factors]
     q, v = (np.array([value for start in ordered for value in start[part]], dtype=float) for part in (0, 1))
-    order = [body.name for body in derivation.scene.bodies]
-    beams = [element.beam for element in derivation.scene.elements if isinstance(element, CosseratBeam)]
-    for beam in sorted(beams, key=lambda beam: order.index(beam.name)):  # one may be carried by another
-        _place_nodes(derivation, beam, q, v)
+    by_name = {factor.name: factor for factor in factors}
+    order = {body.name: number for number, body in enumerate(scene.bodies)}
+    beams = [element.beam for element in scene.elements if isinstance(element, CosseratBeam)]
+    derived = [(q, v)] * len(beams) if longer is None else [joint_start(derivation)] * len(beams)
+    beams.sort(key=lambda beam: order[beam.name])  # one may be carried by another
+    for beam, (of_derived_q, of_derived_v) in zip(beams, derived, strict=True):
+        first, twist = _first_node(derivation, beam, np.asarray(of_derived_q), np.asarray(of_derived_v))
+        _place_nodes(beam, first, twist, by_name, q, v)
     return tuple(q.tolist()), tuple(v.tolist())
 
 
-def _place_nodes(derivation: Derivation, beam: Cosserat, q: NDArray[np.float64], v: NDArray[np.float64]) -> None:
-    """Put the nodes of a beam in its shape at rest, moved with the first one as a rigid body."""
+def _first_node(
+    derivation: Derivation, beam: Cosserat, q: NDArray[np.float64], v: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the pose, (7,), and the twist, (6,), of the first section of a beam at the initial state."""
     kinematics, mount = derivation.kinematics, derivation.tree.mounts[beam.name]
     R, p = kinematics.pose(mount.link)
     omega, velocity = kinematics.twist(mount.link)
@@ -56,23 +71,35 @@ def _place_nodes(derivation: Derivation, beam: Cosserat, q: NDArray[np.float64],
     axes, origin = link @ turned, numbers[9:12] + link @ offset
     first = np.concatenate([quaternion_of_matrix(axes), origin])
     twist = np.concatenate([turned.T @ numbers[12:15], turned.T @ (numbers[15:18] + np.cross(numbers[12:15], offset))])
-    factors = {factor.name: factor for factor in derivation.tree.factors}
-    for name, from_first in zip(beam.nodes[1:], _from_first(beam), strict=True):
+    return first, twist
+
+
+def _place_nodes(
+    beam: Cosserat,
+    first: NDArray[np.float64],
+    twist: NDArray[np.float64],
+    factors: Mapping[str, Factor],
+    q: NDArray[np.float64],
+    v: NDArray[np.float64],
+) -> None:
+    """Put the nodes of a beam in its shape at rest, moved with the first one as a rigid body."""
+    from_first = _from_first(beam)
+    poses = numeric.compose(SE3, first, from_first)
+    twists = numeric.adjoint(SE3, numeric.inverse(SE3, from_first)) @ twist
+    for name, pose, own in zip(beam.nodes[1:], poses, twists, strict=True):
         factor = factors[name]
-        q[factor.q] = numeric.compose(SE3, first, from_first)
-        v[factor.v] = numeric.adjoint(SE3, numeric.inverse(SE3, from_first)) @ twist
+        q[factor.q], v[factor.v] = pose, own
 
 
-def _from_first(beam: Cosserat) -> Iterator[NDArray[np.float64]]:
-    """Yield the pose, (7,), of each node but the first in the frame of the first; along alike elements by one helix."""
-    before = np.array([1.0, *(0.0,) * 6])
+def _from_first(beam: Cosserat) -> NDArray[np.float64]:
+    """Return the pose, (elements, 7), of each node but the first in the frame of the first; along alike elements by one
+    helix."""
+    before, poses = np.array([1.0, *(0.0,) * 6]), []
     for twist, alike in groupby(part.twist for part in beam.parts):
-        poses = [
-            numeric.compose(SE3, before, numeric.exp(SE3, number * np.array(twist)))
-            for number, _ in enumerate(alike, 1)
-        ]
-        yield from poses
-        before = poses[-1]
+        numbers = np.arange(1.0, len(list(alike)) + 1.0)[:, np.newaxis]
+        poses.append(numeric.compose(SE3, before, numeric.exp(SE3, numbers * np.array(twist))))
+        before = poses[-1][-1]
+    return np.concatenate(poses)
 
 
 def _deflected(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -17,6 +17,7 @@ from eomgen.base.products import rows_of
 from eomgen.scene.sources.register import KINDS, OtherKind, all_options
 
 if TYPE_CHECKING:
+    from eomgen.codegen.program import Program
     from eomgen.compiled.model import Gains, Start
     from eomgen.pipeline.model import Model
     from eomgen.solvers.constraint_rows import EveryRow
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 #: Builds the model of a document with some terms, the same bits everywhere.
 Build = Callable[[Any, Sequence[str]], "Model"]
+#: Derives a document: its Program, and the reason if it has no stepper.
+Programs = Callable[[Any], tuple["Program", str]]
 
 
 class Document(Protocol):
@@ -54,6 +57,8 @@ class FrontEnd:
     gains : finds parameters that ``prepared`` fills at other values of the others, if there are any
     every_row : evaluates the constraints with the rows that were left out as redundant, if there are any
     content : all data that determine the equations of a document; by default its ``content``
+    program : the Program of a document with many equal parts, and why it has no stepper, by a function that derives
+        documents with few of them; None for other documents
     """
 
     name: str
@@ -65,6 +70,7 @@ class FrontEnd:
     gains: Callable[[Any, Build], Gains | None] = lambda _, __: None
     every_row: Callable[[Any], EveryRow] | None = None
     content: Callable[[Any], bytes] = lambda document: cast("bytes", document.content)
+    program: Callable[[Any, Programs], tuple[Program, str] | None] = lambda _, __: None
 
 
 @dataclass(frozen=True)

@@ -660,9 +660,6 @@ def _program(
     for_runs : as of ``_method``
     parameters : as of ``generate``
     """
-    from eomgen.codegen.convert import to_program  # noqa: PLC0415
-    from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
-
     described = front_end.describe(document)
     chosen = _method(described, method, for_runs=for_runs)
     prepared = front_end.prepared(document, _reproducible)
@@ -670,13 +667,37 @@ def _program(
         from eomgen.pipeline.generated_defaults import with_parameters  # noqa: PLC0415
 
         prepared = with_parameters(prepared, described, parameters)
-    system = derive(prepared, selection.terms)
+    with_settings = _method_name(described, method) == _method_name(described, None)
+
+    def derived(part: Document) -> tuple[Program, str]:
+        return _derived_program(part, described, selection, chosen, target, with_settings=with_settings)
+
+    return front_end.program(prepared, derived) or derived(prepared)
+
+
+def _derived_program(
+    document: Document,
+    described: Description,
+    selection: Selection,
+    chosen: Method,
+    target: Target,
+    *,
+    with_settings: bool,
+) -> tuple[Program, str]:
+    """Return the Program of a document, derived, and the reason if it has no stepper.
+
+    ``with_settings``: whether the settings described are of this method.
+    """
+    from eomgen.codegen.convert import to_program  # noqa: PLC0415
+    from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
+
+    system = derive(document, selection.terms)
     called = chosen.calls(system).union(
         chosen.terms(bool(system.multipliers), bool(system.states), "mass" in system.functions)
     )
     lacking = [name for name in TERMS if name in called - set(system.functions) and TERMS[name].on_request]
     if lacking and selection.terms is None:
-        system = derive(prepared, [*(name for name in system.functions if name in TERMS), *lacking])
+        system = derive(document, [*(name for name in system.functions if name in TERMS), *lacking])
     if target.steppers:
         system = chosen.prepared(system)
     functions = selection.functions(list(system.functions), called, implicit=chosen.implicit)
@@ -684,7 +705,7 @@ def _program(
         return to_program(system, None, functions, names=target.names), f"{target.language} has functions only"
     try:
         data = method_data(chosen, system, described.simulation.step)
-        if _method_name(described, method) == _method_name(described, None):
+        if with_settings:
             data = _with_settings(data, described)
         return to_program(system, data, functions, names=target.names), ""
     except ModelError as error:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass, replace
 from eomgen.base.extensions import code_stamp
-from eomgen.pipeline.front_end import Build, FrontEnd
+from eomgen.pipeline.front_end import Build, FrontEnd, Programs
 from eomgen.pipeline.readings import StoredScene
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.base.arrays import Array
+    from eomgen.codegen.program import Program
     from eomgen.compiled.model import Gains, Start
     from eomgen.mechanics.derivation import Derivation
     from eomgen.scene.scene import Scene
@@ -123,4 +124,12 @@ def _content(scene: Scene | StoredScene) -> bytes:
     return scene.digest and scene.digest + "".join(sorted(stamps)).encode()
 
 
-SCENES = FrontEnd("mechanics", StoredScene, _describe, _derive, _prepared, _start, _gains, _every_row, _content)
+def _program(scene: Scene, derived: Programs) -> tuple[Program, str] | None:
+    """Return the Program of a scene with many equal elements, continued from scenes with few."""
+    from eomgen.pipeline.equal_elements import equal_elements  # noqa: PLC0415  # a stored scene needs no classes of scenes
+
+    alike = equal_elements(scene)
+    return None if alike is None else alike.program(derived)
+
+
+SCENES = FrontEnd("mechanics", StoredScene, _describe, _derive, _prepared, _start, _gains, _every_row, _content, _program)

@@ -32,6 +32,14 @@ class Assembly:
     workspace: int
 
 
+def with_assembly(solver: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``Program.method["solver"]`` with its assembly in place of the terms of each entry, if loops assemble."""
+    if solver["kind"] not in _LOOPED:
+        return dict(solver)
+    without = {"moved", "entries", *(["places"] if solver["kind"] == "fronts" else [])}
+    return {**{key: value for key, value in solver.items() if key not in without}, "assembly": assembly(solver)}
+
+
 def assembly(solver: Mapping[str, Any]) -> Assembly:
     """Return the statements that fill the entries of the matrix.
 
@@ -39,8 +47,10 @@ def assembly(solver: Mapping[str, Any]) -> Assembly:
     ----------
     solver : ``Program.method["solver"]``
         ``moved`` rows of products, ``entries`` with ``linear`` and ``products`` terms:
-        ``integrators.newton.matrix.Terms``
+        ``integrators.newton.matrix.Terms``; or its assembly, made before
     """
+    if isinstance(made := solver.get("assembly"), Assembly):
+        return made
     if solver["kind"] not in _LOOPED:
         return Assembly(tuple(_written_out(solver)), False, 0)
     first = int(solver["numbers"])

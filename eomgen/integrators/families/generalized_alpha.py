@@ -537,8 +537,8 @@ def _named_case(name: str, form: str, **given: float | None) -> GeneralizedAlpha
     return GeneralizedAlpha(form=form, case=NAMED_CASES[name][0](**given))
 
 
-def _factorization_cost(system: System, solver: Solver) -> float:
-    """Return the cost of forming and factoring the iteration matrix, in iterations with old factors, by operation
+def _factorization_cost(system: System, solver: Solver) -> list[float]:
+    """Return the cost of forming and factoring the iteration matrix, and of an iteration with old factors, by operation
     counts.
 
     Substitution waits for its own results, and group operations take roots and quotients: both weigh more than they
@@ -548,10 +548,9 @@ def _factorization_cost(system: System, solver: Solver) -> float:
     residual = "equations" if len(system.multipliers) or len(system.initial_z) else "residual"
     turns = sum(1 for factor in system.factors if factor.group != "R")
     waits = 4 if solver.fronts is None else 1
-    iteration = float(
-        system.counts[residual].flops + waits * solver.solve_operations + 10 * solver.unknowns.size + 120 * turns
-    )
-    return float(system.counts[solver.packing.function].flops + 2 * solver.factor_operations + 60 * turns) / iteration
+    iteration = system.counts[residual].flops + waits * solver.solve_operations + 10 * solver.unknowns.size + 120 * turns
+    forming = system.counts[solver.packing.function].flops + 2 * solver.factor_operations + 60 * turns
+    return [int(count) if count == int(count) else count for count in (forming, iteration)]
 
 
 def indices_in_q(factors: Sequence[Factor], nv: int) -> list[int]:

@@ -261,6 +261,8 @@ def solver_data(
         "kind": solver.kind,
         "function": packing.function,
         "numbers": packing.size,
+        "products": len(terms.moved),
+        "nonzeros": len(indices),
         "blocks": {name: list(block) for name, block in packing.blocks.items()},
         "tangent_size": terms.tangent_size,
         "tangents": [

@@ -113,7 +113,7 @@ def _linear_system(program: StepperProgram) -> dict[str, Any]:
         "scaled": bool(solver["inertia"]),
         "matrix": _assembled(solver),
         "partials": {name: f"work->numbers + {start}" for name, (start, _) in solver["blocks"].items()},
-        "entries_are_finite": f"{program.prefix}_finite(work->entries, {len(solver['places'])})",
+        "entries_are_finite": f"{program.prefix}_finite(work->entries, {solver['nonzeros']})",
         **_elimination(program),
     }
 

@@ -1,0 +1,297 @@
+"""Data of many equal parts, continued from the same data of few.
+
+Equal parts of a scene are numbered alike, and loops run over them in the C, so a Program of n parts differs from one of
+n + d in integers that grow evenly and in lists that have some items more. Three samples, of n, n + d and n + 2 d parts,
+determine such data and leave one number to check for each that they determine: data that are not as regular are
+refused, never guessed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from eomgen.base.data import fields, is_dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.codegen.program import Program
+from eomgen.codegen.scheduling.matrix_assembly import with_assembly
+from eomgen.system.patterns import packed_places, unpacked_places
+
+#: Three samples, of n, n + d and n + 2 d equal parts.
+Samples = tuple[Any, Any, Any]
+#: Returns the continuation of numbers that follow another rule than ``continued``, by the samples; None if there is none.
+Known = Callable[[Samples], Any]
+#: Numbers in texts: those with digits behind a point are no counts, but ``beam.7`` ends in one.
+_NUMBER = re.compile(r"((?<![A-Za-z_\d])\d+\.\d+(?:e[-+]?\d+)?|\d+)")
+_SEPARATOR = ", "
+
+
+class Irregular(Exception):  # noqa: N818  # no error: the caller derives all parts then
+    """The samples differ by more than evenly growing integers and lists."""
+
+
+def continued(samples: Samples, number: int, known: Known = lambda _: None) -> Any:
+    """Return data of n + ``number`` d equal parts.
+
+    Parameters
+    ----------
+    samples : plain data (dataclasses, mappings, sequences, texts, numbers) of n, n + d and n + 2 d parts
+    number : 3 or more
+    known : continues growing lists of numbers that are not constant, as places along a beam are
+
+    Raises
+    ------
+    Irregular
+        An integer that does not grow evenly, a list without a repeated part, or another difference.
+    """
+    first, second, third = samples
+    kind = type(first)
+    if not (kind is type(second) is type(third)):
+        raise Irregular(f"{kind.__name__} and {type(third).__name__}")
+    if kind is int:
+        return first + _even(first, second, third) * number
+    if kind is str:
+        return _text(samples, number)
+    if isinstance(first, list | tuple):
+        if len(first) == len(second) == len(third):
+            items = [continued(items, number, known) for items in zip(first, second, third, strict=True)]
+        else:
+            items = _longer(samples, number, known)
+        return kind(items)
+    if isinstance(first, dict):
+        if not first.keys() == second.keys() == third.keys():
+            raise Irregular("other keys")
+        return {key: continued((first[key], second[key], third[key]), number, known) for key in first}
+    if is_dataclass(first):
+        values = {
+            item.name: continued(cast("Samples", tuple(getattr(sample, item.name) for sample in samples)), number, known)
+            for item in fields(first)
+        }
+        return kind(**values)
+    if repr(first) == repr(second) == repr(third):
+        return first
+    raise Irregular(f"{first!r}, {second!r}, {third!r}")
+
+
+def continued_integers(samples: tuple[NDArray[np.int64], ...], number: int) -> NDArray[np.int64]:
+    """Return one row of integers for each item of a list, (items, columns), of n + ``number`` d parts.
+
+    Raises Irregular.
+    """
+    lengths = [len(sample) for sample in samples]
+    growth = _even(*lengths)
+    if not growth:
+        return samples[0] + (samples[1] - samples[0]) * number
+    start = _split([np.zeros(len(sample), np.int64) for sample in samples], samples, growth)
+    return _joined(samples, start, growth, number)
+
+
+def _even(first: int, second: int, third: int) -> int:
+    if second - first != third - second:
+        raise Irregular(f"{first}, {second}, {third}")
+    return second - first
+
+
+def _text(samples: Samples, number: int) -> str:
+    parts = [_NUMBER.split(sample) for sample in samples]
+    if len({len(part) for part in parts}) > 1:
+        lists = [sample.split(_SEPARATOR) for sample in samples]
+        return _SEPARATOR.join(_longer(cast("Samples", tuple(lists)), number, lambda _: None))
+    made = []
+    for items in zip(*parts, strict=True):
+        if len(set(items)) == 1:
+            made.append(items[0])
+        elif all(map(_is_count, items)):
+            first, second, third = map(int, items)
+            made.append(str(first + _even(first, second, third) * number))
+        else:
+            raise Irregular(items[0])
+    return "".join(made)
+
+
+def _is_count(text: str) -> bool:
+    return text.isdecimal() and str(int(text)) == text
+
+
+def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
+    """Return a list that grows with the number of parts: its beginning, a block for each further d parts, its end."""
+    growth = _even(*map(len, samples))
+    if growth < 0:
+        raise Irregular("a list that becomes shorter")
+    if all(type(item) is int for sample in samples for item in sample):
+        rows = cast("Any", tuple(np.array(sample, dtype=np.int64).reshape(-1, 1) for sample in samples))
+        return continued_integers(rows, number)[:, 0].tolist()
+    made = known(samples)
+    if made is not None:
+        return list(made)
+    shapes: dict[Hashable, int] = {}
+    kinds: list[NDArray[np.int64]] = []
+    numbers: list[list[list[int]]] = []
+    for sample in samples:
+        flat = [_flat(item) for item in sample]
+        kinds.append(np.array([shapes.setdefault(shape, len(shapes)) for shape, _ in flat], dtype=np.int64))
+        numbers.append([values for _, values in flat])
+    width = max((len(values) for rows in numbers for values in rows), default=0)
+    padded = tuple(
+        np.array([[*values, *[0] * (width - len(values))] for values in rows], dtype=np.int64).reshape(len(rows), width)
+        for rows in numbers
+    )
+    start = _split(kinds, padded, growth)
+    rows = _joined(padded, start, growth, number).tolist()
+    of_rows = _joined(tuple(kind.reshape(-1, 1) for kind in kinds), start, growth, number)[:, 0].tolist()
+    by_number = list(shapes)
+    return [_built(by_number[kind], iter(values)) for kind, values in zip(of_rows, rows, strict=True)]
+
+
+def _split(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]], growth: int) -> int:
+    """Return the number of items before the blocks that are added; the block before them, or behind them, is one more
+    that follows the same rule, which checks it."""
+    shortest = len(rows[0])
+    before = _prefix(kinds, rows)
+    behind = _prefix([kind[::-1] for kind in kinds], [row[::-1] for row in rows])
+    least, most = max(shortest - behind, 0), min(before, shortest)
+    middle = (least + most) // 2
+    for start in sorted(range(least, most + 1), key=lambda start: abs(start - middle))[:_TRIED]:
+        if _repeats(kinds, rows, start, growth):
+            return start
+    raise Irregular("a list without a repeated part")
+
+
+#: Places at which a repeated part is looked for: a period of a list has fewer items.
+_TRIED = 400
+
+
+def _prefix(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]]) -> int:
+    """Return the number of first items that continue one by one."""
+    size = len(rows[0])
+    first, second, third = (row[:size] for row in rows)
+    good = np.all(second - first == third - second, axis=1)
+    good &= (kinds[0][:size] == kinds[1][:size]) & (kinds[1][:size] == kinds[2][:size])
+    return size if good.all() else int(np.argmin(good))
+
+
+def _repeats(
+    kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]], start: int, growth: int
+) -> bool:
+    """Return whether the blocks behind ``start``, with at least one more beside them, grow evenly from block to block
+    and from sample to sample."""
+    before, behind = int(start >= growth), int(len(rows[0]) - start >= growth)
+    if not before + behind:
+        return False
+    blocks = {
+        (sample, block): slice(start + block * growth, start + (block + 1) * growth)
+        for sample in range(3)
+        for block in range(-before, sample + behind)
+    }
+    base, step, rate = _rule(rows, start, growth)
+    kind = kinds[2][blocks[2, 0]]
+    return all(
+        np.array_equal(kinds[sample][part], kind)
+        and np.array_equal(rows[sample][part], base + step * block + rate * sample)
+        for (sample, block), part in blocks.items()
+    )
+
+
+def _rule(
+    rows: Sequence[NDArray[np.int64]], start: int, growth: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return base, step and rate: block b of sample k is base + step b + rate k."""
+    own, one, two = (
+        sample[start + block * growth : start + (block + 1) * growth]
+        for sample, block in ((rows[1], 0), (rows[2], 0), (rows[2], 1))
+    )
+    return 2 * own - one, two - one, one - own
+
+
+def _joined(rows: Sequence[NDArray[np.int64]], start: int, growth: int, number: int) -> NDArray[np.int64]:
+    size = len(rows[0])
+    head = rows[0][:start] + (rows[1][:start] - rows[0][:start]) * number
+    end, moved = rows[0][start:], rows[1][len(rows[1]) - (size - start) :]
+    base, step, rate = _rule(rows, start, growth)
+    blocks = (base + rate * number) + np.arange(number)[:, np.newaxis, np.newaxis] * step
+    return np.concatenate([head, blocks.reshape(number * growth, -1), end + (moved - end) * number])
+
+
+def _flat(value: Any) -> tuple[Hashable, list[int]]:
+    """Return the shape of data, without the integers in it, and these."""
+    numbers: list[int] = []
+    return _shape(value, numbers), numbers
+
+
+def _shape(value: Any, numbers: list[int]) -> Hashable:
+    kind = type(value)
+    if kind is int:
+        numbers.append(value)
+        return int
+    if kind is str:
+        parts = _NUMBER.split(value)
+        for place in range(1, len(parts), 2):
+            if _is_count(parts[place]):
+                numbers.append(int(parts[place]))
+                parts[place] = ""
+        return (str, *parts)
+    if isinstance(value, list | tuple):
+        return (kind, *[_shape(item, numbers) for item in value])
+    if isinstance(value, dict):
+        return (kind, *[(key, _shape(item, numbers)) for key, item in value.items()])
+    if is_dataclass(value):
+        return (kind, *[_shape(getattr(value, item.name), numbers) for item in fields(value)])
+    return (None, kind, repr(value), _Constant(value))
+
+
+class _Constant:
+    """A value in a shape; shapes are compared by its text beside it."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Constant)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+def _built(shape: Any, numbers: Iterator[int]) -> Any:
+    if shape is int:
+        return next(numbers)
+    kind, *parts = shape
+    if kind is None:
+        return parts[2].value
+    if kind is str:
+        parts[1::2] = [part or str(next(numbers)) for part in parts[1::2]]
+        return "".join(parts)
+    if kind is dict:
+        return {key: _built(part, numbers) for key, part in parts}
+    built = [_built(part, numbers) for part in parts]
+    return kind(built) if kind in (list, tuple) else kind(*built)
+
+
+def continued_program(programs: Sequence[Program], number: int, known: Known) -> Program:
+    """Return the Program of n + ``number`` d equal parts, without its initial q and v.
+
+    Parameters
+    ----------
+    programs : of n, n + d and n + 2 d parts
+    known : as of ``continued``
+
+    Raises
+    ------
+    Irregular
+    """
+    plain = [replace(program, patterns={}, initial_q=(), initial_v=(), method=_assembled(program)) for program in programs]
+    made = cast("Program", continued(cast("Samples", tuple(plain)), number, known))
+    patterns = {}
+    for name in programs[0].patterns:
+        places = cast("Any", tuple(unpacked_places(program.patterns[name]).T for program in programs))
+        patterns[name] = packed_places(continued_integers(places, number))
+    return replace(made, patterns=patterns)
+
+
+def _assembled(program: Program) -> Mapping[str, Any]:
+    """Return the data of a Program's method with the assembly of its matrix as loops."""
+    method = program.method
+    return {**method, "solver": with_assembly(method["solver"])} if "solver" in method else method

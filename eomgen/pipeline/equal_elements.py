@@ -1,0 +1,213 @@
+"""Programs of scenes with many equal elements of beams, continued from scenes with few of them.
+
+Equal elements are derived once for all: three scenes that differ from the given one in nothing but the number of its
+equal elements are derived, and ``codegen.continuation`` checks that their Programs grow evenly. The work is the same for
+a beam of 200 elements and of 10 000.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from eomgen.base.data import dataclass, fields, is_dataclass, replace
+from itertools import chain, groupby, pairwise
+from typing import Any, cast
+
+from eomgen.codegen.continuation import Irregular, Samples, continued_program
+from eomgen.codegen.program import Program
+from eomgen.formula.nodes import Symbol
+from eomgen.lie.product import Factor
+from eomgen.scene.bodies.cosserat import Cosserat
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
+from eomgen.scene.scene import Scene
+
+#: Elements of the smallest scene that is derived, at least, and by how many the next one has more: fewer elements have
+#: loops that are written out, and loops that take several elements side by side.
+_FEW, _MORE = 80, 4
+#: From so many equal elements on, three scenes with few are derived faster.
+_MANY = 260
+#: Sections of a scene that hold no numbers of elements and no places along a beam.
+_PLAIN = frozenset({"beams", "forces", "springs", "torsion_springs", "bushings", "efforts"})
+_BY_ELEMENT = frozenset({"section_load", "place", "local"})
+
+Derived = Callable[[Scene], tuple[Program, str]]
+
+
+@dataclass(frozen=True)
+class Run:
+    """Equal elements of a beam, ``first .. first + count - 1``, between which only nodes of the beam are."""
+
+    beam: Cosserat
+    first: int
+    count: int
+
+    def shortened(self, removed: int) -> tuple[Cosserat, dict[str, str | None]]:
+        """Return the beam without some elements of the run, and the new names of its nodes, None for one that is
+        removed."""
+        parts, middle = self.beam.parts, self.first + 2
+        shorter = replace(self.beam, parts=parts[:middle] + parts[middle + removed :])
+        nodes = self.beam.nodes
+        names: dict[str, str | None] = dict.fromkeys(nodes[middle : middle + removed])
+        return shorter, names | dict(zip(nodes[middle + removed :], shorter.nodes[middle:], strict=True))
+
+
+@dataclass(frozen=True)
+class EqualElements:
+    """The longest runs of equal elements of a scene, all of ``count``: at most one of a beam."""
+
+    scene: Scene
+    runs: tuple[Run, ...]
+
+    @property
+    def count(self) -> int:
+        return self.runs[0].count
+
+    def fewer(self, count: int) -> Scene:
+        """Return the scene with so many elements in each run."""
+        beams: dict[str, Cosserat] = {}
+        names: dict[str, str | None] = {}
+        for run in self.runs:
+            beams[run.beam.name], renamed = run.shortened(self.count - count)
+            names |= renamed
+        scene = self.scene
+        kept = replace(
+            scene,
+            bodies=tuple(body for body in scene.bodies if names.get(body.name, "") is not None),
+            joints=tuple(joint for joint in scene.joints if names.get(joint.child, "") is not None),
+            elements=tuple(
+                replace(item, beam=beams[item.beam.name])
+                if isinstance(item, CosseratBeam) and item.beam.name in beams
+                else item
+                for item in scene.elements
+            ),
+        )
+        return cast("Scene", _renamed(kept, {old: new for old, new in names.items() if new is not None}))
+
+    def program(self, derived: Derived) -> tuple[Program, str] | None:
+        """Return the Program of the scene, and the reason if it has no stepper; None if the Programs of the derived
+        scenes do not grow evenly.
+
+        Parameters
+        ----------
+        derived : returns the same for a scene that is derived
+        """
+        few = _FEW + self.count % _MORE
+        scenes = [self.fewer(few + k * _MORE) for k in range(3)]
+        made = [derived(scene) for scene in scenes]
+        if len({refusal for _, refusal in made}) > 1:
+            return None
+        middles = [_middles(scene) for scene in (*scenes, self.scene)]
+
+        def known(samples: Samples) -> tuple[float, ...] | None:
+            places = [tuple(number for item in sample for number in _numbers(item)) for sample in samples]
+            return middles[3] if places == middles[:3] else None
+
+        try:
+            program = continued_program([program for program, _ in made], (self.count - few) // _MORE, known)
+        except Irregular:
+            return None
+        q, v = _start(scenes[0], self.scene, [Factor(**factor) for factor in program.factors])
+        return replace(program, initial_q=q, initial_v=v), made[0][1]
+
+
+def equal_elements(scene: Scene) -> EqualElements | None:
+    """Return the longest runs of equal elements of a scene; None if they are short, or if the scene names elements by
+    number or place, constrains bodies, or carries one beam by another."""
+    beams = [item.beam for item in scene.elements if isinstance(item, CosseratBeam)]
+    if max((beam.elements for beam in beams), default=0) < _MANY or scene.constraints or scene.coordinates != "joint":
+        return None
+    if any(item.section not in _PLAIN for item in scene.elements) or any(scene.parts.values()):
+        return None
+    nodes = {node for beam in beams for node in beam.nodes[1:]}
+    apart = replace(
+        scene,
+        bodies=tuple(body for body in scene.bodies if body.name not in nodes),
+        joints=tuple(joint for joint in scene.joints if joint.child not in nodes),
+        elements=tuple(item for item in scene.elements if not isinstance(item, CosseratBeam)),
+        source={},
+        requirements=(),
+    )
+    mentioned: set[str] = set()
+    for item in _leaves(apart):
+        if isinstance(item, Symbol):
+            if item.kind in _BY_ELEMENT:
+                return None
+        elif isinstance(item, str):
+            mentioned.add(item)
+    carriers = {joint.child: joint.parent for joint in scene.joints}
+    if any(carriers.get(beam.name) in nodes for beam in beams):
+        return None
+    runs = [run for beam in beams for run in _runs(scene, beam, mentioned)]
+    longest = max((run.count for run in runs), default=0)
+    chosen = {run.beam.name: run for run in runs if run.count == longest}
+    return EqualElements(scene, tuple(chosen.values())) if longest >= _MANY else None
+
+
+def _runs(scene: Scene, beam: Cosserat, mentioned: set[str]) -> Iterator[Run]:
+    """Yield the runs of equal elements of a beam."""
+    if not mentioned.isdisjoint(beam.nodes[1:-1]):
+        ends = {number for number, node in enumerate(beam.nodes) if node in mentioned}
+    else:
+        ends = set()
+    pieces = [0]
+    for number in range(1, beam.elements):
+        before, after = beam.parts[number - 1 : number + 1]
+        same = before is after or (before.length, before.twist) == (after.length, after.twist)
+        same = same and (before.section is after.section or before.section == after.section)
+        pieces.append(pieces[-1] + (number in ends or not same))
+    first = 0
+    for _, alike in groupby(pieces):
+        count = len(list(alike))
+        yield Run(beam, first, count)
+        first += count
+
+
+def _middles(scene: Scene) -> tuple[float, ...]:
+    """Return the places of the elements' middles at rest, as the term ``section_loads`` gives them."""
+    beams = [item.beam for item in scene.elements if isinstance(item, CosseratBeam)]
+    return tuple(0.5 * (start + end) for beam in beams for start, end in pairwise(beam.places))
+
+
+def _numbers(item: Any) -> Iterator[float]:
+    """Yield the numbers of an item of a list."""
+    if isinstance(item, float):
+        yield item
+
+
+def _start(derived: Scene, scene: Scene, factors: list[Factor]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    from eomgen.mechanics.derivation import Derivation  # noqa: PLC0415  # imports SymPy
+    from eomgen.mechanics.initial_coordinates import joint_start  # noqa: PLC0415
+
+    return joint_start(Derivation(derived), scene, factors)
+
+
+def _leaves(value: Any) -> Iterator[Any]:
+    """Yield symbols and texts within data of a scene."""
+    if isinstance(value, Symbol | str):
+        yield value
+    if isinstance(value, Mapping):
+        yield from chain.from_iterable(_leaves(item) for pair in value.items() for item in pair)
+    elif isinstance(value, list | tuple | set | frozenset):
+        yield from chain.from_iterable(map(_leaves, value))
+    elif is_dataclass(value):
+        yield from chain.from_iterable(_leaves(getattr(value, item.name)) for item in fields(value))
+
+
+def _renamed(value: Any, names: Mapping[str, str]) -> Any:
+    """Return data of a scene with other names of nodes."""
+    kind = type(value)
+    if kind is str:
+        return names.get(value, value)
+    if kind in (list, tuple):
+        items = [_renamed(item, names) for item in value]
+        return value if all(map(_same, items, value)) else kind(items)
+    if isinstance(value, Mapping):
+        return {names.get(key, key): _renamed(item, names) for key, item in value.items()}
+    if is_dataclass(value) and not isinstance(value, Cosserat):
+        pairs = [(item.name, getattr(value, item.name)) for item in fields(value) if item.init]
+        changed = {name: new for name, old in pairs if (new := _renamed(old, names)) is not old}
+        return replace(cast("Any", value), **changed) if changed else value
+    return value
+
+
+def _same(one: object, other: object) -> bool:
+    return one is other
