@@ -10,26 +10,26 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from eomgen.base.data import fields, is_dataclass, replace
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.base.data import fields, is_dataclass, replace
 from eomgen.codegen.program import Program
-from eomgen.codegen.scheduling.matrix_assembly import with_assembly
-from eomgen.system.patterns import packed_places, unpacked_places
+from eomgen.codegen.scheduling.matrices import with_assembly
+from eomgen.system.blocks import packed_places, unpacked_places
 
 #: Three samples, of n, n + d and n + 2 d equal parts.
 Samples = tuple[Any, Any, Any]
-#: Returns the continuation of numbers that follow another rule than ``continued``, by the samples; None if there is none.
+#: Returns the continuation of numbers that follow another rule than ``continued``, or None if there is none.
 Known = Callable[[Samples], Any]
 #: Numbers in texts: those with digits behind a point are no counts, but ``beam.7`` ends in one.
 _NUMBER = re.compile(r"((?<![A-Za-z_\d])\d+\.\d+(?:e[-+]?\d+)?|\d+)")
 _SEPARATOR = ", "
 
 
-class Irregular(Exception):  # noqa: N818  # no error: the caller derives all parts then
+class Irregular(Exception):  # no error: the caller derives all parts then
     """The samples differ by more than evenly growing integers and lists."""
 
 
@@ -67,7 +67,9 @@ def continued(samples: Samples, number: int, known: Known = lambda _: None) -> A
         return {key: continued((first[key], second[key], third[key]), number, known) for key in first}
     if is_dataclass(first):
         values = {
-            item.name: continued(cast("Samples", tuple(getattr(sample, item.name) for sample in samples)), number, known)
+            item.name: continued(
+                cast("Samples", tuple(getattr(sample, item.name) for sample in samples)), number, known
+            )
             for item in fields(first)
         }
         return kind(**values)
@@ -173,9 +175,7 @@ def _prefix(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]
     return size if good.all() else int(np.argmin(good))
 
 
-def _repeats(
-    kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]], start: int, growth: int
-) -> bool:
+def _repeats(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]], start: int, growth: int) -> bool:
     """Return whether the blocks behind ``start``, with at least one more beside them, grow evenly from block to block
     and from sample to sample."""
     before, behind = int(start >= growth), int(len(rows[0]) - start >= growth)
@@ -282,7 +282,9 @@ def continued_program(programs: Sequence[Program], number: int, known: Known) ->
     ------
     Irregular
     """
-    plain = [replace(program, patterns={}, initial_q=(), initial_v=(), method=_assembled(program)) for program in programs]
+    plain = [
+        replace(program, patterns={}, initial_q=(), initial_v=(), method=_assembled(program)) for program in programs
+    ]
     made = cast("Program", continued(cast("Samples", tuple(plain)), number, known))
     patterns = {}
     for name in programs[0].patterns:

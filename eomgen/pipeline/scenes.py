@@ -126,10 +126,12 @@ def _content(scene: Scene | StoredScene) -> bytes:
 
 def _program(scene: Scene, derived: Programs) -> tuple[Program, str] | None:
     """Return the Program of a scene with many equal elements, continued from scenes with few."""
-    from eomgen.pipeline.equal_elements import equal_elements  # noqa: PLC0415  # a stored scene needs no classes of scenes
+    from eomgen.pipeline.equal_elements import equal_elements  # noqa: PLC0415  # a stored scene has none
 
     alike = equal_elements(scene)
     return None if alike is None else alike.program(derived)
 
 
-SCENES = FrontEnd("mechanics", StoredScene, _describe, _derive, _prepared, _start, _gains, _every_row, _content, _program)
+SCENES = FrontEnd(
+    "mechanics", StoredScene, _describe, _derive, _prepared, _start, _gains, _every_row, _content, _program
+)

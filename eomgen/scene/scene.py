@@ -48,12 +48,16 @@ def digest_of(data: Mapping[str, Any]) -> bytes:
         For a value of a class that no Scene has: its unread parts could differ between two scenes.
     """
     parts: list[bytes] = []
-    _add(data, parts)
+    _add(data, parts, {})
     parts.append(b"")
     return hashlib.sha256(b"\0".join(parts)).digest()
 
 
-def _add(value: Any, parts: list[bytes]) -> None:
+#: Bytes of fields by the identity of their values, which are held so that no other value takes it.
+Known = dict[int, tuple[Any, bytes]]
+
+
+def _add(value: Any, parts: list[bytes], known: Known) -> None:
     """Add bytes that differ for any two different values of the classes in a Scene."""
     kind = type(value)
     if kind is float or kind is str or kind is int:  # most values
@@ -61,36 +65,48 @@ def _add(value: Any, parts: list[bytes]) -> None:
     elif kind is tuple or kind is list:
         parts.append(f"of {len(value)}".encode())
         for item in value:
-            _add(item, parts)
+            _add(item, parts, known)
     elif value is None or isinstance(value, bool | int | float | complex | Fraction | str | bytes):
         parts.append(f"{kind.__name__}:{value!r}".encode())
     elif isinstance(value, np.ndarray):
         parts.append(f"array:{value.dtype.str}{value.shape}".encode())
         parts.append(np.ascontiguousarray(value).tobytes())
     elif isinstance(value, Mapping):
-        _add(list(value.items()), parts)
+        _add(list(value.items()), parts, known)
     elif isinstance(value, tuple | list):
-        _add(list(value), parts)
+        _add(list(value), parts, known)
     elif isinstance(value, frozenset | set):
-        _add_sorted(value, parts)
+        _add_sorted(value, parts, known)
     elif is_dataclass(value) and not isinstance(value, type):
         parts.append(kind.__qualname__.encode())
         for name in _field_names(cast("Hashable", kind)):
-            _add(getattr(value, name), parts)
+            _add_field(getattr(value, name), parts, known)
     elif callable(value) and hasattr(value, "__qualname__"):  # rules of requirements, values of words of formulas
         parts.append(f"{value.__module__}.{value.__qualname__}{code_stamp(value)}".encode())
     else:
         raise TypeError(f"a {kind.__qualname__} in a scene has no digest")
 
 
-def _add_sorted(values: Iterable[Any], parts: list[bytes]) -> None:
+def _add_field(value: Any, parts: list[bytes], known: Known) -> None:
+    """Add the bytes of a field; equal parts of a scene share most of their fields."""
+    if type(value) is not tuple and not is_dataclass(value):
+        _add(value, parts, known)
+        return
+    if id(value) not in known:
+        own: list[bytes] = []
+        _add(value, own, known)
+        known[id(value)] = (value, b"\0".join(own))
+    parts.append(known[id(value)][1])
+
+
+def _add_sorted(values: Iterable[Any], parts: list[bytes], known: Known) -> None:
     """Add the items of a set, in an order of their own."""
     items: list[bytes] = []
     for item in values:
         own: list[bytes] = []
-        _add(item, own)
+        _add(item, own, known)
         items.append(b"\0".join(own))
-    _add(sorted(items), parts)
+    _add(sorted(items), parts, known)
 
 
 @cache

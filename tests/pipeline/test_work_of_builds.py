@@ -12,9 +12,12 @@ import pytest
 
 import eomgen
 from eomgen.codegen.convert import to_program
+from eomgen.codegen.targets.c.target import C
 from eomgen.integrators.methods import method_named
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data
+from eomgen.pipeline import pipeline
+from eomgen.pipeline.scenes import SCENES
 from eomgen.system.selection import Selection
 from tests.models.cosserat import beam_scene
 
@@ -25,6 +28,8 @@ CALLS: Mapping[bool, Mapping[str, int]] = {
     False: {"read": 1600, "derived": 59_200, "sampled": 4000, "stepped": 11_800, "program": 26_200},
     True: {"read": 1500, "derived": 123_000, "sampled": 4800, "stepped": 15_400, "program": 25_800},
 }
+#: The same of all stages from the scene to the Program, of a long beam.
+CONTINUED = 150
 
 
 def calls(work: Callable[[], Any]) -> tuple[Any, int]:
@@ -77,3 +82,14 @@ def test_calls_grow_with_the_elements_of_a_beam_and_no_faster(held: bool) -> Non
         added = most[stage] - more[stage]
         assert added <= 2.3 * (more[stage] - few[stage]), stage  # 4 times, if each element met all others
         assert added / 24 <= budget, stage
+
+
+@pytest.mark.slow
+def test_long_beams_are_continued_and_not_derived() -> None:
+    def program(elements: int) -> int:
+        scene = eomgen.load(beam(elements, held=False))
+        selection = Selection(None, "given")
+        return calls(lambda: pipeline._program(scene, SCENES, selection, METHOD, C, for_runs=True))[1]
+
+    program(300)  # imports
+    assert (program(900) - program(300)) / 600 <= CONTINUED

@@ -548,7 +548,9 @@ def _factorization_cost(system: System, solver: Solver) -> list[float]:
     residual = "equations" if len(system.multipliers) or len(system.initial_z) else "residual"
     turns = sum(1 for factor in system.factors if factor.group != "R")
     waits = 4 if solver.fronts is None else 1
-    iteration = system.counts[residual].flops + waits * solver.solve_operations + 10 * solver.unknowns.size + 120 * turns
+    iteration = (
+        system.counts[residual].flops + waits * solver.solve_operations + 10 * solver.unknowns.size + 120 * turns
+    )
     forming = system.counts[solver.packing.function].flops + 2 * solver.factor_operations + 60 * turns
     return [int(count) if count == int(count) else count for count in (forming, iteration)]
 

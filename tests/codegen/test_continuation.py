@@ -1,0 +1,74 @@
+"""Data of many equal parts, continued from three samples with few, against data that are written out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eomgen.codegen.continuation import Irregular, Samples, continued
+from eomgen.codegen.program import Statement
+
+
+def samples(made: Callable[[int], Any], first: int, more: int) -> Samples:
+    return made(first), made(first + more), made(first + 2 * more)
+
+
+def chain(count: int) -> dict[str, Any]:
+    """Return data of a chain as a Program has them: sizes, lists by element with exceptions at the ends, texts."""
+    elements = [
+        {"name": f"b1.{k}", "start": 7 * k, "left": 6 * (count - k), "mass": 0.5, "last": k == count - 1}
+        for k in range(count)
+    ]
+    return {
+        "size": 6 * count,
+        "elements": elements,
+        "places": (*(3 * k + k % 2 for k in range(count)), -1),
+        "text": f"poses of {', '.join(f'b1.{k}' for k in range(count))}; 0.25 m each",
+        "statements": (Statement("repeat", (count, (("row", "w", 12 * count, 6),))),),
+    }
+
+
+@given(st.integers(14, 20), st.integers(1, 3), st.integers(3, 40))
+def test_evenly_growing_data_are_continued(first: int, half: int, number: int) -> None:
+    more = 2 * half  # the places have a period of two
+    assert continued(samples(chain, first, more), number) == chain(first + number * more)
+
+
+@given(st.integers(6, 9), st.integers(1, 2), st.integers(3, 20), st.integers(0, 3), st.integers(0, 3))
+def test_lists_keep_their_beginning_and_their_end(few: int, more: int, number: int, head: int, tail: int) -> None:
+    def made(count: int) -> list[int]:
+        return [100 - k for k in range(head)] + [5 * k + 3 for k in range(count)] + [k - count for k in range(tail)]
+
+    assert continued(samples(made, few, more), number) == made(few + number * more)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda n: n * n,
+        lambda n: list(range(n * n)),
+        lambda n: [k * k for k in range(n)],
+        lambda n: [1.5 * k for k in range(n)],
+        lambda n: f"{n / 7:.6f} m",
+        lambda n: {"a" * n: 1},
+        lambda n: n / 2,
+        lambda n: [list(range(k)) for k in range(n)],
+        lambda n: [0] * (20 - n),
+    ],
+    ids=["squares", "quadratic", "bent", "numbers", "decimals", "keys", "number", "triangle", "shorter"],
+)
+def test_other_data_are_refused(made: Callable[[int], Any]) -> None:
+    with pytest.raises(Irregular):
+        continued(samples(made, 8, 2), 5)
+
+
+def test_numbers_of_another_rule_are_asked_for() -> None:
+    def places(count: int) -> list[float]:
+        return [0.1 * k for k in range(count)]
+
+    known = {tuple(places(8)): places(30)}
+    assert continued(samples(places, 8, 2), 11, lambda three: known.get(tuple(three[0]))) == places(30)

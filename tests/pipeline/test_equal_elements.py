@@ -1,0 +1,133 @@
+"""Programs of beams with many equal elements: continued from short beams, and equal to Programs that are derived."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+import eomgen
+from eomgen.codegen.metadata import interface_layout
+from eomgen.codegen.program import Program, ProgramFunction
+from eomgen.codegen.targets.c.target import C, generate_files
+from eomgen.pipeline import equal_elements, pipeline
+from eomgen.pipeline.scenes import SCENES
+from eomgen.scene.scene import Scene
+from eomgen.system.selection import Selection
+from tests.models.cosserat import beam_scene
+
+BENT = {"torsion": 500.0, "bending_y": 400.0, "bending_z": 300.0}
+
+
+def cantilever(elements: int, **more: Any) -> dict[str, Any]:
+    """Return a clamped beam of elements of 0.25 m under its weight."""
+    scene = beam_scene(elements, {}, {"length": 0.25 * elements, **more.pop("beam", {})})
+    return {**scene, "gravity": [0.0, 0.0, -9.81], "forces": {}, "parameters": {}, **more}
+
+
+def hanging(elements: int, place: float) -> dict[str, Any]:
+    """Return a cantilever with a pendulum, and a spring to the ground, at a place along it."""
+    pendulum = {"mass": 2.0, "inertia": [0.1, 0.2, 0.3], "center_of_mass": [0.0, 0.0, -1.0]}
+    hinge = {
+        "type": "revolute",
+        "parent": "rope",
+        "child": "bob",
+        "position": [place, 0.0, 0.0],
+        "axis": [0.0, 1.0, 0.0],
+    }
+    scene = cantilever(elements)
+    scene["joints"] = {**scene["joints"], "hinge": hinge}
+    points = {
+        "hook": {"body": "base", "position": [place, 0.0, 3.0]},
+        "eye": {"body": "rope", "position": [place, 0.0, 0.0]},
+    }
+    springs = {"holder": {"first": "hook", "second": "eye", "stiffness": 50.0, "length": 1.0}}
+    return {**scene, "bodies": {"bob": pendulum}, "points": points, "springs": springs}
+
+
+def two_beams(elements: int) -> dict[str, Any]:
+    scene = cantilever(elements)
+    (name, beam), (joint, clamp) = next(iter(scene["beams"].items())), next(iter(scene["joints"].items()))
+    second = {f"{joint}_2": {**clamp, "child": "other", "position": [0.0, 2.0, 0.0]}}
+    return {**scene, "beams": {name: beam, "other": beam}, "joints": {**scene["joints"], **second}}
+
+
+def programs(data: Mapping[str, Any], method: str = "generalized_alpha") -> tuple[Program, Program]:
+    """Return the Program of a scene as it is built, and as it is derived."""
+    scene = eomgen.load(data)
+
+    def program(front_end: Any) -> Program:
+        return pipeline._program(scene, front_end, Selection(None, "given"), method, C, for_runs=True)[0]
+
+    return program(SCENES), program(dataclasses.replace(SCENES, program=lambda document, derived: None))
+
+
+def files(program: Program) -> dict[str, str]:
+    """Return the C with numbers for the names of local values, which depend on values that no function returns."""
+
+    def plain(function: ProgramFunction) -> ProgramFunction:
+        return dataclasses.replace(
+            function, parts=tuple(dataclasses.replace(part, names=()) for part in function.parts)
+        )
+
+    return generate_files(dataclasses.replace(program, functions=tuple(map(plain, program.functions))))
+
+
+def without_constant_mass(program: Program) -> dict[str, Any]:
+    """Return a layout without the fact that is not asked for if a derived tree is deep."""
+    layout = interface_layout(program)
+    del layout["facts"]["constant_mass"]
+    return layout
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let beams of so few elements be continued that the derived ones are made fast."""
+    monkeypatch.setattr(equal_elements, "_MANY", 92)
+
+
+@pytest.mark.usefixtures("few")
+def test_c_of_a_long_beam_is_that_of_the_derived_one() -> None:
+    made, derived = programs(cantilever(96))
+    assert generate_files(made) == generate_files(derived)
+    assert interface_layout(made) == interface_layout(derived)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few")
+@pytest.mark.parametrize(
+    "data",
+    [
+        cantilever(300),
+        cantilever(100, beam={"model": "inextensible", "stiffness": BENT}),
+        hanging(108, 27.0),
+        hanging(108, 2.5),
+        two_beams(96),
+    ],
+    ids=["cantilever", "inextensible", "carrying at its end", "carrying near its root", "two"],
+)
+def test_c_of_long_beams_is_that_of_derived_ones(data: Mapping[str, Any]) -> None:
+    assert equal_elements.equal_elements(eomgen.load(data)) is not None
+    made, derived = programs(data)
+    assert files(made) == files(derived)
+    assert without_constant_mass(made) == without_constant_mass(derived)
+
+
+def test_scenes_that_name_elements_are_derived_whole() -> None:
+    scene = eomgen.load(cantilever(300))
+    assert equal_elements.equal_elements(scene) is not None
+    assert equal_elements.equal_elements(eomgen.load(cantilever(80))) is None
+    outputs = {"moment": {"section_moment": "rope", "at": 10.0}}
+    by_element = eomgen.load({**cantilever(300), "outputs": outputs})
+    assert equal_elements.equal_elements(by_element) is None
+
+
+def test_short_scenes_keep_the_rest() -> None:
+    alike = equal_elements.equal_elements(eomgen.load(hanging(300, 75.0)))
+    assert alike is not None
+    short: Scene = alike.fewer(10)
+    assert len(short.bodies) == 12
+    hinge = next(joint for joint in short.joints if joint.name == "hinge")
+    assert (hinge.parent, {point.body for point in short.points}) == ("rope.10", {"base", "rope.10"})
