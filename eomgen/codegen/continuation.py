@@ -125,7 +125,7 @@ def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
         raise Irregular("a list that becomes shorter")
     if all(type(item) is int for sample in samples for item in sample):
         rows = cast("Any", tuple(np.array(sample, dtype=np.int64).reshape(-1, 1) for sample in samples))
-        return continued_integers(rows, number)[:, 0].tolist()
+        return list(map(int, continued_integers(rows, number)[:, 0].tolist()))
     made = known(samples)
     if made is not None:
         return list(made)
@@ -289,7 +289,7 @@ def continued_program(programs: Sequence[Program], number: int, known: Known) ->
     patterns = {}
     for name in programs[0].patterns:
         places = cast("Any", tuple(unpacked_places(program.patterns[name]).T for program in programs))
-        patterns[name] = packed_places(continued_integers(places, number))
+        patterns[name] = packed_places(cast("Any", continued_integers(places, number)))
     return replace(made, patterns=patterns)
 
 
