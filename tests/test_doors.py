@@ -241,7 +241,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "program",
         "folder metadata scheduling",
         "series targets",
-        "convert",
+        "continuation convert",
     ),
     "symbolic": (
         "operations",

@@ -24,7 +24,7 @@ from eomgen.system.blocks import packed_places, unpacked_places
 Samples = tuple[Any, Any, Any]
 #: Returns the continuation of numbers that follow another rule than ``continued``, or None if there is none.
 Known = Callable[[Samples], Any]
-#: Numbers in texts: those with digits behind a point are no counts, but ``beam.7`` ends in one.
+#: Numbers in texts: a number with digits behind its point is no count, but ``beam.7`` ends in one.
 _NUMBER = re.compile(r"((?<![A-Za-z_\d])\d+\.\d+(?:e[-+]?\d+)?|\d+)")
 _SEPARATOR = ", "
 

@@ -29,21 +29,22 @@ _TINY = 1e-100
 
 
 def joint_start(
-    derivation: Derivation, longer: Scene | None = None, factors: Sequence[Factor] = ()
+    derivation: Derivation, longer: Scene | None = None, factors: Sequence[Mapping[str, Any]] = ()
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return q, (nq,), and v, (nv,), of the initial state in joint coordinates.
 
     Parameters
     ----------
     longer : the scene with more elements of its beams than were derived, none of them carried by a node of a beam
-    factors : of its configuration, if there is such a scene
+    factors : data of the factors of its configuration, if there is such a scene
     """
-    scene, factors = (derivation.scene, derivation.tree.factors) if longer is None else (longer, factors)
+    scene = derivation.scene if longer is None else longer
+    every = derivation.tree.factors if longer is None else [Factor(**factor) for factor in factors]
     starts = {joint.name: (joint.initial_position, joint.initial_velocity) for joint in scene.joints}
     starts |= {body.name: _deflected(body.beam) for body in scene.bodies if body.beam is not None}
-    ordered = [starts[factor.name] for factor in factors]
+    ordered = [starts[factor.name] for factor in every]
     q, v = (np.array([value for start in ordered for value in start[part]], dtype=float) for part in (0, 1))
-    by_name = {factor.name: factor for factor in factors}
+    by_name = {factor.name: factor for factor in every}
     order = {body.name: number for number, body in enumerate(scene.bodies)}
     beams = [element.beam for element in scene.elements if isinstance(element, CosseratBeam)]
     derived = [(q, v)] * len(beams) if longer is None else [joint_start(derivation)] * len(beams)

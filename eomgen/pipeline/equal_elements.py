@@ -15,7 +15,8 @@ from eomgen.base.data import dataclass, fields, is_dataclass, replace
 from eomgen.codegen.continuation import Irregular, Samples, continued_program
 from eomgen.codegen.program import Program
 from eomgen.formula.nodes import Symbol
-from eomgen.lie.product import Factor
+from eomgen.mechanics.derivation import Derivation
+from eomgen.mechanics.initial_coordinates import joint_start
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
@@ -105,7 +106,7 @@ class EqualElements:
             program = continued_program([program for program, _ in made], (self.count - few) // _MORE, known)
         except Irregular:
             return None
-        q, v = _start(scenes[0], self.scene, [Factor(**factor) for factor in program.factors])
+        q, v = joint_start(Derivation(scenes[0]), self.scene, program.factors)
         return replace(program, initial_q=q, initial_v=v), made[0][1]
 
 
@@ -171,13 +172,6 @@ def _numbers(item: Any) -> Iterator[float]:
     """Yield the numbers of an item of a list."""
     if isinstance(item, float):
         yield item
-
-
-def _start(derived: Scene, scene: Scene, factors: list[Factor]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    from eomgen.mechanics.derivation import Derivation  # noqa: PLC0415  # imports SymPy
-    from eomgen.mechanics.initial_coordinates import joint_start  # noqa: PLC0415
-
-    return joint_start(Derivation(derived), scene, factors)
 
 
 def _leaves(value: Any) -> Iterator[Any]:
