@@ -88,10 +88,14 @@ def json_text(data: Any) -> str:
     return json.dumps(finite(data), indent=2)
 
 
+#: Types without infinities: names of a beam with many elements are long lists.
+_FINITE = {str, int, bool, type(None)}
+
+
 def finite(data: Any) -> Any:
     """Return JSON data without the infinities and NaN that JSON does not have."""
     if isinstance(data, Mapping):
         return {str(key): finite(value) for key, value in data.items()}
     if isinstance(data, Sequence) and not isinstance(data, str):
-        return [finite(value) for value in data]
+        return list(data) if set(map(type, data)) <= _FINITE else [finite(value) for value in data]
     return None if isinstance(data, float) and not math.isfinite(data) else data

@@ -288,6 +288,15 @@ def _functions(
     return tuple(made)
 
 
+def check_workspace(name: str, values: int) -> None:
+    """Raise ModelError if a function keeps more values on the stack than there is room for."""
+    if values > WORKSPACE_LIMIT:
+        raise ModelError(
+            f"function {name} keeps {values} values on the stack, more than {WORKSPACE_LIMIT}",
+            "fewer elements, or without this function",
+        )
+
+
 def _function(
     names: Names,
     system: System,
@@ -323,11 +332,7 @@ def _function(
     missing = sorted({block for part in result.parts for block in part.inputs} - set(inputs))
     if missing:
         raise ModelError(f"function {name} depends on {', '.join(missing)}, which is not among its inputs")
-    if result.workspace > WORKSPACE_LIMIT:
-        raise ModelError(
-            f"function {name} keeps {result.workspace} values on the stack, more than {WORKSPACE_LIMIT}",
-            "fewer elements, or without this function",
-        )
+    check_workspace(name, result.workspace)
     return ProgramFunction(
         name=name,
         description=function.description,

@@ -13,6 +13,7 @@ from typing import Any, cast
 
 from eomgen.base.data import dataclass, fields, is_dataclass, replace
 from eomgen.codegen.continuation import Irregular, Samples, continued_program
+from eomgen.codegen.convert import check_workspace
 from eomgen.codegen.program import Program
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.derivation import Derivation
@@ -90,6 +91,11 @@ class EqualElements:
         Parameters
         ----------
         derived : returns the same for a scene that is derived
+
+        Raises
+        ------
+        ModelError
+            A function needs more room on the stack than there is.
         """
         few = _FEW + self.count % _MORE
         scenes = [self.fewer(few + k * _MORE) for k in range(3)]
@@ -106,6 +112,8 @@ class EqualElements:
             program = continued_program([program for program, _ in made], (self.count - few) // _MORE, known)
         except Irregular:
             return None
+        for function in program.functions:
+            check_workspace(function.name, function.workspace)
         q, v = joint_start(Derivation(scenes[0]), self.scene, program.factors)
         return replace(program, initial_q=q, initial_v=v), made[0][1]
 
