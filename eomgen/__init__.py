@@ -109,7 +109,10 @@ sys.meta_path.append(_PublicModules)
 
 def __getattr__(name: str) -> object:
     if name in _HOMES:
-        value = getattr(import_module(_HOMES[name]), name)
+        from eomgen.base.data import without_search_for_circles  # noqa: PLC0415  # the package itself needs no data
+
+        with without_search_for_circles():
+            value = getattr(import_module(_HOMES[name]), name)
     elif name in _MODULES:
         value = import_module(f"{__name__}.{name}")
     elif name == "__all__":

@@ -382,7 +382,11 @@ LATE: dict[str, dict[str, str]] = {
     "pipeline.pipeline": {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
     },
-    "results.solution": {"results.animation": "solutions are used without it"},
+    "results.solution": {
+        "results.animation": "solutions are used without it",
+        "results.spectrum": "spectra of excitations come with it; most solutions are not analysed by frequency",
+    },
+    "scene.sources.register": {"scene.sources.toml": "a scene of a record is not read"},
     "scene.reading.values": {"formula.units.conversion": "Pint; few curves say the unit of their argument"},
     "scene.document.units": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
     "scene.scaling": {"formula.units.conversion": "Pint; studies of other sizes alone change units"},

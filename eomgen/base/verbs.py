@@ -13,7 +13,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from eomgen.base.data import dataclass, field
+from eomgen.base.data import dataclass, field, without_search_for_circles
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.products import placed, rows_of
 from eomgen.base.text import shown
@@ -73,7 +73,8 @@ class Verb:
         """
         module, _, name = target.partition(":")
         try:
-            value = getattr(import_module(module), name)
+            with without_search_for_circles():
+                value = getattr(import_module(module), name)
         except Exception as error:  # modules of other distributions may raise anything
             if self.entry is None:
                 raise

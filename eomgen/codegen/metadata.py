@@ -14,8 +14,6 @@ from eomgen.codegen.program import Program
 
 #: Version of the data below; part of every cache key.
 LAYOUT_VERSION = 3
-#: Largest argument of compiled sines and cosines, rad: up to it, range reduction subtracts exact products.
-LARGEST_ANGLE = 1e10
 
 #: Fields of a Program that only its C is made of.
 _OF_THE_TEXT = ("functions", "loops", "curves", "series", "constants", "base_read", "base_of_step", "sources")

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import functools
-import gc
 import logging
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from eomgen.base.calls import checked_call
+from eomgen.base.data import replace, without_search_for_circles
 from eomgen.base.extensions import extensions, loaded
 from eomgen.base.text import shown
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
@@ -49,23 +47,6 @@ _LOG = logging.getLogger(__name__)
 _DEFAULTS: Mapping[str, Any] = {"strict": False, "coordinates": None, "task_frames": ()}
 #: Endings of files of code, which folders have not.
 _OF_FILES = (".c", ".h", ".toml", ".urdf", ".zip", ".py", ".so", ".m")
-
-
-@contextmanager
-def without_search_for_circles() -> Iterator[None]:
-    """Switch Python's search for circles of references off meanwhile, and on again if it was on.
-
-    Tapes are millions of objects without circles. The search looks at all objects each time that their number has
-    grown by a quarter, which was a quarter to a third of the time of a model of thousands of bodies, and a tenth of a
-    first reading with its imports. Objects without references are freed as ever.
-    """
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
 
 
 @checked_call('eomgen.load("scene.toml")')

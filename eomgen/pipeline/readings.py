@@ -201,7 +201,7 @@ def from_text(text: str) -> Any:
     data."""
     table, data = json.loads(text)
     kinds: list[tuple[type, list[str]]] = [(_object(name), names) for name, names in table]
-    if not all(isinstance(kind, type) and is_dataclass(kind) for kind, _ in kinds):
+    if not all(isinstance(kind, type) and "__dataclass_fields__" in _attributes(kind) for kind, _ in kinds):
         raise NoRecordError
     known: list[Any] = []
 
@@ -220,6 +220,11 @@ def from_text(text: str) -> Any:
         return made
 
     return read(data)
+
+
+def _attributes(kind: type) -> set[str]:
+    """Return the names of the attributes of a class, without compiling its methods."""
+    return {name for base in kind.__mro__ for name in vars(base)}
 
 
 def _array(value: Any) -> Any:

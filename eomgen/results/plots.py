@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -169,6 +168,8 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
                 *kinds,
                 *dict.fromkeys(curve.output or curve.name for curves in kinds.values() for curve in curves),
             ]
+            from difflib import get_close_matches  # noqa: PLC0415  # for a mistake only
+
             close = get_close_matches(str(name), known)
             output = str(name).partition("[")[0]
             close = [curve.name for curves in kinds.values() for curve in curves if curve.output == output] or close

@@ -18,7 +18,6 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.beams import SectionLoads
 from eomgen.compiled.coordinates import State
 from eomgen.errors import EomgenError, Problem, UsageError
-from eomgen.linear.spectra import PowerSpectrum
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import NO_EVENTS, Events
@@ -39,7 +38,6 @@ from eomgen.results.solution_files import (
     write_matlab,
     write_parquet,
 )
-from eomgen.results.spectrum import psd
 from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
@@ -47,6 +45,7 @@ if TYPE_CHECKING:
     import xarray
 
     from eomgen.linear.linearization import Linearization
+    from eomgen.linear.spectra import PowerSpectrum
     from eomgen.results.animation import InlineAnimation
 
 
@@ -381,6 +380,8 @@ class Solution:
         >>> spectrum.frequencies.shape
         (68,)
         """
+        from eomgen.results.spectrum import psd  # noqa: PLC0415  # with the spectra of excitations
+
         return psd(self, name, segments, start)
 
     def save(self, path: str | Path) -> Path:

@@ -11,9 +11,8 @@ from eomgen.errors import Problem, UsageError
 from eomgen.scene.formula.namespaces import Part
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
-from eomgen.scene.sources.register import checked_options, fault_of_kind, readable, source_of
+from eomgen.scene.sources.register import TOML, checked_options, fault_of_kind, readable, source_of
 from eomgen.scene.sources.source import Read, read_text, shown_file
-from eomgen.scene.sources.toml import TOML
 from eomgen.scene.sources.urdf.source import URDF
 
 

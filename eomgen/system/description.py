@@ -27,6 +27,8 @@ from eomgen.system.signals import Input, Motion, Output, Parameter, State
 #: The frame that carries everything and moves as prescribed, and the inertial frame; names of bodies may be either.
 BASE = "base"
 WORLD = "world"
+#: Largest argument of compiled sines and cosines, rad: up to it, range reduction subtracts exact products.
+LARGEST_ANGLE = 1e10
 #: Part of a limit, and of 1 rad or 1 m, that is rounding.
 _ROUNDING = 1e-9
 

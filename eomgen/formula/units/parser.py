@@ -9,7 +9,6 @@ pint is not needed here: it gets names from ``unit_table`` and whole exponents l
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from collections.abc import Collection
@@ -203,6 +202,8 @@ class _Unit:
             raise UnitError(f"{shown(name)} is not accepted as a unit: {fault}", hint)
         if name in self.known or name in RESERVED:
             raise UnitError(f"{shown(name)} is not a unit", f"a * before {name}")
+        import difflib  # noqa: PLC0415  # for a mistake only
+
         close = difflib.get_close_matches(name, self.known, n=1, cutoff=0.7)
         raise UnitError(f"there is no unit {shown(name)}", f"a * before {close[0]}" if close else _nearest(name))
 
@@ -232,6 +233,8 @@ def _nearest(name: str) -> str:
         return " or ".join(folded[:3])
     if name.lower() in ("kph", "kmh", "kmph"):
         return "km/h"
+    import difflib  # noqa: PLC0415  # for a mistake only
+
     close = difflib.get_close_matches(name[:24], names(), n=3, cutoff=0.7)
     return " or ".join(close) or "one of m, mm, kg, s, rad, deg, N, kN/m, N m, rpm, km/h"
 

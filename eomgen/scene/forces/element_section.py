@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.text import key_of
-from eomgen.scene.bodies.beam_schema import Beam
-from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.formula.scope import Offered
-from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading, Section
 from eomgen.system.description import Point
+
+if TYPE_CHECKING:
+    from eomgen.scene.bodies.beam_schema import Beam
+    from eomgen.scene.bodies.cosserat import Cosserat
+    from eomgen.scene.reading.values import Values
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping
-from difflib import get_close_matches
 from typing import Any
 
 from eomgen.base.data import dataclass, field
@@ -317,6 +316,8 @@ def of_name(name: str, names: Names, scope: Scope, known: Iterable[str]) -> str:
         return f"{_KINDS.get(joined[1], joined[1] if joined[1] in ('q', 'v', 'a') else 'q')}.{joined[2]}"
     hint = nearest(name, every)
     moving = next(iter(names.joints), "")
+    from difflib import get_close_matches  # noqa: PLC0415  # for a mistake only
+
     if moving and "q" in scope.kinds and not get_close_matches(name, every):
         return f"q.{moving} or v.{moving}, a coordinate or a velocity, or {hint}"
     return hint

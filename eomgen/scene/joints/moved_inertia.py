@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +15,9 @@ from eomgen.scene.bodies.model import Body
 from eomgen.scene.geometry import NO_INERTIA, dot, singular, steiner, times, turned
 from eomgen.scene.joint_types import AXIS, JOINTS, Connection
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.reading.values import Values
+
+if TYPE_CHECKING:
+    from eomgen.scene.reading.values import Values
 
 Triple = tuple[Numbers, Numbers, Numbers]
 

@@ -14,8 +14,7 @@ from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.base.text import nearest, shown
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.sources.source import Option, Source
-from eomgen.scene.sources.toml import TOML
+from eomgen.scene.sources.source import Option, Read, Source
 from eomgen.scene.sources.urdf.source import URDF
 
 #: The group of entry points under which a distribution gives its sources: objects of the class ``Source``.
@@ -25,6 +24,15 @@ _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("fixed_base", "use_fixed_base", "fix_base"), 'root="fixed", or root="free"'),
     **dict.fromkeys(("free_flyer", "root_joint", "floating_base", "floating"), 'root="free"'),
 }
+
+
+def _read_toml(text: str, **options: Any) -> Read:
+    from eomgen.scene.sources.toml import read_toml  # noqa: PLC0415  # a scene of a record is not read
+
+    return read_toml(text, **options)
+
+
+TOML = Source("TOML", (".toml",), "a .toml scene", _read_toml, scenes=True)
 BUILT_IN: tuple[Source, ...] = (TOML, URDF)
 
 

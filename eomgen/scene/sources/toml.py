@@ -11,7 +11,7 @@ from typing import Any
 
 from eomgen.base.text import key_of
 from eomgen.errors import DescriptionError, Problem
-from eomgen.scene.sources.source import Read, Source
+from eomgen.scene.sources.source import Read
 
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
@@ -201,6 +201,3 @@ def read_toml(text: str, *, file: str, strict: bool = False, included: bool = Fa
     """Return the data of a scene file; no key is left out. Raises DescriptionError."""
     del strict, included
     return Read(*toml_data(text, file))
-
-
-TOML = Source("TOML", (".toml",), "a .toml scene", read_toml, scenes=True)

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from eomgen.analysis.state_warnings import inertia_warning
-from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.compiled.consistent_states import tells_strain
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, NO_VALUE, STATUSES, STOPPED
@@ -31,6 +30,7 @@ from eomgen.simulation.stepping.events import ending, parameters_with, without_v
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import states_of
 from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.system.description import LARGEST_ANGLE
 
 #: Remedy for a diverging motion without a growing linear mode and without a fast start.
 OTHER_FORCES = (

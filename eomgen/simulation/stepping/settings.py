@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
@@ -22,7 +21,7 @@ from eomgen.integrators.methods import Method, canonical_name, method_named, met
 from eomgen.integrators.stepper_layout import checked_setting, default_settings
 from eomgen.simulation.stepping.inputs import CheckedSignal, check_reach, jumps_known
 from eomgen.simulation.stepping.time_grid import TimeGrid, check_jumps
-from eomgen.system.description import Description
+from eomgen.system.description import LARGEST_ANGLE, Description
 from eomgen.system.terms import TERMS
 from eomgen.toolchain.library import Library
 

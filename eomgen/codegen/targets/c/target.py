@@ -29,7 +29,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.files import template_folder
 from eomgen.base.version import __version__
 from eomgen.codegen.folder import MANIFEST, manifest
-from eomgen.codegen.metadata import LARGEST_ANGLE, stack_bytes
+from eomgen.codegen.metadata import stack_bytes
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.scheduling.matrices import added_products
 from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, file_name, local_names
@@ -40,6 +40,7 @@ from eomgen.codegen.targets.c.tape_code import OPERATIONS, Tape, literal
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.families.register import family_named
 from eomgen.integrators.stepper_layout import STEPPER_CDEF
+from eomgen.system.description import LARGEST_ANGLE
 
 #: Signatures that never change from scene to scene, so that the wrapper around them is compiled once per machine.
 INTERFACE_CDEF = f"""\

@@ -1,0 +1,74 @@
+"""Start of a process: budgets of imported modules and compiled classes, counted exactly, since times depend on the
+machine. A budget grows with a reason only."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.models.scenes import PENDULUM_TOML
+
+ROOT = Path(__file__).parents[1]
+#: Packages and slow modules of Python that most processes need not import.
+SLOW = (
+    *("sympy", "scipy", "jinja2", "matplotlib", "pydantic", "click", "cffi", "pint", "setuptools"),
+    *("csv", "difflib", "email", "importlib.metadata", "statistics", "tempfile", "tomllib", "zipfile"),
+)
+_PROGRAM = """
+import json, sys, dataclasses
+before, compiled, process = set(sys.modules), [], dataclasses._process_class
+dataclasses._process_class = lambda kind, *options: compiled.append(kind.__module__) or process(kind, *options)
+import eomgen
+{work}
+new = set(sys.modules) - before
+print(json.dumps([
+    *(len([name for name in names if name.partition(".")[0] == "eomgen"]) for names in (new, compiled)),
+    sorted(name for name in {slow!r} if name in new),
+]))
+"""
+
+
+def start(work: str, cache: Path) -> tuple[int, int, list[str]]:
+    """Return the numbers of eomgen's modules and of compiled dataclasses in a new process, and the slow modules."""
+    environment = {**os.environ, "EOMGEN_CACHE": str(cache), "PYTHONPATH": str(ROOT)}
+    program = _PROGRAM.format(work=work, slow=SLOW)
+    result = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, env=environment, cwd=cache.parent
+    )
+    modules, classes, slow = json.loads(result.stdout)
+    return modules, classes, slow
+
+
+def check(counted: tuple[int, int, list[str]], modules: int, classes: int, slow: list[str]) -> None:
+    """Raise AssertionError if a process does more than its budget."""
+    assert counted[2] == slow
+    assert counted[0] <= modules
+    assert counted[1] <= classes
+
+
+def test_an_import_is_three_modules(tmp_path: Path) -> None:
+    check(start("", tmp_path / "cache"), 3, 0, [])
+
+
+def test_a_scene_that_was_read_before_needs_no_reader(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
+    work = 'eomgen.load("scene.toml")'
+    first = start(work, tmp_path / "cache")
+    assert {"pydantic", "tomllib"} < set(first[2])
+    check(start(work, tmp_path / "cache"), 75, 9, [])
+    assert first[0] > 2 * 75
+
+
+@pytest.mark.slow
+def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
+    work = 'model = eomgen.build("scene.toml", profile="quick")'
+    step = f"{work}; model.simulate(1e-3, 1e-3)"
+    start(step, tmp_path / "cache")
+    check(start(work, tmp_path / "cache"), 142, 29, [])
+    check(start(step, tmp_path / "cache"), 204, 49, [])
