@@ -109,7 +109,7 @@ sys.meta_path.append(_PublicModules)
 
 def __getattr__(name: str) -> object:
     if name in _HOMES:
-        from eomgen.base.data import without_search_for_circles  # noqa: PLC0415  # the package itself needs no data
+        from eomgen.base.data import without_search_for_circles  # noqa: PLC0415  # for public names
 
         with without_search_for_circles():
             value = getattr(import_module(_HOMES[name]), name)

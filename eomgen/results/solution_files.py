@@ -4,7 +4,6 @@ pandas, data sets of xarray, files of MATLAB.
 
 from __future__ import annotations
 
-import difflib
 import io
 import re
 from collections.abc import Mapping
@@ -61,6 +60,8 @@ def column_named(solution: Recorded, name: str) -> Array:
         return solution.outputs[name]
     columns = solution.columns()
     if name not in columns:
+        import difflib  # noqa: PLC0415  # for a mistake only
+
         close = difflib.get_close_matches(str(name), [*columns, *solution.outputs], n=3, cutoff=0.5)
         hint = " or ".join(map(repr, close)) or f"one of {', '.join(list(columns)[:8])}, ...: solution.columns()"
         if isinstance(name, int):
