@@ -60,6 +60,19 @@ class SectionMethods:
         unit: str | None = ...,
         description: str | None = ...,
     ) -> Self: ...
+    def map(
+        self,
+        name: str,
+        *,
+        table: Mapping[str, Any] | None = ...,
+        x: float | Sequence[float] | None = ...,
+        y: float | Sequence[float] | None = ...,
+        values: Sequence[float | Sequence[float]] | None = ...,
+        interpolation: str | None = ...,
+        outside: str | None = ...,
+        unit: str | None = ...,
+        description: str | None = ...,
+    ) -> Self: ...
     def definition(
         self,
         name: str,

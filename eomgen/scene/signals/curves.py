@@ -83,6 +83,19 @@ _ROADS = ("table", "points", "bump")
 _NOTHING = ((0.0, 0.0), (1.0, 0.0))
 
 
+def unit_factor(key: str, unit: str, report: Report) -> float:
+    """Return the factor from a unit of a column to SI, 1 without a unit; a fault is reported under the key."""
+    if not unit.strip():
+        return 1.0
+    from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # pint comes with it
+
+    try:
+        return float(measure(read_unit(unit))[0])
+    except UnitError as error:
+        report.add(key, error.what, error.hint)
+        return 1.0
+
+
 class Curves:
     """Reads curves and reports their faults.
 
@@ -199,17 +212,11 @@ class Curves:
         factor, unit = float(getattr(table, f"{column}_scale")), str(getattr(table, f"{column}_unit"))
         if not unit.strip():
             return factor
-        from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # pint comes with it
-
-        try:
-            size = float(measure(read_unit(unit))[0])
-            if size == factor != 1.0:
-                note = f"the column is multiplied by {size * factor:.6g}: by {factor:.6g} for its unit and once more"
-                self.values.note([f"{key}.{column}_scale: {note}; the unit alone brings it to SI"])
-            return factor * size
-        except UnitError as error:
-            self.report.add(f"{key}.{column}_unit", error.what, error.hint)
-            return factor
+        size = unit_factor(f"{key}.{column}_unit", unit, self.report)
+        if size == factor != 1.0:
+            note = f"the column is multiplied by {size * factor:.6g}: by {factor:.6g} for its unit and once more"
+            self.values.note([f"{key}.{column}_scale: {note}; the unit alone brings it to SI"])
+        return factor * size
 
     def wave(self, key: str, name: str, wave: written.Wave) -> Curve:
         """Return a periodic curve that jumps or bends between two values."""

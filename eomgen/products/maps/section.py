@@ -1,0 +1,221 @@
+"""The section of maps: schema, and reading of grids from lists, CSV and NetCDF files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from eomgen.base.arrays import Array
+from eomgen.base.text import counted, key_of, listed, shown
+from eomgen.products.maps.surface import Surface
+from eomgen.scene.reading.key_metadata import Table, key, optional
+from eomgen.scene.reading.kinds import Description, Numbers, Unit
+from eomgen.scene.reading.report import Report
+from eomgen.scene.section import Reading, Section, Unused
+from eomgen.scene.signals.curves import fault, unit_factor
+from eomgen.scene.signals.tables import TableError, read_columns
+
+#: Largest number of nodes, and of nodes along the shorter axis: each line of the grid is a spline in the C.
+MOST_NODES, MOST_LINES = 100_000, 200
+_COLUMN = "title or number from 0"
+
+
+class MapFile(Table):
+    """A grid in a file: three columns of a CSV file with one row for each node, or three variables of a NetCDF file."""
+
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
+        "path of a CSV file, or of a NetCDF file (`.nc`, classic format), from the folder of the scene file",
+        kind="text",
+        path=True,
+    )
+    x: str | int = key("column, or variable (n,), of the first argument", 0, kind=_COLUMN)
+    y: str | int = key("column, or variable (m,), of the second argument", 1, kind=_COLUMN)
+    value: str | int = key("column, or variable (n, m), of the value", 2, kind=_COLUMN)
+    x_unit: Unit = key("unit that the first argument is in, to be brought to SI: `rpm`", "")
+    y_unit: Unit = key("unit that the second argument is in, to be brought to SI: `deg`", "")
+    value_unit: Unit = key("unit that the value is in, to be brought to SI", "")
+    delimiter: Literal["comma", "semicolon", "tab", "space"] | None = optional(
+        "between columns", shown_default="the first of tab, semicolon, comma, space that is in the first row"
+    )
+    decimal: Literal[".", ","] = key("mark in numbers", ".", kind="`.` or `,`")
+
+
+class Map(Table):
+    """A function of two arguments through a grid of values, which formulas ask for by `map.NAME(x, y)`."""
+
+    table: MapFile | None = optional("the grid from a file, in place of `x`, `y` and `values`")
+    x: Numbers | None = optional("nodes of the first argument, increasing", kind="list of numbers, in SI")
+    y: Numbers | None = optional("nodes of the second argument, increasing", kind="list of numbers, in SI")
+    values: Annotated[tuple[Numbers, ...], Field(strict=False)] | None = optional(
+        "one list for each node of `x`, with one value for each node of `y`", kind="list of lists of numbers, in SI"
+    )
+    interpolation: Literal["quintic", "linear"] = key("between nodes", "quintic", kind="`quintic` or `linear`")
+    outside: Literal["error", "hold", "periodic"] = key(
+        "beyond the grid, along both axes, as of [curves](#curves)", "error", kind="`error`, `hold` or `periodic`"
+    )
+    unit: Unit = key("label of the value", "")
+    description: Description = key("for tables", "")
+
+
+class _Grid:
+    """Reads the grid of one map; faults go to the report."""
+
+    def __init__(self, where: str, name: str, entry: Map, report: Report, folder: Path) -> None:
+        self.key, self.name, self.entry, self.report, self.folder = where, name, entry, report, folder
+
+    def surface(self) -> Surface | None:
+        """Return the surface; None for a reported fault."""
+        grid = self._listed() if self.entry.table is None else self._from_file(self.entry.table)
+        if grid is None:
+            return None
+        x, y, z = grid
+        for axis, nodes in (("x", x), ("y", y)):
+            sample = np.zeros(len(nodes))  # any values: the nodes are judged here
+            if wrong := fault(nodes, sample, self.entry.interpolation, self.entry.outside):
+                place, text, hint = wrong
+                self.report.add(f"{self.key}.{axis}", f"node {place + 1} of {axis}: {text}", hint)
+                return None
+        if z.size > MOST_NODES or min(z.shape) > MOST_LINES:
+            text = (
+                f"the grid has {len(x)} x {len(y)} nodes, more than {MOST_NODES} or than {MOST_LINES} along both axes"
+            )
+            self.report.add(self.key, text, "every second node, or the part that is needed")
+            return None
+        if self.entry.outside == "periodic" and not (np.allclose(z[0], z[-1]) and np.allclose(z[:, 0], z[:, -1])):
+            hint = "the first values again at the end of each axis"
+            self.report.add(self.key, "the values of a periodic map differ between the first and the last node", hint)
+            return None
+        return Surface(self.name, x, y, z, self.entry.interpolation, self.entry.outside)
+
+    def _listed(self) -> tuple[Array, Array, Array] | None:
+        entry = self.entry
+        missing = [name for name in ("x", "y", "values") if getattr(entry, name) is None]
+        if missing:
+            self.report.add(self.key, f"a map needs {listed(missing)}", "x, y and values, or a table")
+            return None
+        x, y, rows = np.array(entry.x), np.array(entry.y), entry.values or ()
+        if len(rows) != len(x):
+            text = f"{counted(len(rows), 'list')} of values for {counted(len(x), 'node')} of x"
+            self.report.add(f"{self.key}.values", text, "one list for each node of x")
+            return None
+        for place, row in enumerate(rows):
+            if len(row) != len(y):
+                text = f"{counted(len(row), 'value')} for {counted(len(y), 'node')} of y"
+                self.report.add(f"{self.key}.values[{place}]", text, "one value for each node of y")
+                return None
+        return x, y, np.array(rows)
+
+    def _from_file(self, table: MapFile) -> tuple[Array, Array, Array] | None:
+        given = [name for name in ("x", "y", "values") if getattr(self.entry, name) is not None]
+        if given:
+            self.report.add(
+                f"{self.key}.table", f"table and {listed(given)} are both given", "either the table or lists"
+            )
+            return None
+        columns = (table.x, table.y, table.value)
+        path = self.folder / table.file
+        try:
+            grid = _netcdf(path, columns) if path.suffix == ".nc" else self._csv(path, table, columns)
+        except TableError as error:
+            place = f"{error.problem.where} ({self.key}.table)"
+            self.report.add_problem(f"{self.key}.table", replace(error.problem, where=place))
+            return None
+        keys = [f"{self.key}.table.{name}" for name in ("x_unit", "y_unit", "value_unit")]
+        units = (table.x_unit, table.y_unit, table.value_unit)
+        factors = [unit_factor(key, unit, self.report) for key, unit in zip(keys, units, strict=True)]
+        x, y, z = (factor * part for factor, part in zip(factors, grid, strict=True))
+        return x, y, z
+
+    def _csv(self, path: Path, table: MapFile, columns: Sequence[str | int]) -> tuple[Array, Array, Array]:
+        """Return a grid from rows of x, y and value in any order."""
+        options: dict[str, Any] = {"delimiter": table.delimiter, "decimal": table.decimal}
+        options["quotes"] = path.resolve().is_relative_to(self.folder.resolve())
+        first = read_columns(path, columns[0], columns[1], **options)
+        values = read_columns(path, columns[0], columns[2], **options).value
+        x, rows = np.unique(first.argument, return_inverse=True)
+        y, places = np.unique(first.value, return_inverse=True)
+        count = np.zeros((len(x), len(y)), dtype=int)
+        np.add.at(count, (rows, places), 1)
+        if np.any(count > 1):
+            row = next(number for number in range(len(rows)) if count[rows[number], places[number]] > 1)
+            text = f"the node x = {first.argument[row]:.9g}, y = {first.value[row]:.9g} has several values"
+            raise TableError(f"{path.name}:{int(first.lines[row])}", text, "one row for each node")
+        if not np.all(count):
+            hole = next((i, j) for i, j in product(range(len(x)), range(len(y))) if not count[i, j])
+            text = (
+                f"the grid of {len(x)} x {len(y)} nodes has {counted(int(np.sum(count == 0)), 'hole')}, the first at"
+                f" x = {x[hole[0]]:.9g}, y = {y[hole[1]]:.9g}"
+            )
+            raise TableError(path.name, text, "a row for each pair of the values of x and y that occur")
+        z = np.zeros(count.shape)
+        z[rows, places] = values
+        return x, y, z
+
+
+def _netcdf(path: Path, columns: Sequence[str | int]) -> tuple[Array, Array, Array]:
+    """Return a grid from three variables of a NetCDF file of the classic format."""
+    from scipy.io import netcdf_file  # noqa: PLC0415  # few maps are NetCDF
+
+    try:
+        with netcdf_file(path, mmap=False) as file:
+            names = list(file.variables)
+            for column in columns:
+                if column not in names:
+                    raise TableError(path.name, f"there is no variable {shown(str(column))}", f"one of {listed(names)}")
+            x, y, z = (np.array(file.variables[str(column)][:], dtype=np.float64) for column in columns)
+    except (OSError, TypeError, ValueError) as error:
+        hint = "the classic format of NetCDF (nccopy -k classic), or a CSV file"
+        raise TableError(path.name, f"the file cannot be read as NetCDF: {error}", hint) from None
+    if x.ndim != 1 or y.ndim != 1 or z.shape != (len(x), len(y)):
+        text = f"the variables have the shapes {x.shape}, {y.shape} and {z.shape}, not (n,), (m,) and (n, m)"
+        raise TableError(path.name, text, "the arguments of a grid, and the values with x first")
+    if not np.all(np.isfinite(z)):
+        i, j = (int(part[0]) for part in np.nonzero(~np.isfinite(z)))
+        raise TableError(
+            path.name, f"the value at x = {x[i]:.9g}, y = {y[j]:.9g} is not a number", "a grid without holes"
+        )
+    return x, y, z
+
+
+class _Maps(Section):
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        return {"entries": {"maps": {}}}
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        surfaces = reading.tables["entries"]["maps"]
+        for name, entry in reading.document.section("maps").items():
+            read = _Grid(key_of("maps", name), name, entry, reading.report, reading.folder).surface()
+            surfaces[name] = read or _flat(name)
+        surfaces |= {name: _flat(name) for name in sorted(reading.refused["maps"])}
+        return {name: surfaces[name] for name in reading.document.section("maps")}
+
+    def unused(self, reading: Reading) -> Unused:
+        mentioned = reading.values.mentioned
+        names = [name for name in reading.document.section("maps") if ("maps", name) not in mentioned]
+        return Unused("map", "maps", names)
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        return {"parts": {"maps": tuple(reading.items["maps"].values())}}
+
+
+def _flat(name: str) -> Surface:
+    """Return a surface in place of a refused one, so that reading goes on to the next problem."""
+    return Surface(name, np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.zeros((2, 2)), "linear", "hold")
+
+
+MAPS = _Maps(
+    key="maps",
+    entry=Map,
+    behind="curves",
+    after=("parameters",),
+    before=("inputs", "bodies", "definitions"),
+    documentation="""
+    Add a function of two arguments through a grid of values, from lists or a ``table``, for formulas:
+    ``map.NAME(x, y)``.""",
+)

@@ -1,0 +1,91 @@
+"""Surfaces through a grid of values: tensor products of splines of one argument.
+
+Interpolation P along an axis is linear in the values: P f = sum_j f_j w_j, with w_j the spline through 1 at node j and
+0 at all other nodes. So P_x P_y f (x, y) = sum_j w_j(y) (P_x f_j)(x): one spline along x for each line of the grid,
+weighted by splines along y. Quintic splines are four times continuously differentiable, and so is the surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
+from eomgen.formula.curves import Curve, Interpolation, Outside
+from eomgen.formula.recording import curve_at
+from eomgen.formula.words import Word
+from eomgen.symbolic.scalar import Algebra, Scalar
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A function of two arguments through the values at the nodes of a grid.
+
+    Attributes
+    ----------
+    x, y : (n,), (m,) arrays
+        Nodes along both axes, increasing.
+    z : (n, m) array
+        Values at the nodes.
+    interpolation : str
+        ``quintic``: four times continuously differentiable. ``linear``: bilinear, with bends at the nodes' lines.
+    outside : str
+        Along both axes, as of ``Curve``: ``error`` (not a number), ``hold`` or ``periodic``.
+    """
+
+    name: str
+    x: Array
+    y: Array
+    z: Array
+    interpolation: Interpolation = "quintic"
+    outside: Outside = "error"
+
+    def __str__(self) -> str:
+        return (
+            f"{len(self.x)} x {len(self.y)} values from {self.x[0]:.6g}, {self.y[0]:.6g} to {self.x[-1]:.6g},"
+            f" {self.y[-1]:.6g}, {self.interpolation}, outside {self.outside}"
+        )
+
+    @cached_property
+    def terms(self) -> tuple[tuple[tuple[Curve, int], tuple[Curve, int]], ...]:
+        """Pairs of splines whose products add up to the surface, each with the number of its argument; as many as the
+        shorter axis has nodes."""
+        along, across, lines, of_lines = self.x, self.y, self.z.T, 0
+        if len(self.x) < len(self.y):
+            along, across, lines, of_lines = self.y, self.x, self.z, 1
+        units = np.eye(len(across))
+        return tuple(
+            (
+                (Curve(f"{self.name}_line_{place}", along, line, self.interpolation, self.outside), of_lines),
+                (Curve(f"{self.name}_weight_{place}", across, unit, self.interpolation, self.outside), 1 - of_lines),
+            )
+            for place, (line, unit) in enumerate(zip(lines, units, strict=True), 1)
+        )
+
+    def value(self, word: str, component: int, x: ArrayLike, y: ArrayLike) -> Array:
+        """Return the values at x and y, of the broadcast shape of x and y."""
+        given = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        products = (line(given[first]) * weight(given[second]) for (line, first), (weight, second) in self.terms)
+        return np.asarray(sum(products))
+
+
+def recorded(algebra: Algebra, surface: Surface, word: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
+    """Return a surface at two arguments on the tape."""
+    with algebra.tape.block(f"map {surface.name}, line by line"):
+        result = algebra.zero
+        for (line, first), (weight, second) in surface.terms:
+            result = result + curve_at(algebra, line, arguments[first]) * curve_at(algebra, weight, arguments[second])
+    return result
+
+
+MAP = Word(
+    name="map",
+    section="maps",
+    arguments=("x", "y"),
+    values=Surface.value,
+    recording=f"{__name__}:recorded",
+)

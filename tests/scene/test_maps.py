@@ -1,0 +1,209 @@
+"""Maps: surfaces of SciPy's splines, motions by SciPy's integration, derivatives, files, mistakes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import RegularGridInterpolator, make_interp_spline
+from scipy.io import netcdf_file
+
+import eomgen
+from eomgen.errors import DescriptionError
+from eomgen.products.maps.surface import Surface
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+X, Y = np.array([-10.0, -6.0, -1.0, 0.0, 2.0, 5.0, 10.0]), np.linspace(-2.0, 2.0, 5)
+
+
+def torque(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return np.asarray(3.0 * np.tanh(x / 4.0) * np.cos(y) + 0.1 * x * y)
+
+
+VALUES = torque(X[:, None], Y[None])
+
+
+def scene(entry: dict[str, Any] | None = None, **sections: Any) -> dict[str, Any]:
+    """Return a wheel whose torque is a map of its speed and its angle."""
+    lists = {"x": X.tolist(), "y": Y.tolist(), "values": VALUES.tolist(), "outside": "hold"}
+    return {
+        "format": 1,
+        "name": "motor",
+        "maps": {"torque": lists if entry is None else entry},
+        "bodies": {"wheel": {"mass": 1.0, "inertia": [1, 1, 1]}},
+        "joints": {
+            "axle": {
+                "type": "revolute",
+                "parent": "base",
+                "child": "wheel",
+                "axis": [0, 0, 1],
+                "initial": {"velocity": 3},
+            }
+        },
+        "efforts": {"drag": {"joint": "axle", "effort": "-map.torque(v.axle, 0.5 * q.axle)"}},
+        "outputs": {"torque": {"formula": "map.torque(v.axle, 0.5 * q.axle)", "unit": "N m"}},
+        "simulation": {"method": "rosenbrock", "step": 1e-3},
+        **sections,
+    }
+
+
+def natural(x: np.ndarray, values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return SciPy's quintic spline with natural ends along the first axis."""
+    zero = np.zeros(values.shape[1:])
+    ends = [(3, zero), (4, zero)]
+    return np.asarray(make_interp_spline(x, values, k=5, bc_type=(ends, ends))(places))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_surfaces_are_products_of_splines_along_both_axes(*, turned: bool) -> None:
+    rng = np.random.default_rng(3)
+    x, y = rng.uniform(-10.0, 10.0, 40), rng.uniform(-2.0, 2.0, 40)
+    along = natural(X, VALUES, x)
+    expected = np.array(
+        [natural(Y, row[:, None], np.array([place]))[0, 0] for row, place in zip(along, y, strict=True)]
+    )
+    surface = Surface("s", Y, X, VALUES.T) if turned else Surface("s", X, Y, VALUES)
+    given = (y, x) if turned else (x, y)
+    assert len(surface.terms) == len(Y)
+    assert np.abs(surface.value("map", 0, *given) - expected).max() < 1e-12
+
+
+def test_linear_maps_are_bilinear() -> None:
+    rng = np.random.default_rng(4)
+    places = np.stack([rng.uniform(-10.0, 10.0, 50), rng.uniform(-2.0, 2.0, 50)], axis=1)
+    surface = Surface("s", X, Y, VALUES, "linear")
+    expected = RegularGridInterpolator((X, Y), VALUES)(places)
+    assert np.abs(surface.value("map", 0, *places.T) - expected).max() < 1e-13
+
+
+def test_beyond_the_grid_values_are_held_or_none() -> None:
+    held = Surface("s", X, Y, VALUES, outside="hold")
+    assert held.value("map", 0, 50.0, 9.0) == pytest.approx(VALUES[-1, -1], abs=1e-14)
+    assert np.isnan(Surface("s", X, Y, VALUES).value("map", 0, 50.0, 0.0))
+
+
+def test_motions_and_partials_follow_the_map() -> None:
+    built = eomgen.build(eomgen.load(scene()), profile="quick")
+    run = built.simulate(2.0)
+    surface = Surface("s", X, Y, VALUES, outside="hold")
+
+    def rates(t: float, state: np.ndarray) -> list[float]:
+        return [state[1], -float(surface.value("map", 0, state[1], 0.5 * state[0]))]
+
+    exact = solve_ivp(rates, (0.0, 2.0), [0.0, 3.0], rtol=1e-11, atol=1e-12, max_step=0.01)
+    assert abs(run.v[-1, 0] - exact.y[1, -1]) < 1e-6
+    assert np.abs(run.outputs["torque"] - surface.value("map", 0, run.v[:, 0], 0.5 * run.q[:, 0])).max() < 1e-12
+    linear = built.linearize(q=[0.3], v=[1.7])
+    step = 1e-5
+    slopes = [
+        (surface.value("map", 0, 1.7 + dv, 0.15 + dq) - surface.value("map", 0, 1.7 - dv, 0.15 - dq)) / (2 * step)
+        for dq, dv in ((0.5 * step, 0.0), (0.0, step))
+    ]
+    assert np.abs(linear.state_space().A[-1] + slopes).max() < 1e-8
+
+
+def write(path: Path, rows: list[tuple[float, float, float]]) -> None:
+    lines = [f"{x!r},{y!r},{value!r}" for x, y, value in rows]
+    path.write_text("\n".join(["speed,angle,torque", *lines, ""]), encoding="utf-8")
+
+
+GRID = [(float(x), float(y), float(torque(np.asarray(x), np.asarray(y)))) for x in X for y in Y]
+
+
+def test_files_give_the_same_surface_as_lists(tmp_path: Path) -> None:
+    write(
+        tmp_path / "grid.csv",
+        [(x * 30.0 / np.pi, y, z) for x, y, z in np.random.default_rng(1).permutation(GRID).tolist()],
+    )
+    with netcdf_file(tmp_path / "grid.nc", "w") as file:
+        for name, data in (("speed", X), ("angle", Y)):
+            file.createDimension(name, len(data))
+            file.createVariable(name, "d", (name,))[:] = data
+        file.createVariable("torque", "d", ("speed", "angle"))[:] = VALUES
+    names = {"x": "speed", "y": "angle", "value": "torque"}
+    tables = [{"file": "grid.csv", "x_unit": "rpm"}, {"file": "grid.nc", **names}]
+    for table in tables:
+        surface = eomgen.load(_file(tmp_path, table)).parts["maps"][0]
+        assert np.abs(surface.x - X).max() < 1e-12 and np.array_equal(surface.y, Y)
+        assert np.abs(surface.z - VALUES).max() < 1e-15
+
+
+def _file(folder: Path, table: dict[str, Any]) -> Path:
+    """Write a scene with a map from a table; return its path."""
+    path = folder / "scene.toml"
+    keys = ", ".join(f'{key} = "{value}"' for key, value in table.items())
+    path.write_text(
+        f"""
+        format = 1
+        name = "motor"
+        maps.torque = {{ outside = "hold", table = {{ {keys} }} }}
+        bodies.wheel = {{ mass = 1.0, inertia = [1, 1, 1] }}
+        joints.axle = {{ type = "revolute", parent = "base", child = "wheel", axis = [0, 0, 1] }}
+        efforts.drag = {{ joint = "axle", effort = "-map.torque(v.axle, q.axle)" }}
+        """,
+        encoding="utf-8",
+    )
+    return path
+
+
+def test_holes_and_repeated_nodes_of_a_file_are_told_with_their_place(tmp_path: Path) -> None:
+    write(tmp_path / "grid.csv", [row for row in GRID if row[:2] != (2.0, 1.0)])
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(_file(tmp_path, {"file": "grid.csv"}))
+    assert "the grid of 7 x 5 nodes has 1 hole, the first at x = 2, y = 1; try: a row for each pair" in str(
+        raised.value
+    )
+    write(tmp_path / "grid.csv", [*GRID, GRID[3]])
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(_file(tmp_path, {"file": "grid.csv"}))
+    assert "grid.csv:5 (maps.torque.table): the node x = -10, y = 1 has several values; try: one row" in str(
+        raised.value
+    )
+    (tmp_path / "grid.nc").write_bytes(b"\x89HDF\r\n\x1a\n")
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(_file(tmp_path, {"file": "grid.nc"}))
+    assert "the file cannot be read as NetCDF" in str(raised.value)
+
+
+LISTS = {"x": [0, 1, 2], "y": [0, 1], "values": [[1, 2], [3, 4], [5, 6]]}
+MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
+    "no values": ({"x": [0, 1], "y": [0, 1]}, "(maps.torque): a map needs values; try: x, y and values, or a table"),
+    "few lists": ({**LISTS, "values": [[1, 2]]}, "(maps.torque.values): 1 list of values for 3 nodes of x"),
+    "short list": (
+        {**LISTS, "values": [[1, 2], [3], [5, 6]]},
+        "(maps.torque.values[1]): 1 value for 2 nodes of y; try: one value for each node of y",
+    ),
+    "order": ({**LISTS, "x": [0, 2, 1]}, "(maps.torque.x): node 3 of x: the points are not in order: 1 comes after 2"),
+    "both": ({**LISTS, "table": {"file": "a.csv"}}, "(maps.torque.table): table and x, y, values are both given"),
+    "period": (
+        {**LISTS, "outside": "periodic"},
+        "(maps.torque): the values of a periodic map differ between the first and the last node",
+    ),
+    "no file": ({"table": {"file": "missing.csv"}}, "cannot be read"),
+}
+
+
+@pytest.mark.parametrize(("entry", "message"), MISTAKES.values(), ids=MISTAKES)
+def test_mistakes_are_told_with_their_key(entry: dict[str, Any], message: str) -> None:
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(scene(entry))
+    assert message in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("effort", "message"),
+    [
+        ("map.torque(v.axle)", "map.torque() takes 2 arguments, not 1 (column 1); try: map.torque(x, y)"),
+        ("map.missing(v.axle, 0)", "missing"),
+        ("map.torque", "map.torque is a function of x, y"),
+    ],
+)
+def test_calls_of_maps_need_both_arguments(effort: str, message: str) -> None:
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(scene(efforts={"drag": {"joint": "axle", "effort": effort}}))
+    assert message in str(raised.value)
