@@ -282,7 +282,7 @@ def _by_prime_parts(runs: Comparisons, twice: ComparedMotion) -> ErrorEstimate |
 
 
 def _largest_of(differing: Sequence[tuple[Apart, float]]) -> Apart:
-    """Return the largest of differences times their factors, at the times of the last differences, which have all rows."""
+    """Return the largest of differences times their factors, at the times of the last differences with all rows."""
     apart, gain = differing[-1]
     kinds = {kind: gain * values for kind, values in apart.kinds.items()}
     for other, factor in differing[:-1]:

@@ -136,7 +136,7 @@ def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: 
 
 @dataclass(frozen=True)
 class _Modes:
-    """Modes about a state of a run in steps that do not resolve all modes; accelerations (n, nv) of the recorded rows."""
+    """Modes about a state of a run in steps that do not resolve all modes; accelerations (n, nv) of recorded rows."""
 
     run: Run
     place: _Place
