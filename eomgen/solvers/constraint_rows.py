@@ -219,7 +219,7 @@ class Rows:
         return np.asarray(np.linalg.solve(self.metric, self.B.T).T)
 
     @cached_property
-    def _speeds(self) -> Array:
+    def speeds(self) -> Array:
         """Squares of the velocity components of unit kinetic energy, (nv,)."""
         return np.asarray(np.sum(np.linalg.inv(self.metric) ** 2, axis=0))
 
@@ -241,7 +241,7 @@ class Rows:
     @cached_property
     def vanishing(self) -> Array:
         """Lengths of weighed rows that are only rounding, (rows,)."""
-        return np.asarray(VANISHING * EPSILON * np.sqrt(self._of_summands**2 @ self._speeds))
+        return np.asarray(VANISHING * EPSILON * np.sqrt(self._of_summands**2 @ self.speeds))
 
     def hides(self, row: int, rest: Array) -> bool:
         """Return whether the residual of a weighed row may be new or rounding: rows made of places far away."""
@@ -254,7 +254,7 @@ class Rows:
         """Possible lengths of weighed rows: of rows with entries as large as their kind allows, if they have any,
         (rows,)."""
         there = np.abs(self.B) > VANISHING * EPSILON * self._of_summands
-        return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self._speeds))
+        return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self.speeds))
 
     def correction(self, violation: Array) -> Array:
         """Return M^-1 B^T (B M^-1 B^T)^+ violation of the first rows; rows that vanish are left alone."""

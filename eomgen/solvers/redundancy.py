@@ -30,6 +30,8 @@ from eomgen.solvers.constraint_rows import (
 
 #: A row of which less than this part is new is redundant by a hair; below the second, others go first.
 ALMOST_REDUNDANT, LITTLE = 1e-4, 1e-3
+#: Part of a row's possible length below which derivatives vanish next to a zero that is met to a tolerance.
+_NEARLY_FLAT = 1e-2
 #: How far nearby configurations are: rad, and part of the extent.
 NEARBY = 0.05
 _LEFT_OUT = "parameters with which the constraints can be met together, or a scene with these values of its own"
@@ -111,7 +113,8 @@ def redundancy(
     far = [row for row in looked_at if here.atlong_lever(row)] if waiting else []
     if far:
         raise _lever_too_long(system, here, far[0], waiting)
-    flat = [row for row in waiting if system.names[row].endswith(FORMULA) and _vanishes(row, at_configurations)]
+    of_formulas = [row for row in looked_at if system.names[row].endswith(FORMULA)]
+    flat = [row for row in of_formulas if _vanishes(row, at_configurations)]
     if flat:
         listed = ", ".join(system.names[row] for row in flat[:LISTED])
         fault = f"the derivatives of these equations vanish at their zeros, so they hold no motion: {listed}"
@@ -127,11 +130,12 @@ def redundancy(
 
 
 def _vanishes(row: int, at_configurations: Sequence[Rows]) -> bool:
-    """Return whether a row of B is nearly zero at all of several configurations."""
-    return all(
-        float(np.linalg.norm(at.weighed[row])) <= max(LITTLE * float(at.natural[row]), float(at.vanishing[row]))
-        for at in at_configurations
-    )
+    """Return whether a row of B is zero at the first of several configurations, and nearly so at the others, which meet
+    the row to a tolerance."""
+    lengths = [float(np.linalg.norm(at.weighed[row])) for at in at_configurations]
+    possible = [float(np.sqrt(at.possible[row] ** 2 @ at.speeds)) for at in at_configurations]
+    zero = lengths[0] <= max(REDUNDANT * possible[0], float(at_configurations[0].vanishing[row]))
+    return zero and all(length <= _NEARLY_FLAT * size for length, size in zip(lengths[1:], possible[1:], strict=True))
 
 
 def _lever_too_long(system: Constrained, here: Rows, row: int, dependent: Sequence[int]) -> ModelError:

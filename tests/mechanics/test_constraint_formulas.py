@@ -392,6 +392,59 @@ def test_an_equation_that_moves_prescribes_power() -> None:
     assert base_power == pytest.approx(kinetic, rel=1e-12)
 
 
+FLAT = "the derivatives of these equations vanish at their zeros, so they hold no motion: wire: formula; try: equations"
+TOGETHER = "the positions of the constraints cannot be met together: after 50 corrections still off: "
+
+
+@pytest.mark.parametrize(
+    ("wire", "message"),
+    [
+        ('equation = "q.z**2"\nunit = "m"', f"{FLAT} that change their sign there: x in place of x**2"),
+        ('equation = "(q.z + 0.1 * q.x)**2"\nunit = "m"', FLAT),
+        ('equation = "q.z**2 + 1"\nunit = "m"', f"{TOGETHER}wire: formula by 1"),
+        (
+            'equation = "q.z - q.x"\n[constraints.other]\ntype = "formula"\nequation = "q.z - q.x - 0.1"',
+            "other: formula by -0.05",
+        ),
+        (
+            'equation = "q.z - sqrt(q.x - 2)"',
+            "these rows have no finite derivative where constraints are to be met: wire: formula; try: a state in which"
+            " the formula and its derivatives have values",
+        ),
+    ],
+)
+def test_equations_that_hold_nothing_or_cannot_be_met(wire: str, message: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        eomgen.build(load_toml(BEAD.format(coordinates="joint", x=0, z=0, wire=wire)))
+    assert message in str(caught.value.problems[0])
+
+
+def test_an_equation_of_a_resting_body() -> None:
+    """A joint that holds the body to the base is known when equations are derived."""
+    text = BEAD.format(coordinates="joint", x=0.4, z=0.1, wire='equation = "position.plate[2]"')
+    plate = '\n[bodies.plate]\nmass = 1\n[joints.plate]\ntype = "fixed"\nparent = "base"\nchild = "plate"\n'
+    with pytest.raises(ModelError) as caught:
+        derive(load_toml(f'{text}{plate}[points.plate]\nbody = "plate"\n'), ["constraint_jacobian"])
+    assert str(caught.value.problems[0]) == (
+        "constraints.wire: the equation names no coordinate of a moving joint and no point of a moving body; try: a"
+        " coordinate that it may hold"
+    )
+
+
+@pytest.mark.slow
+def test_a_start_off_the_wire_and_a_repeated_equation() -> None:
+    """Redundant equations are left out by name, and a start is brought onto the wire; oscillations at its bottom."""
+    twice = 'equation = "q.z - 0.7 * q.x**2"\n[constraints.twice]\ntype = "formula"\nunit = "m"\n'
+    twice += 'equation = "2 * q.z - 1.4 * q.x**2"'
+    model = eomgen.build(load_toml(BEAD.format(coordinates="joint", x=0.5, z=0, wire=twice)), profile="quick")
+    assert "twice: formula follows from the constraints before it and is left out" in model.notes
+    assert "initial position corrected: wire: formula was off by -0.175" in model.notes
+    modes = model.linearize(at="equilibrium").modes()
+    assert modes.angular_frequency == pytest.approx([np.sqrt(1.4 * 9.81 * 1.5 / 2.0)], rel=1e-9)
+    run = model.simulate(1.0, 1e-3)
+    assert run.success and np.abs(run.q[:, 1] - 0.7 * run.q[:, 0] ** 2).max() <= 1e-11
+
+
 # -- rolling -----------------------------------------------------------------------------------------------------------
 
 #: Kane and Levinson, Int. J. Non-Linear Mechanics 17 (1982) 175, in m and kg.

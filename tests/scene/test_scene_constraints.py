@@ -358,3 +358,154 @@ def test_json_schema() -> None:
     assert name["type"] == "string"
     assert list(table["properties"]) == ["body", "point", "position", "rotation", "axis", "x_axis", "in"]
     assert schema["properties"]["coordinates"]["enum"] == ["joint", "absolute"]
+
+
+SLIDERS = """format = 1
+name = "sliders"
+[parameters]
+c = 0.7
+[inputs]
+u = { formula = "1.0" }
+[states]
+s = { rate = "-s" }
+[curves]
+bent = { points = [[0, 0], [1, 2], [3, 2]], interpolation = "linear" }
+steps = { points = [[0, 0], [1, 2]], interpolation = "steps" }
+[bodies]
+carriage = { mass = 1 }
+bead = { mass = 1 }
+[joints]
+x = { type = "prismatic", parent = "base", child = "carriage", axis = [1, 0, 0] }
+z = { type = "prismatic", parent = "carriage", child = "bead", axis = [0, 0, 1] }
+[points]
+bead = { body = "bead" }
+peg = { body = "base" }
+[constraints.wire]
+type = "formula"
+"""
+_NEEDS = "a constraint needs two derivatives of its equation, and "
+_SMOOTH = "; try: a smooth function, such as sqrt(x**2 + d**2) for abs(x), or two constraints"
+_NO_UNIT = "the unit of the equation does not follow from its text; try: unit = "
+_MOVED = "; try: motion = true in the input, whose caller then gives rate and acceleration, too; or a curve at t"
+_FRAMES = 'first = { body = "base" }\nsecond = { body = "bead" }\n'
+_ONE_OF = "a formula constraint needs one of equation and velocity_equation, not "
+_EXAMPLE = '; try: equation = "q.rod - lift(q.cam)", which is 0 on the constraint'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", f"(constraints.wire): {_ONE_OF}none{_EXAMPLE}"),
+        ('equation = "q.z"\nvelocity_equation = "v.z"', f"(constraints.wire): {_ONE_OF}both{_EXAMPLE}"),
+        ('equation = "q.y - q.x"', "wire.equation): q.y: there is no joint 'y' (column 1); try: one of x, z"),
+        ('equation = "y - q.x"', "wire.equation): unknown name 'y' (column 1)"),
+        (
+            'equation = "0.3 - c"',
+            "wire.equation): the equation names no coordinate, so it holds no motion; try: q.JOINT",
+        ),
+        ("equation = 3", "wire.equation): the equation names no coordinate, so it holds no motion; try: q.JOINT"),
+        (f'{_FRAMES}equation = "t - 1"', "the equation names no coordinate, so it holds no motion; try: x, y or z"),
+        (
+            'equation = "position.peg[2] - 1"',
+            "wire.equation): the equation names points of the base and of the world alone, so it holds no motion; try:"
+            " a point of a moving body",
+        ),
+        ('equation = "q.z - u"', f"the input 'u' cannot be used here: {_NEEDS}derivatives of inputs are not known"),
+        ('equation = "q.z - u"', f"derivatives of inputs are not known (column 7){_MOVED}"),
+        (
+            'equation = "q.z - s"',
+            f"the state 's' cannot be used here: {_NEEDS}the second ones of states are not known (column 7); try: an"
+            " effort or a force that depends on it",
+        ),
+        ('equation = "q.z - abs(q.x)"', f"wire.equation): {_NEEDS}abs has a corner{_SMOOTH}"),
+        ('equation = "q.z - max(q.x, 0)"', f"wire.equation): {_NEEDS}max has a corner{_SMOOTH}"),
+        ('equation = "q.z - sign(q.x)"', f"wire.equation): {_NEEDS}sign has a jump{_SMOOTH}"),
+        ('equation = "q.z - (q.x > 0)"', f"wire.equation): {_NEEDS}a comparison has a jump{_SMOOTH}"),
+        ('equation = "q.z - bent(q.x)"', f'{_NEEDS}bent bends at 0; try: interpolation = "quintic"'),
+        ('equation = "q.z - steps(q.x)"', f'{_NEEDS}steps jumps at 1; try: interpolation = "quintic"'),
+        (
+            'equation = "q.z - derivative.bent(q.x)"',
+            f'{_NEEDS}a derivative of bent jumps at 0; try: interpolation = "quintic"',
+        ),
+        (
+            'equation = "q.z - v.x"',
+            "wire.equation): v.x cannot be used here: an equation holds positions alone (column 7); try:"
+            " velocity_equation = ... in place of equation, linear in velocities",
+        ),
+        (
+            'velocity_equation = "v.z * v.x"',
+            "wire.velocity_equation): the equation is not linear in velocities; try: a sum of velocities times factors"
+            " of positions and time",
+        ),
+        ('velocity_equation = "sin(v.z)"', "the equation is not linear in velocities"),
+        ('velocity_equation = "q.x / v.z"', "the equation is not linear in velocities"),
+        ('velocity_equation = "v.z if v.x > 0 else q.x"', "the equation is not linear in velocities"),
+        ('velocity_equation = "q.z - q.x"', "the equation names no velocity; try: equation = ... for positions"),
+        (
+            'velocity_equation = "t"',
+            "the equation names no velocity, so it holds no motion; try: v.JOINT or velocity.POINT[0]",
+        ),
+        (
+            'velocity_equation = "v.z - sign(q.x) * v.x"\nunit = "m/s"',
+            "a constraint needs one derivative of its equation, and sign has a jump",
+        ),
+        (
+            f'{_FRAMES}velocity_equation = "v.z"',
+            "an equation between two frames holds positions alone; try: velocities of points and joints, and no first"
+            " and second",
+        ),
+        (
+            f'{_FRAMES}equation = "z - q.x"',
+            "q.x cannot be used here: an equation between two frames depends on them alone (column 5); try: an equation"
+            " without first and second",
+        ),
+        ('first = { body = "base" }\nequation = "z"', "(constraints.wire.second): the key second is missing"),
+        ('equation = "q.z = q.x"', 'try: "q.z - (q.x)": the formula is 0 on the constraint'),
+        ('velocity_equation = "v.z == 0"', 'try: "v.z": the formula is 0 on the constraint'),
+        ('equation = "q.z + t"', "the equation adds m and s; try: factors that turn one unit into the other"),
+        ('equation = "q.z * q.x"', f'(constraints.wire): {_NO_UNIT}"m", or "rad" of angles and numbers'),
+        ('velocity_equation = "q.z * v.x"', f'{_NO_UNIT}"m/s", or "rad/s" of angles and numbers'),
+        ('equation = "t + 0 * q.x"', "the equation is in s; try: an equation in m or rad"),
+        ('equation = "q.z"\nunit = "rad"', '(constraints.wire.unit): the equation is in m, not in rad; try: "m"'),
+        ('equation = "q.z"\nunit = "m/s"', "an equation of positions is in m or rad, not in m/s; try: m"),
+        ('equation = "q.z"\nunit = "kg"', "'kg' is not known here; try: one of m, rad, m/s or rad/s"),
+        ('equation = "q.z"\ndrive = "t"', "a formula constraint has no drive; try: type = revolute"),
+    ],
+)
+def test_one_problem_of_a_formula(text: str, message: str) -> None:
+    [problem] = problems(text, SLIDERS)
+    assert message in problem
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('shape = "torus"\nradius = 1', "(constraints.loop): a torus needs tube_radius; try: tube_radius = 0.05"),
+        ('shape = "ellipsoid"', "(constraints.loop): an ellipsoid needs semi_axes; try: semi_axes = [0.2, 0.03, 0.02]"),
+        (
+            "radius = 1\nsemi_axes = [1, 2, 3]",
+            '(constraints.loop.semi_axes): the shape disc has no semi_axes; try: shape = "ellipsoid"',
+        ),
+        (
+            'shape = "ellipsoid"\nsemi_axes = [1, 2, 0]',
+            "(constraints.loop.semi_axes[2]): 0 m is not positive; try: a length in m",
+        ),
+    ],
+)
+def test_surfaces_have_their_keys(text: str, message: str) -> None:
+    for kind in ("rolling", "sliding"):
+        frames = 'first = { body = "base", axis = [0, 1, 0] }\n'
+        frames += 'second = { body = "rod", axis = [0, 1, 0], x_axis = [1, 0, 0] }'
+        [problem] = problems(f'type = "{kind}"\n{frames}\n{text}')
+        assert message in problem
+
+
+def test_branches_of_a_formula_have_to_meet() -> None:
+    """A choice is noted; corners are allowed in factors of velocities, whose rates then jump as forces may."""
+    scene = read('equation = "q.z if q.x > 0 else q.z - q.x**3"\nunit = "m"', SLIDERS)
+    assert (
+        "constraints.wire.equation: the equation has an if, whose branches have to meet with equal values, slopes and"
+        " curvatures"
+    ) in scene.notes
+    scene = read('velocity_equation = "v.z - abs(q.x) * v.x"\nunit = "m/s"', SLIDERS)
+    assert scene.constraints[0].at_velocity and not any("branches" in note for note in scene.notes)

@@ -338,7 +338,8 @@ class Equation:
             elif self.item.unit.startswith("m") and self._turns(symbol):
                 extent = extent + magnitude(slope)
         size = extent if self.item.at_velocity else self.size
-        return size, extent, extent + apart + (zero if self.item.unit.startswith("rad") else size)
+        # an equation of travels alone has no length of its own, and its summands may vanish together
+        return size, extent, extent + apart if not (extent + apart).is_zero else self.quantities.algebra.one
 
     def _turns(self, symbol: Symbol) -> bool:
         joint = next((joint for joint in self.quantities.scene.joints if joint.name == symbol.name), None)

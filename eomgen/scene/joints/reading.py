@@ -390,7 +390,7 @@ def _frame(
     if frame is None:
         side = key.rpartition(".")[2]
         values.report.add(key, f"the key {side} is missing", f"{side} = ...")
-        return Frame(BASE)
+        return Frame("")
     return read_frame(key, f"{_kind(entry)} constraint", frame, need, bodies, points, values)
 
 
