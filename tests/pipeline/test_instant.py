@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 import threading
-import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -162,17 +161,15 @@ def test_a_compiler_in_the_background_keeps_no_process_from_its_end(tmp_path: Pa
     code = (
         "import eomgen, time; from eomgen.toolchain import library; library._DELAY = 0\n"
         f"model = eomgen.build({str(scene)!r}, profile='instant')\n"
-        "time.sleep(1.0); print(model.simulate(0.002, error_estimate=False).metadata['profile'], flush=True)\n"
-        "began = time.time(); import atexit; atexit.register(lambda: print(time.time() - began))"
+        "time.sleep(1.0); print(model.simulate(0.002, error_estimate=False).metadata['profile'], flush=True)"
     )
     environment = {**os.environ, "EOMGEN_CACHE": str(tmp_path), "EOMGEN_PROFILE": "fast", "PYTHONPATH": str(ROOT)}
-    began = time.monotonic()
-    ran = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, timeout=120, check=True
-    )
-    assert ran.stdout.startswith("instant")
-    assert ran.stderr == ""
-    assert time.monotonic() - began < 60.0
+    command, pipe = [sys.executable, "-c", code], subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=environment) as process:
+        assert process.stdout is not None and process.stderr is not None
+        assert process.stdout.readline() == "instant\n"
+        process.wait(timeout=20.0)  # compilers of this model take longer
+        assert process.stderr.read() == ""
 
 
 def _simulated(words: list[str], folder: Path, capsys: pytest.CaptureFixture[str]) -> tuple[str, str]:
