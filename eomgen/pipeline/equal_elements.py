@@ -2,7 +2,7 @@
 
 Three scenes are derived that differ from the given one in the number of its equal elements alone, and
 ``codegen.continuation`` checks that their Programs grow evenly. So the work of a derivation is the same for a beam of
-300 elements and of 10 000.
+400 elements and of 10 000.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from eomgen.scene.scene import Scene
 #: loops that are written out, and loops that take several elements side by side.
 _FEW, _MORE = 80, 4
 #: From so many equal elements on, three scenes with few are derived faster.
-_MANY = 260
+_MANY = 400
 #: Sections of a scene that hold no numbers of elements and no places along a beam.
 _PLAIN = frozenset({"beams", "forces", "springs", "torsion_springs", "bushings", "efforts"})
 _BY_ELEMENT = frozenset({"section_load", "place", "local"})

@@ -91,5 +91,5 @@ def test_long_beams_are_continued_and_not_derived() -> None:
         selection = Selection(None, "given")
         return calls(lambda: pipeline._program(scene, SCENES, selection, METHOD, C, for_runs=True))[1]
 
-    program(300)  # imports
-    assert (program(900) - program(300)) / 600 <= CONTINUED
+    program(420)  # imports
+    assert (program(1020) - program(420)) / 600 <= CONTINUED
