@@ -70,5 +70,5 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
     work = 'model = eomgen.build("scene.toml", profile="quick")'
     step = f"{work}; model.simulate(1e-3, 1e-3)"
     start(step, tmp_path / "cache")
-    check(start(work, tmp_path / "cache"), 142, 29, [])
+    check(start(work, tmp_path / "cache"), 143, 29, [])
     check(start(step, tmp_path / "cache"), 204, 49, [])
