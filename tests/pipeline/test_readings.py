@@ -277,6 +277,14 @@ def test_a_model_of_a_record_is_the_model_of_the_scene(arm: Path) -> None:
     assert runs[0].q.tobytes() == runs[1].q.tobytes()
 
 
+def test_a_model_of_a_record_is_derived_if_there_is_no_library(arm: Path) -> None:
+    eomgen.load(arm)
+    assert stored_scene(arm, DEFAULTS) is not None
+    model = eomgen.build(arm, terms=["mass"], profile="quick")
+    expected = eomgen.build(eomgen.load(arm), terms=["mass"], profile="quick")
+    assert model.library.digest == expected.library.digest
+
+
 #: Examples whose scenes have functions that no record can hold.
 _WITHOUT = {"bouncing_ball"}
 
