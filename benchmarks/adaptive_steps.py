@@ -30,7 +30,7 @@ import eomgen
 from benchmarks.chains import INERTIA, LENGTH, MASS
 from benchmarks.measure import figure, machine, pin_to_core, table
 from benchmarks.multibody_peers import missing
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.simulation.stepping.settings import stepper_library, stepper_settings
 from eomgen.simulation.stepping.stepper import Stepper
 

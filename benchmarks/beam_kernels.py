@@ -43,7 +43,7 @@ def seconds(who: int) -> float:
 def measured(elements: int, kind: str, method: str) -> dict[str, float]:
     """Build a beam for runs and take steps, in this process."""
     import eomgen  # noqa: PLC0415  # importing is part of what is measured
-    from eomgen.integrators.methods import method_named  # noqa: PLC0415
+    from eomgen.integrators.families.register import method_named  # noqa: PLC0415
     from eomgen.pipeline.pipeline import built_for_run  # noqa: PLC0415
     from eomgen.simulation.timing import Repeated  # noqa: PLC0415
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 import eomgen
 from benchmarks.loops import timed
-from eomgen.integrators.methods import terms_of
+from eomgen.integrators.families.register import terms_of
 
 Array = NDArray[np.float64]
 LENGTH, MASS = 0.5, 1.0

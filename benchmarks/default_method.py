@@ -30,7 +30,7 @@ import numpy as np
 from benchmarks.measure import machine, table
 from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import EomgenError
-from eomgen.integrators.methods import AUTO, STANDARD, check_needs, method_named
+from eomgen.integrators.families.register import AUTO, STANDARD, check_needs, method_named
 from eomgen.products.studies.work_precision.axes import Configuration, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.reference import Reference, reference

@@ -59,7 +59,7 @@ def measured(elements: int, mass: str, method: str) -> dict[str, float]:
 
 def microseconds_of_a_step(model: Any, method: str, elements: int) -> float:
     """Return the processor's time of a step in one call of many, the median of some."""
-    from eomgen.integrators.methods import method_named  # noqa: PLC0415  # with the other imports of eomgen
+    from eomgen.integrators.families.register import method_named  # noqa: PLC0415  # with the other imports of eomgen
     from eomgen.simulation.timing import Repeated  # noqa: PLC0415
 
     step = 0.5 / elements

@@ -83,7 +83,7 @@ def cpu_seconds() -> tuple[float, float]:
 def measured(kind: str, bodies: int, method: str) -> dict[str, float]:
     """Write the C of a scene, compile it and take steps, in this process."""
     import eomgen  # noqa: PLC0415
-    from eomgen.integrators.methods import method_named  # noqa: PLC0415
+    from eomgen.integrators.families.register import method_named  # noqa: PLC0415
     from eomgen.simulation.timing import Repeated  # noqa: PLC0415
 
     began, _ = cpu_seconds()

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 import eomgen
 from benchmarks.programs import FLAGS, NATIVE, build, default_folder
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.simulation.timing import Repeated
 
 Array = NDArray[np.float64]

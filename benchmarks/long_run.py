@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 import eomgen
 from benchmarks import tops
 from benchmarks.measure import figure, machine, table
-from eomgen.integrators.methods import terms_of
+from eomgen.integrators.families.register import terms_of
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
 

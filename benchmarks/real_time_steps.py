@@ -25,7 +25,7 @@ import numpy as np
 import eomgen
 from benchmarks.late_steps import Lateness, draw, isolation, late_steps
 from benchmarks.measure import machine, pin_to_core, table
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.simulation.timing import Repeated
 from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
 

@@ -20,7 +20,7 @@ import numpy as np
 
 import eomgen
 from benchmarks.measure import machine, pin_to_core
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
 from eomgen.simulation.timing import Repeated

@@ -37,7 +37,7 @@ def stages(urdf: str, root: str, lock: list[str], terms: list[str], method: str,
     from eomgen.codegen.convert import to_program
     from eomgen.codegen.metadata import interface_layout
     from eomgen.codegen.targets.c.target import INTERFACE_CDEF, written_library
-    from eomgen.integrators.methods import method_named
+    from eomgen.integrators.families.register import method_named
     from eomgen.integrators.stepper_data import method_data
     from eomgen.mechanics.derive import derive
     from eomgen.scene.load import load

@@ -29,7 +29,7 @@ import eomgen
 from benchmarks import frame_peers, tops
 from benchmarks.frame_peers import Run
 from benchmarks.measure import machine, pin_to_core, table
-from eomgen.integrators.methods import canonical_name, method_named
+from eomgen.integrators.families.register import canonical_name, method_named
 from eomgen.simulation.timing import Repeated
 from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
 

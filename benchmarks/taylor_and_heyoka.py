@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 import eomgen
 from benchmarks import tops
 from benchmarks.measure import figure, machine, pin_to_core, table
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import derive
 from eomgen.simulation.stepping.settings import stepper_settings

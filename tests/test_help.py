@@ -14,8 +14,7 @@ import eomgen
 from eomgen import random_vibration
 from eomgen.errors import UsageError
 from eomgen.integrators.families.family import Sizes
-from eomgen.integrators.families.register import row_of
-from eomgen.integrators.methods import METHOD_NAMES, method_named
+from eomgen.integrators.families.register import METHOD_NAMES, method_named, row_of
 from eomgen.products.derivatives.linearise import sensitivities
 from eomgen.products.ensembles.simulate_many import simulate_many
 from eomgen.scene.sources.register import BUILT_IN

@@ -9,8 +9,7 @@ import numpy as np
 
 from eomgen.analysis.driven_rest import check_lasting, check_rates, driven_velocity, drives, held_base
 from eomgen.analysis.loaded_statics import check_partials, loaded_statics
-from eomgen.analysis.sampled import check_continuous
-from eomgen.analysis.sparse_partials import SparsePartials, dense, soft_modes, sparse_partials
+from eomgen.analysis.sparse_partials import SparsePartials, check_continuous, dense, soft_modes, sparse_partials
 from eomgen.analysis.state_warnings import SAME, Measures, equilibrium_notes
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass

@@ -22,8 +22,7 @@ from eomgen.analysis.operating_point import (
     found_state,
     given_state,
 )
-from eomgen.analysis.sampled import sampled_part
-from eomgen.analysis.sparse_partials import dense, sparse_partials
+from eomgen.analysis.sparse_partials import dense, sampled_part, sparse_partials
 from eomgen.analysis.steady_motion import SteadyMotion
 from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, number_of

@@ -13,7 +13,7 @@ import numpy as np
 from eomgen.analysis.driven_rest import held_base
 from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
 from eomgen.analysis.loaded_statics import LoadParameter, check_partials, loaded_statics
-from eomgen.analysis.sampled import check_continuous
+from eomgen.analysis.sparse_partials import check_continuous
 from eomgen.analysis.state_warnings import Measures
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.analysis.driven_rest import driven_components, held_base, where_driven
-from eomgen.analysis.sampled import check_continuous
+from eomgen.analysis.sparse_partials import check_continuous
 from eomgen.analysis.state_warnings import Measures, beams_beyond_linear_range, inertia_warning, off_axis_hint
 from eomgen.analysis.steady_conditions import Conditions
 from eomgen.analysis.steady_search import Given, Linear, Search, linear_conditions, motion_at, search

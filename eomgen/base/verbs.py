@@ -117,7 +117,7 @@ CORE: tuple[Verb, ...] = (
         (
             "eomgen.simulation.simulate:simulate",
             "eomgen.simulation.start:start",
-            "eomgen.simulation.resume:resume",
+            "eomgen.simulation.checkpoint:resume",
             "eomgen.simulation.run_model:attach",
         ),
     ),

@@ -1,5 +1,5 @@
-"""``eomgen linearize``: modes and stability of the linear model, its matrices, root locus, frequency responses,
-rides on random roads."""
+"""``eomgen linearize``: modes and stability of the linear model, its matrices, root locus, Campbell diagram,
+frequency responses, rides on random roads."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.base.data import dataclass
 from eomgen.base.progress import waiting
 from eomgen.base.text import counted, json_text
 from eomgen.cli import INTERRUPTED
-from eomgen.cli.campbell import CampbellRequest
 from eomgen.cli.options import (
     any_kind_option,
     assignments,
@@ -27,7 +27,6 @@ from eomgen.cli.options import (
     time_option,
 )
 from eomgen.cli.printing import building, print_json, print_table, say
-from eomgen.cli.ride import RideRequest
 from eomgen.cli.running import read_scene
 from eomgen.errors import Problem, UsageError
 
@@ -35,7 +34,118 @@ if TYPE_CHECKING:
     from eomgen.linear.eigenvalue_loci import Campbell
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.modes import Modes
+    from eomgen.linear.spectra import PowerSpectrum, RideTable, RoadExcitation
     from eomgen.pipeline.model import Model
+
+
+@dataclass(frozen=True)
+class CampbellRequest:
+    """Request of ``--campbell``, ``--orders`` and ``--whirl``."""
+
+    speed: str
+    values: list[float]
+    orders: tuple[float, ...] | None
+    whirl: list[tuple[str, str]]
+
+    @classmethod
+    def read(
+        cls, sweep: tuple[str, list[float]] | None, orders: str | None, whirl: tuple[str, ...]
+    ) -> CampbellRequest | None:
+        """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
+        if sweep is None:
+            for option, given in (("--orders", orders), ("--whirl", whirl)):
+                if given:
+                    raise UsageError(Problem(option, "it belongs to a Campbell diagram", "--campbell spin=0:300:31"))
+            return None
+        pairs = []
+        for text in whirl:
+            first, colon, second = text.partition(":")
+            if not colon or not first.strip() or not second.strip():
+                raise UsageError(Problem(f"--whirl {text}", "two deflections are needed", "--whirl x:y"))
+            pairs.append((first.strip(), second.strip()))
+        return cls(*sweep, _orders(orders), pairs)
+
+    def diagram(self, model: Model, **options: Any) -> Campbell:
+        """Return the diagram; options as of ``Model.campbell``."""
+        return model.campbell(self.speed, self.values, orders=self.orders, whirl=self.whirl, progress=True, **options)
+
+    def interruption(self, diagram: Campbell | None) -> str:
+        """Return the line for Ctrl-C: how much of the diagram there is."""
+        if diagram is None:
+            return "interrupted before there was a Campbell diagram"
+        values = f"{len(diagram.values)} of {len(self.values)} values of {self.speed}"
+        return f"interrupted: the Campbell diagram has {values} and {counted(len(diagram.crossings), 'crossing')}"
+
+
+def _orders(text: str | None) -> tuple[float, ...] | None:
+    if text is None:
+        return None
+    try:
+        orders = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        orders = (0.0,)
+    if not all(0.0 < order < float("inf") for order in orders):
+        raise UsageError(Problem(f"--orders {text}", "positive numbers are needed", "--orders 1,2"))
+    return orders
+
+
+@dataclass(frozen=True)
+class RideRequest:
+    """Request of ``--ride``, ``--classes``, ``--speeds`` and ``--band``."""
+
+    outputs: dict[str, str | None]
+    classes: tuple[str, ...]
+    speeds: tuple[float, ...]
+    band: tuple[float, float] | None
+
+    @classmethod
+    def read(
+        cls, rides: tuple[str, ...], classes: str | None, speeds: str | None, band: tuple[float, float] | None
+    ) -> RideRequest | None:
+        """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
+        if not rides:
+            for option, given in (("--classes", classes), ("--speeds", speeds)):
+                if given is not None:
+                    raise UsageError(Problem(option, "it belongs to a ride", "--ride body_acceleration"))
+            return None
+        from eomgen.base.random_inputs import ROUGHNESS  # noqa: PLC0415
+        from eomgen.linear.spectra import WEIGHTINGS  # noqa: PLC0415
+
+        outputs: dict[str, str | None] = {}
+        for text in rides:
+            name, colon, weighting = text.rpartition(":")
+            if colon and weighting not in WEIGHTINGS:
+                fault = f"there is no weighting {ascii(weighting)[:32]}"
+                raise UsageError(Problem(f"--ride {text}", fault, " or ".join(f"{name}:{key}" for key in WEIGHTINGS)))
+            outputs[(name if colon else text).strip()] = weighting or None if colon else None
+        chosen = tuple(part.strip() for part in classes.split(",")) if classes is not None else ()
+        unknown = [name for name in chosen if name not in ROUGHNESS]
+        if unknown:
+            fault = f"there is no road class {ascii(unknown[0])[:32]}"
+            raise UsageError(Problem(f"--classes {classes}", fault, f"some of {','.join(ROUGHNESS)}"))
+        return cls(outputs, chosen, _speeds(speeds), band)
+
+    def table(self, lin: Linearization, excitation: RoadExcitation) -> RideTable:
+        """Return the root mean squares; by default on the road of the scene and at its speed."""
+        classes = self.classes or ((excitation.road.road_class,) if excitation.road.road_class else ())
+        return lin.ride_table(excitation, self.outputs, classes, self.speeds, self.band)
+
+    def spectra(self, lin: Linearization, excitation: RoadExcitation) -> list[PowerSpectrum]:
+        """Return the spectra of the outputs, without their weightings."""
+        return [lin.psd(name, excitation) for name in self.outputs]
+
+
+def _speeds(text: str | None) -> tuple[float, ...]:
+    if text is None:
+        return ()
+    try:
+        speeds = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        speeds = (math.nan,)
+    if not all(0.0 < speed < math.inf for speed in speeds):
+        raise UsageError(Problem(f"--speeds {text}", "positive speeds in m/s are needed", "--speeds 10,20,30"))
+    return speeds
+
 
 _SHOWN = 40
 _POINTS = 600

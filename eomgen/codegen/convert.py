@@ -23,7 +23,7 @@ from eomgen.codegen.series.functions import rate_functions, series_functions
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
-from eomgen.integrators.step_splitting import jump_data
+from eomgen.integrators.events import jump_data
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map
 from eomgen.symbolic.operations import CurveLike, Op
 from eomgen.system.blocks import packed_places

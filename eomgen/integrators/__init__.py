@@ -1,13 +1,3 @@
 """Time integrators: families of methods as data with checked order conditions, and the data of their C steppers."""
 
-__all__ = [
-    "compositions",
-    "events",
-    "families",
-    "methods",
-    "newton",
-    "samples",
-    "step_splitting",
-    "stepper_data",
-    "stepper_layout",
-]
+__all__ = ["compositions", "events", "families", "newton", "stepper_data", "stepper_layout"]

@@ -1,13 +1,26 @@
-"""Events as data for the templates: detection and treatment in a stepper besides its steps."""
+"""Events, sampled states and discontinuities as data for the templates: their detection, clocks and treatment in a
+stepper besides its steps.
+
+Discontinuities at which a stepper splits its steps, as data for the templates.
+
+A derivative of order k that jumps within a step costs an error of order k + 1 there, once; a jump of at least the order
+of the method does no harm. Implicit methods find the accelerations of prescribed motions by differences, so
+there it costs an error of order k, which numerical damping takes away over many steps. Times have a margin: a step
+ends so much before one and goes on so much after it, so that rounding never puts an evaluation on the wrong side.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from eomgen.integrators.families.family import Field, Status
-from eomgen.system.events import LEAST_INTERVAL, EventRow, Mode
+from eomgen.system.signals import LEAST_INTERVAL, EventRow, Mode, SampledController, SampleRow
+
+if TYPE_CHECKING:
+    from eomgen.system.system import Discontinuity
+
 
 #: Number of events that a call of ``run`` stores for the caller; the call ends after the step in which half of the
 #: storage is used.
@@ -111,3 +124,107 @@ def event_state(rows: Sequence[EventRow], modes: Sequence[Mode]) -> tuple[Field,
         Field("event_last", "number of the last event", 0, "long", group, "last"),
         *([Field("mode", "values of the modes", len(modes), "real", group, "mode")] if modes else []),
     )
+
+
+#: How far a sample may be moved onto a point of the time grid, as a part of the shortest period.
+CLOSEST = 1e-5
+#: Number of the status of a function that fails, and its remedy.
+CONTROLLER_FAILED = 30
+CONTROLLER_ADVICE = "a function that gives finite values from the signals of that time, and returns 0"
+#: Record of a stepper on the last function that failed; all zero but the first: the caller gave no function.
+CONTROLLER_FAILURE = (
+    Field("failed_controller", "whose function failed last, counted from 1; 0: none", 0, "long"),
+    Field("controller_returned", "return value of that function, 0 without an error", 0, "long"),
+    Field("controller_not_finite", "which of its values, then memory, is not finite, from 1; 0: none", 0, "long"),
+)
+
+
+def sample_data(
+    rows: Sequence[SampleRow], controllers: Sequence[SampledController] = (), states: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return the sampled states as JSON types: ``clocks``, each a period and its first time in s, ``rows``, and
+    ``controllers`` if there are some. ``set_at`` of a row is the level at which the term gives its value, -1 if a
+    controller does.
+
+    Parameters
+    ----------
+    states : names of all internal states, in order
+    """
+    clocks = list(dict.fromkeys((row.period, row.offset) for row in rows))
+    numbers = {name: number for number, name in enumerate(states)}
+    called = [_called(item, rows, numbers, clocks) for item in controllers]
+    return {
+        "clocks": [list(clock) for clock in clocks],
+        "rows": [
+            {
+                **asdict(row),
+                "clock": clocks.index((row.period, row.offset)),
+                "set_at": row.level if row.controller < 0 else -1,
+            }
+            for row in rows
+        ],
+        "closest": CLOSEST * min(row.period for row in rows),
+        **({"controllers": called, "from_caller": any(not item["function"] for item in called)} if called else {}),
+    }
+
+
+def _called(
+    item: SampledController,
+    rows: Sequence[SampleRow],
+    numbers: Mapping[str, int],
+    clocks: Sequence[tuple[float, float]],
+) -> dict[str, Any]:
+    by_state = {row.state: row for row in rows}
+    given = [by_state[numbers[name]] for name in item.value_states]
+    return {
+        "name": item.name,
+        "signals": list(item.signals),
+        "outputs": list(item.outputs),
+        "signal_states": [numbers[name] for name in item.signal_states],
+        "value_states": [row.state for row in given],
+        "memory_states": [numbers[name] for name in item.memory_states],
+        "quantum": given[0].quantum,
+        "level": given[0].level,
+        "clock": clocks.index((given[0].period, given[0].offset)),
+        "declared": item.declared,
+        "function": item.function,
+        "source": item.source.name if item.source else "",
+    }
+
+
+def controller_status(controllers: Sequence[SampledController]) -> tuple[Status, ...]:
+    """Return the status of a function that fails, if any are called."""
+    if not controllers:
+        return ()
+    names = ", ".join(item.name for item in controllers)
+    one = f"the function of the controller {names}" if len(controllers) == 1 else f"a controller's function ({names})"
+    text = f"{one} reports an error, gives values that are not finite, or is missing"
+    return (Status(CONTROLLER_FAILED, "CONTROLLER_FAILED", text, CONTROLLER_ADVICE),)
+
+
+#: Margin beside the time of a jump, in times the precision of the numbers that the time is made of.
+MARGIN = 32.0
+
+
+def jump_data(
+    discontinuities: tuple[Discontinuity, ...], order: int, *, by_differences: bool = False
+) -> dict[str, Any]:
+    """Return the times that matter to a method of an order: ``once``; ``first`` and ``period`` of waves.
+
+    Empty if there are none.
+
+    Parameters
+    ----------
+    by_differences : whether the method finds accelerations that constraints prescribe by differences of velocities
+    """
+    those = [item for item in discontinuities if item.order + 1 < order + (by_differences and item.constraint)]
+    if not those:
+        return {}
+    return {
+        "once": sorted({item.time for item in those if item.period == 0.0}),
+        "periodic": [
+            list(pair) for pair in dict.fromkeys((item.time, item.period) for item in those if item.period > 0.0)
+        ],
+        "margin": MARGIN,
+        "blur": max(MARGIN * item.blur for item in those),
+    }

@@ -7,11 +7,17 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.integrators.events import STATUSES, event_data, event_state
+from eomgen.integrators.events import (
+    CONTROLLER_FAILURE,
+    STATUSES,
+    controller_status,
+    event_data,
+    event_state,
+    jump_data,
+    sample_data,
+)
 from eomgen.integrators.families.family import Family, Field, GroupFunction, Setting, Sizes, velocities
-from eomgen.integrators.methods import check_needs
-from eomgen.integrators.samples import CONTROLLER_FAILURE, controller_status, sample_data
-from eomgen.integrators.step_splitting import jump_data
+from eomgen.integrators.families.register import check_needs
 from eomgen.lie import kernels
 from eomgen.lie.groups import Group, group_named
 from eomgen.lie.product import Factor

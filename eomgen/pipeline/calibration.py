@@ -19,11 +19,17 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
 from eomgen.formula.nodes import Symbol
-from eomgen.linear.control import placement, second_order_regulator
+from eomgen.linear.control import second_order
 from eomgen.linear.control import weights as costs
-from eomgen.linear.control.modal import ModalFeedback, modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
 from eomgen.linear.control.plant import Plant
 from eomgen.linear.control.regulator import lqr, place
+from eomgen.linear.control.second_order import (
+    ModalFeedback,
+    modal_feedback,
+    modes_of,
+    optimal_modal_gains,
+    placed_modal_gains,
+)
 from eomgen.linear.control.weights import Weights
 from eomgen.linear.modes import balance, modes
 from eomgen.scene.control.model import Calibration, StateFeedback
@@ -284,11 +290,11 @@ def _feedback(
     if calibration.method == "lqr":
         start = Weights.of(plant, effort=_each(calibration.effort_weights or (0.0,), plant.m))
         weights = _weights(start, opened, item, calibration, C, D)
-        optimal = second_order_regulator.lqr(plant, weights)
+        optimal = second_order.lqr(plant, weights)
         G = np.hstack([optimal.G_p, optimal.G_v])
         return G, slowest_motion(plant, G)
     if calibration.poles:
-        placed = placement.place(plant, calibration.poles)
+        placed = second_order.place(plant, calibration.poles)
         G = np.hstack([placed.G_p, placed.G_v])
         return G, slowest_motion(plant, G)
     modes = modes_of(plant)

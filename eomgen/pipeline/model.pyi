@@ -13,7 +13,7 @@ from eomgen.analysis.steady_motion import steady_motion as _steady_motion
 from eomgen.compiled.model import CompiledModel
 from eomgen.products.derivatives.linearise import sensitivities as _sensitivities
 from eomgen.products.ensembles.simulate_many import simulate_many as _simulate_many
-from eomgen.simulation.resume import resume as _resume
+from eomgen.simulation.checkpoint import resume as _resume
 from eomgen.simulation.run_model import attach as _attach
 from eomgen.simulation.simulate import simulate as _simulate
 from eomgen.simulation.start import start as _start

@@ -29,7 +29,7 @@ from eomgen.toolchain.profiles import COMPILED_PROFILE, STANDARD_PROFILE
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.codegen.targets.target import Target
-    from eomgen.integrators.methods import Method
+    from eomgen.integrators.families.register import Method
     from eomgen.pipeline.model import Model
     from eomgen.scene.scene import Scene
     from eomgen.system.branches import Branches
@@ -352,7 +352,7 @@ def built_in(
     """
     _check_terms(terms)
     from eomgen.integrators.families.family import LinearPasses  # noqa: PLC0415
-    from eomgen.integrators.methods import method_named, terms_of  # noqa: PLC0415
+    from eomgen.integrators.families.register import method_named, terms_of  # noqa: PLC0415
     from eomgen.pipeline.model import Model  # noqa: PLC0415
 
     document, front_end = as_document(scene)
@@ -437,7 +437,7 @@ def method_of(scene: Scene, method: str | None) -> str:
 
 def terms_of_step(scene: Scene, method: str) -> tuple[str, ...]:
     """Return the terms that a step of a method calls."""
-    from eomgen.integrators.methods import terms_of  # noqa: PLC0415
+    from eomgen.integrators.families.register import terms_of  # noqa: PLC0415
 
     constrained = bool(scene.constraints) or scene.coordinates == "absolute"
     return terms_of(method, constrained, bool(scene.states))
@@ -465,7 +465,7 @@ def built_for_run(
     described = front_end.describe(document)
     simulation = described.simulation
     if steps is not None:
-        from eomgen.integrators.methods import method_named  # noqa: PLC0415
+        from eomgen.integrators.families.register import method_named  # noqa: PLC0415
 
         steps = None if method_named(_method_name(described, method)).chooses_steps else steps
     begun = start or simulation.start
@@ -545,7 +545,7 @@ def _method_name(described: Description, method: str | None) -> str:
 
     Raises UsageError or DescriptionError when there is none of its name.
     """
-    from eomgen.integrators.methods import AUTO, STANDARD, canonical_name  # noqa: PLC0415
+    from eomgen.integrators.families.register import AUTO, STANDARD, canonical_name  # noqa: PLC0415
 
     if (described.simulation.method if method is None else method) == AUTO:
         return STANDARD
@@ -560,7 +560,7 @@ def _check_method(scene: Scene, place: str = "") -> None:
 
     if scene.simulation.method == Simulation.method:
         return
-    from eomgen.integrators.methods import AUTO  # noqa: PLC0415  # few scenes choose a method
+    from eomgen.integrators.families.register import AUTO  # noqa: PLC0415  # few scenes choose a method
 
     if scene.simulation.method != AUTO:
         _own_method(scene.simulation, scene.source.get("simulation.method", place or scene.name))
@@ -590,7 +590,7 @@ def _with_method_problems(error: DescriptionError, method: Callable[[], tuple[ob
 
 def _own_method(simulation: Simulation, place: str) -> str:
     """Return the name of the method that a scene asks for. Raises DescriptionError if there is none of this name."""
-    from eomgen.integrators.methods import canonical_name  # noqa: PLC0415
+    from eomgen.integrators.families.register import canonical_name  # noqa: PLC0415
 
     try:
         return canonical_name(simulation.method, simulation.tolerance)
@@ -608,7 +608,7 @@ def _method(described: Description, method: str | None, *, for_runs: bool) -> Me
     ----------
     for_runs : whether runs give the stepper its parameters, so that it does not matter which it is made with
     """
-    from eomgen.integrators.methods import method_compiled, method_named, method_parameters  # noqa: PLC0415
+    from eomgen.integrators.families.register import method_compiled, method_named, method_parameters  # noqa: PLC0415
 
     name = _method_name(described, method)
     try:

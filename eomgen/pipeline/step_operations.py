@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.methods import method_named, terms_of
+from eomgen.integrators.families.register import method_named, terms_of
 from eomgen.integrators.newton.row_sums import with_row_sums
 from eomgen.integrators.stepper_data import method_data
 from eomgen.pipeline.pipeline import derive

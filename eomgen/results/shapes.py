@@ -18,8 +18,7 @@ from eomgen.formula.nodes import Vector
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import difference, update
-from eomgen.results.beam_curves import frames_along, stations
-from eomgen.results.scenery import poses_and_scenery
+from eomgen.results.scenery import frames_along, poses_and_scenery, stations
 from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:

@@ -202,7 +202,7 @@ def from_data(
         report.add("kind", *fault)
         report.raise_problems()
     if "repeat" in data:
-        from eomgen.scene.includes.repeat import numbers_of_copies, repeated  # noqa: PLC0415  # most scenes have none
+        from eomgen.scene.repeat import numbers_of_copies, repeated  # noqa: PLC0415  # most scenes have none
 
         if isinstance(data["repeat"], Mapping):
             metadata = {**(metadata or {}), "repeat": numbers_of_copies(data)}
@@ -211,7 +211,7 @@ def from_data(
         report.lines = {**report.lines, **of_copies}
     part = Part(dict(data), {})
     if "include" in data:
-        from eomgen.scene.includes.include import with_included  # noqa: PLC0415  # most scenes have none
+        from eomgen.scene.include import with_included  # noqa: PLC0415  # most scenes have none
 
         part = with_included(data, report, folder or Path())
         report.lines = part.lines

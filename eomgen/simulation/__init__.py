@@ -6,7 +6,6 @@ __all__ = [
     "judgement",
     "motions",
     "option_types",
-    "resume",
     "row_times",
     "run_model",
     "side_by_side",

@@ -15,8 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import EomgenError, Problem, UsageError
-from eomgen.integrators.families.register import BUILT_IN
-from eomgen.integrators.methods import AUTO, STANDARD, check_needs, method_named
+from eomgen.integrators.families.register import AUTO, BUILT_IN, STANDARD, check_needs, method_named
 from eomgen.system.system import Facts
 
 if TYPE_CHECKING:

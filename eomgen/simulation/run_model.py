@@ -21,7 +21,7 @@ from eomgen.compiled.beams import SectionLoads, section_loads
 from eomgen.compiled.coordinates import State
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.results.dense_output import Between, Index, Rows
 from eomgen.results.events import Events
 from eomgen.results.scenery import PosesAndScenery, poses_and_scenery

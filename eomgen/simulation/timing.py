@@ -15,7 +15,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.files import write_text
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem
-from eomgen.integrators.methods import Method, method_named
+from eomgen.integrators.families.register import Method, method_named
 from eomgen.results.solution import Solution
 from eomgen.simulation.stepping.inputs import InputSignals, Signal, jumps_known, read_signals
 from eomgen.simulation.stepping.run import scene_inputs

@@ -6,7 +6,6 @@ __all__ = [
     "cancellation",
     "description",
     "display",
-    "events",
     "motions",
     "samples",
     "selection",

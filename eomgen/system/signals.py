@@ -1,4 +1,8 @@
-"""Signals of a system: parameters, inputs, also as series of standard normal variables, internal states, outputs;
+"""Signals and events of a system: parameters, inputs, also as series of standard normal variables, internal states,
+outputs; sampled states with their functions, motions that a caller gives while a model runs, and events by their
+formulas.
+
+Signals of a system: parameters, inputs, also as series of standard normal variables, internal states, outputs;
 sampled states with their functions, and motions that a caller gives while a model runs.
 
 Signals of a system: parameters, inputs, internal states, outputs; sampled states with their functions, and motions
@@ -12,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 
@@ -19,6 +24,69 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Formula, Symbol
+
+Direction = Literal["rising", "falling", "both"]
+Action = Literal["count", "record", "stop", "reset", "impact", "switch"]
+
+#: Least time between two events of a kind, as a share of a step, if the scene gives none.
+LEAST_INTERVAL = 1e-9
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """A number of the state that an event sets.
+
+    Attributes
+    ----------
+    block, index : the number: of ``q``, ``v`` or ``z``
+    place : of its formula among the ``event_actions``
+    """
+
+    block: str
+    index: int
+    place: int
+
+
+@dataclass(frozen=True)
+class EventRow:
+    """One event of a System, in the order of the term ``events``.
+
+    Attributes
+    ----------
+    sign : of the rate at the roots that count: 1 rising, -1 falling, 0 both
+    has_rate : whether the term gives the rate of the function; else it is zero there
+    assignments : of ``reset``
+    restitution : place among the ``event_actions`` of an impact's restitution
+    gradient : row of an impact in the term ``event_impulse``
+    mode, value : of ``switch``: number of the mode, place of its new value among the ``event_actions``
+    least_interval : s; an event that comes again sooner ends the run; 0: the stepper's own bound
+    """
+
+    name: str
+    action: Action = "record"
+    sign: int = 0
+    has_rate: bool = True
+    assignments: tuple[Assignment, ...] = ()
+    restitution: int = -1
+    gradient: int = -1
+    mode: int = -1
+    value: int = -1
+    least_interval: float = 0.0
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A number that only events change; ``parameter``: the tunable parameter that holds its value at the start."""
+
+    name: str
+    parameter: int
+
+
+def mode_parameter(mode: str) -> str:
+    """Return the name of the tunable parameter that holds the value of a mode at the start of a run."""
+    return f"mode_{mode}"
+
 
 #: Prefix of the number of a variable in the name of its parameter.
 _VARIABLE = "z"

@@ -22,8 +22,7 @@ from typing import Any
 from eomgen.base.progress import counted_units
 from eomgen.errors import Problem, ToolchainError
 from eomgen.toolchain.cache import Cache, Entry
-from eomgen.toolchain.cffi_build import load_abi, load_api, python_headers, wrapper_source
-from eomgen.toolchain.companions import companion_files
+from eomgen.toolchain.cffi_build import companion_files, load_abi, load_api, python_headers, wrapper_source
 from eomgen.toolchain.compiler import (
     DEFAULT_TIMEOUT,
     Compilation,

@@ -37,7 +37,7 @@ from benchmarks import (
     steps_in_passes,
     time_derivatives,
 )
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from tests.models.shear_frame import RESPONSE, SCALE
 
 

@@ -16,7 +16,7 @@ from eomgen.codegen.convert import to_program
 from eomgen.codegen.folder import write_folder
 from eomgen.codegen.targets.c.naming import c_string
 from eomgen.codegen.targets.c.target import generate_files
-from eomgen.integrators.methods import METHOD_NAMES, method_named
+from eomgen.integrators.families.register import METHOD_NAMES, method_named
 from tests.codegen.hand_made import pendulum
 from tests.codegen.test_render import HOSTILE, STRICT, hostile
 from tests.models.cache import shared_cache

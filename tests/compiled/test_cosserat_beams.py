@@ -18,7 +18,7 @@ import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.scheduling import rerolling, scheduler
 from eomgen.codegen.targets.c.target import generate_files
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
 from eomgen.simulation.judgement.remarks import turned_elements
 from tests.mechanics.test_cosserat_beams import elastica

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import eomgen
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from tests.models.cache import shared_cache
 from tests.oracles.states import quaternion_product, rotation_of
 from tests.oracles.stepper import integrate

@@ -7,10 +7,15 @@ import numpy as np
 import pytest
 
 from eomgen.errors import ModelError, UsageError
-from eomgen.linear.control.modal import modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
-from eomgen.linear.control.placement import place
 from eomgen.linear.control.plant import Plant
-from eomgen.linear.control.second_order_regulator import lqr
+from eomgen.linear.control.second_order import (
+    lqr,
+    modal_feedback,
+    modes_of,
+    optimal_modal_gains,
+    place,
+    placed_modal_gains,
+)
 from eomgen.linear.control.weights import Weights
 from tests.control.plants import quarter_car, random_plant
 

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 from eomgen.errors import ModelError
 from eomgen.linear.control.plant import Plant
-from eomgen.linear.control.second_order_regulator import lqr
+from eomgen.linear.control.second_order import lqr
 from eomgen.linear.control.stationary import road_intensity, stationary
 from eomgen.linear.control.weights import Weights
 from tests.control.plants import ROAD, SPRUNG, TYRE, UNSPRUNG, quarter_car

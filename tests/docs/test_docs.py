@@ -16,7 +16,7 @@ import pytest
 import eomgen
 from eomgen.cli import INTERRUPTED, VERBS, commands
 from eomgen.formula.words import FUNCTIONS
-from eomgen.integrators.methods import METHOD_NAMES
+from eomgen.integrators.families.register import METHOD_NAMES
 from eomgen.mechanics.derive import derive
 from eomgen.scene.document.reference import schema
 from eomgen.scene.document.schema import SECTIONS

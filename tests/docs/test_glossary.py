@@ -11,7 +11,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import VERBS
-from eomgen.integrators.methods import METHOD_NAMES
+from eomgen.integrators.families.register import METHOD_NAMES
 from eomgen.scene.document.reference import schema
 from eomgen.scene.document.schema import Document
 from eomgen.system.terms import TERMS

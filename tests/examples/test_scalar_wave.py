@@ -18,7 +18,7 @@ from scipy.linalg import eigh
 import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.targets.c.target import generate_files
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
 from eomgen.symbolic.evaluate import evaluate
 from tests.models.cache import shared_cache

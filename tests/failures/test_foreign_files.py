@@ -16,8 +16,8 @@ import pytest
 
 from eomgen.base.files import read_arrays, write_arrays, write_text
 from eomgen.errors import DescriptionError, FileError
+from eomgen.scene import include
 from eomgen.scene.document import units
-from eomgen.scene.includes import include
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.signals import curves
 from eomgen.scene.sources.toml import line_index

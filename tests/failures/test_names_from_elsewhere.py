@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.base.attributes_elsewhere import ATTRIBUTES
+from eomgen.base.calls import ATTRIBUTES
 from eomgen.cli import VERBS, commands, main
 from eomgen.cli.mistakes import of_verb
 from eomgen.control import Regulator

@@ -17,7 +17,7 @@ import pytest
 
 import eomgen
 from eomgen.integrators.families.partitioned import partition_data
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.lie.product import Factor
 from eomgen.products.derivatives.linear_run import undefined_derivatives

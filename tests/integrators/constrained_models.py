@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.targets.c.target import generate_files, generate_interface
 from eomgen.formula.nodes import Number, Operation, Symbol
-from eomgen.integrators.methods import Method
+from eomgen.integrators.families.register import Method
 from eomgen.integrators.stepper_data import method_data
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Base, Body

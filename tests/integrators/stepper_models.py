@@ -14,7 +14,7 @@ import numpy as np
 
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.target import environment, stepper_template
-from eomgen.integrators.methods import Method
+from eomgen.integrators.families.register import Method
 from eomgen.integrators.newton.matrix import dense
 from eomgen.integrators.newton.sample_matrices import Samples
 from eomgen.integrators.stepper_data import method_data

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 import eomgen
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.lie import product
 from eomgen.simulation.stepping.settings import stepper_library, stepper_settings
 from eomgen.simulation.stepping.stepper import Stepper

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import eomgen
 from eomgen.errors import EomgenError
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.lie.product import Factor
 from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.galerkin_in_numpy import ORDERS, SCHEMES, stepped

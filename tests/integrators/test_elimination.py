@@ -9,7 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.errors import ModelError
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.integrators.newton.elimination import eliminate
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data

@@ -10,8 +10,7 @@ import pytest
 import eomgen
 from eomgen.base.files import template_folder
 from eomgen.integrators.families.family import Sizes
-from eomgen.integrators.families.register import BUILT_IN, family_named, row_of
-from eomgen.integrators.methods import METHOD_NAMES, method_named
+from eomgen.integrators.families.register import BUILT_IN, METHOD_NAMES, family_named, method_named, row_of
 
 PACKAGE = Path(eomgen.__file__).parent
 SIZES = (Sizes(7, 6, 2, 1, 3, 0, 0), Sizes(14, 12, 0, 0, 0, 5, 3))

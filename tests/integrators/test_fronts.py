@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from eomgen.integrators.newton.elimination import Elimination, eliminate
-from eomgen.integrators.newton.fronts import Fronts, fewest_operations, make_fronts
+from eomgen.integrators.newton.stages import Fronts, fewest_operations, make_fronts
 
 Entries = dict[tuple[int, int], np.ndarray]
 SIZE = 3

@@ -10,7 +10,7 @@ import pytest
 from sympy import QQ, Rational
 from sympy.polys.rings import ring
 
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 
 R, x, w = ring("x, w", QQ)
 #: Of which x = 1/gamma is a root.

@@ -10,7 +10,7 @@ import pytest
 import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.errors import EomgenError
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
 from eomgen.pipeline.pipeline import derive, load
 from tests.integrators.test_taylor import SCENES, error, model, pushed, reference

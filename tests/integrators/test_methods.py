@@ -10,8 +10,8 @@ import pytest
 
 from eomgen.errors import ModelError, UsageError
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
+from eomgen.integrators.families.register import check_needs
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
-from eomgen.integrators.methods import check_needs
 from eomgen.system.system import Facts
 
 

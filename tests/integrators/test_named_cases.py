@@ -11,7 +11,7 @@ import pytest
 from eomgen.errors import ModelError, UsageError
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.generalized_alpha_cases import hht, newmark, trapezoidal, wbz
-from eomgen.integrators.methods import METHOD_NAMES, check_needs, method_named, method_parameters
+from eomgen.integrators.families.register import METHOD_NAMES, check_needs, method_named, method_parameters
 from eomgen.lie.product import Factor
 from tests.integrators import test_stepper as groups
 from tests.integrators.test_methods import facts

@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.pipeline.model import Model
 from eomgen.simulation.stepping.settings import stepper_library

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 import eomgen
 from eomgen.integrators.compositions import composition_named
 from eomgen.integrators.families.composition import NAMES as COMPOSITIONS
-from eomgen.integrators.families.register import BUILT_IN
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import BUILT_IN, method_named
 from eomgen.pipeline.model import Model
 from eomgen.simulation.stepping.settings import chosen_method, stepper_settings
 from eomgen.simulation.stepping.stepper import Stepper

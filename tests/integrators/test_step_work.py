@@ -10,7 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.integrators.methods import method_named, terms_of
+from eomgen.integrators.families.register import method_named, terms_of
 from eomgen.integrators.stepper_data import method_data
 from eomgen.pipeline.pipeline import derive, load
 from tests.integrators.executed import Executed

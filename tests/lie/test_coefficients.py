@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.lie import coefficients, series
+from eomgen.lie import coefficients
 from eomgen.lie.algebra import NumpyAlgebra
 
 CLOSED = {
@@ -46,9 +46,9 @@ def relative_errors(name, y):
 def test_round_off_up_to_pi(name):
     # y = x^2 is taken as exact; f1 has its zero at pi, where an error relative to it says nothing, hence 3 for f1
     largest = 3.0 if name == "f1" else math.pi
-    y = np.concatenate([np.logspace(-24, 2 * np.log10(largest), 240), around(4 * series.SMALL_LIMIT)])
+    y = np.concatenate([np.logspace(-24, 2 * np.log10(largest), 240), around(4 * coefficients.SMALL_LIMIT)])
     if name != "f1":
-        y = np.concatenate([y, around(series.TAYLOR_LIMIT)])
+        y = np.concatenate([y, around(coefficients.TAYLOR_LIMIT)])
     assert relative_errors(name, y).max() <= 1e-15
 
 

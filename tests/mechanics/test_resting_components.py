@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.errors import UsageError
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.pipeline import build

@@ -15,9 +15,8 @@ import pytest
 from scipy.linalg import expm
 
 import eomgen
-from eomgen.linear.control.modal import optimal_modal_gains
 from eomgen.linear.control.plant import Plant
-from eomgen.linear.control.second_order_regulator import lqr
+from eomgen.linear.control.second_order import lqr, optimal_modal_gains
 from eomgen.linear.control.weights import Weights
 from tests.models.cache import shared_cache
 

@@ -13,7 +13,7 @@ import pytest
 import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.targets.c.target import C
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data
 from eomgen.pipeline import pipeline

@@ -12,7 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import eomgen
-from eomgen.integrators.methods import terms_of
+from eomgen.integrators.families.register import terms_of
 
 METHODS = ("generalized_alpha", "generalized_alpha_index3", "rk4_partitioned", "rattlie")
 BODY = {"mass": 1.0, "center_of_mass": [0.3, 0.1, 0.2], "inertia": [0.02, 0.03, 0.04]}

@@ -8,7 +8,7 @@ import pytest
 
 import eomgen
 from benchmarks import chains
-from eomgen.integrators.methods import terms_of
+from eomgen.integrators.families.register import terms_of
 
 
 @pytest.fixture(scope="module")

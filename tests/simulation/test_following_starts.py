@@ -11,7 +11,7 @@ import pytest
 from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import UsageError
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder

@@ -10,7 +10,7 @@ import pytest
 
 from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.lie import product
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives import motion

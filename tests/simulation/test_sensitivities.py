@@ -10,7 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.errors import NumericalError, UsageError
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives import motion
 from eomgen.products.derivatives.motion import Motion

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.simulation.judgement.singular_positions import (
     NEARLY,
     nearest_singular,

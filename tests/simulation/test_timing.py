@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named
 from eomgen.simulation.timing import Repeated, step_times
 
 #: A mass on a spring that passes its middle 63 times in 10 s, more often than a library keeps events.

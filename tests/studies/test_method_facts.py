@@ -8,8 +8,7 @@ import pytest
 
 from eomgen.errors import UsageError
 from eomgen.integrators.families.family import Sizes
-from eomgen.integrators.families.register import row_of
-from eomgen.integrators.methods import METHOD_NAMES, method_compiled
+from eomgen.integrators.families.register import METHOD_NAMES, method_compiled, row_of
 from eomgen.products.studies.method_facts import FACTS, GROUP, MethodFacts, facts_of
 from tests.models.distributions import distribution, register
 

@@ -13,7 +13,7 @@ from scipy.integrate import trapezoid
 import eomgen
 from eomgen import RandomVibration, random_vibration
 from eomgen.products.reliability.random_processes import Band, Covariance, Exponential, KanaiTajimi, SquaredExponential
-from eomgen.products.reliability.vibration.truncation import lost_variance
+from eomgen.products.reliability.vibration.inputs import lost_variance
 from eomgen.scene.load import load_toml
 
 SCENE = """

@@ -2,8 +2,7 @@
 
 __all__ = ["Composition", "composition_named", "compositions", "leapfrog_recursion", "names_composition", "order_of"]
 
-from eomgen.integrators.compositions.composition import Composition
-from eomgen.integrators.compositions.order_conditions import order_of
+from eomgen.integrators.compositions.composition import Composition, order_of
 from eomgen.integrators.compositions.table import (
     composition_named,
     compositions,

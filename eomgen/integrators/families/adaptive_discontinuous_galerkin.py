@@ -32,7 +32,7 @@ from eomgen.integrators.families.discontinuous_galerkin import METHODS, Disconti
 from eomgen.integrators.families.family import Bound, Field, MethodName, Setting, Sizes, Status, velocities
 from eomgen.integrators.families.galerkin_operators import inverse
 from eomgen.integrators.families.generalized_alpha import indices_in_q
-from eomgen.integrators.families.growth import SHRINK_AT_GROWTH
+from eomgen.integrators.families.one_factorization import SHRINK_AT_GROWTH
 
 if TYPE_CHECKING:
     from eomgen.integrators.step_work import Work

@@ -36,10 +36,12 @@ from eomgen.integrators.families.family import (
     Sizes,
     Status,
 )
-from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
 from eomgen.integrators.families.needs import UNCONSTRAINED_LINEARISED
 from eomgen.integrators.families.one_factorization import (
     FIXED_STEPS,
+    GROWTH_STATUS,
+    STOP_AT_GROWTH,
+    UNFOLLOWED_GROWTH,
     OneFactorization,
     linear_system,
     matrix_functions,

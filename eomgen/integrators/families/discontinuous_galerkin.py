@@ -61,9 +61,14 @@ from eomgen.integrators.families.galerkin_operators import (
     root,
     stability_series,
 )
-from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
 from eomgen.integrators.families.needs import UNCONSTRAINED_LINEARISED
-from eomgen.integrators.families.one_factorization import OneFactorization, linear_system
+from eomgen.integrators.families.one_factorization import (
+    GROWTH_STATUS,
+    STOP_AT_GROWTH,
+    UNFOLLOWED_GROWTH,
+    OneFactorization,
+    linear_system,
+)
 
 if TYPE_CHECKING:
     from eomgen.integrators.step_work import Work

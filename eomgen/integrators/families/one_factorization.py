@@ -1,8 +1,14 @@
-"""Common part of families with steps of one factorization: equations linearised about the start of the step.
+"""Common part of families with steps of one factorization: equations linearised about the start of the step, and the
+guard against growth that they cannot follow.
 
 Their matrix represents (I - gain J) d = right side in forces, (M + gain C + gain^2 K) d_v, with internal states behind;
 increments are about none, so pivots are chosen ``at_start`` and M may be singular if the matrix is not. Constraints
 border it by B^T of the start and B of the end of a step.
+
+The guard of steps of one factorization against growth that they cannot follow: rows of families that have it.
+
+``newton/growth.c.jinja`` looks at the pivots (``newton.signs``); a step calls ``_note_growth`` behind a factorization,
+with ``stop_at_growth`` in its workspace. If a method chooses its steps, such a step is tried again as a smaller one.
 """
 
 from __future__ import annotations
@@ -10,15 +16,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     EXCHANGES,
     NOT_FINITE,
     SINGULAR_ADVICE,
+    SMALLER_STEP,
     Bound,
     Family,
     Field,
+    Setting,
     Sizes,
     Status,
     velocities,
@@ -27,6 +35,29 @@ from eomgen.integrators.families.family import (
 if TYPE_CHECKING:
     from eomgen.integrators.newton.matrix import Packing, Unknowns
     from eomgen.system.system import System
+
+
+STOP_AT_GROWTH = Setting(
+    "stop_at_growth", 1, "0: growth that a step cannot follow is only counted; 1: it ends the run", (0, 1)
+)
+SHRINK_AT_GROWTH = Setting(
+    "stop_at_growth", 1, "0: growth that a step cannot follow is only counted; 1: a smaller step is taken", (0, 1)
+)
+UNFOLLOWED_GROWTH = Field(
+    "unfollowed_growth", "matrices with something that grows so fast that the step would damp it", kind="long"
+)
+GROWTH_STATUS = Status(
+    10,
+    "UNFOLLOWED_GROWTH",
+    "something grows by itself so fast that a step would damp it, as behind a force that pushes away",
+    f"{SMALLER_STEP}, or stop_at_growth = 0 if the growth does not matter",
+)
+#: The same if constraints border the matrix, since their rows may change a sign too.
+GROWTH_OR_SINGULAR_STATUS = replace(
+    GROWTH_STATUS,
+    text="something grows by itself so fast that a step would damp it, or the constraints are singular within the step",
+)
+
 
 #: Reason for which steps of one factorization follow no tolerance, and methods that do.
 FIXED_STEPS = (

@@ -53,13 +53,15 @@ from eomgen.integrators.families.family import (
     hold,
     rotation_too_large,
 )
-from eomgen.integrators.families.growth import (
+from eomgen.integrators.families.one_factorization import (
+    FIXED_STEPS,
     GROWTH_OR_SINGULAR_STATUS,
     GROWTH_STATUS,
     STOP_AT_GROWTH,
     UNFOLLOWED_GROWTH,
+    OneFactorization,
+    linear_system,
 )
-from eomgen.integrators.families.one_factorization import FIXED_STEPS, OneFactorization, linear_system
 
 if TYPE_CHECKING:
     from eomgen.integrators.step_work import Work

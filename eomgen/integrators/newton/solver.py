@@ -11,7 +11,6 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.errors import ModelError
 from eomgen.integrators.newton.elimination import Elimination, eliminate
-from eomgen.integrators.newton.fronts import Fronts, fewest_operations, make_fronts
 from eomgen.integrators.newton.matrix import (
     MatrixIndex,
     Packing,
@@ -22,7 +21,7 @@ from eomgen.integrators.newton.matrix import (
     tangent_numbers,
 )
 from eomgen.integrators.newton.sample_matrices import Samples
-from eomgen.integrators.newton.stages import stages, stages_of_tree
+from eomgen.integrators.newton.stages import Fronts, fewest_operations, make_fronts, stages, stages_of_tree
 from eomgen.lie.product import Factor
 
 #: Multiply-subtracts up to which an elimination is written out, statement by statement.

@@ -18,7 +18,7 @@ import scipy.linalg
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.errors import ModelError
-from eomgen.linear.control.stabilisability import distinct, in_words
+from eomgen.linear.control.plant import distinct, in_words
 from eomgen.linear.modes import balance
 
 #: Eigenvalues this close to the border of stability, as a share of the largest, count as on it.

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from eomgen.linear.spectra.excitation import Excitation, InputSpectrum, RoadExcitation, check_excitation
-from eomgen.linear.spectra.power_spectrum import PowerSpectrum
-from eomgen.linear.spectra.ride_comfort import WEIGHTINGS, RideTable, weighting_response
+from eomgen.linear.spectra.power_spectrum import WEIGHTINGS, PowerSpectrum, RideTable, weighting_response
 from eomgen.linear.spectra.road import MeasuredRoad, Road
 
 __all__ = [

@@ -1,17 +1,126 @@
-"""PowerSpectrum: the one-sided power spectral density of one quantity, with its unit, rms and plot."""
+"""PowerSpectrum: the one-sided power spectral density of one quantity, with its unit, rms and plot; frequency
+weightings of whole-body vibration, and ride comfort over road classes and speeds.
+
+Ride comfort: frequency weightings of whole-body vibration, and root mean squares over road classes and speeds.
+
+H(s) = band limitation (high pass f1, low pass f2, both Butterworth) times transition (f3, f4, Q4) times upward step
+(f5, Q5, f6, Q6). Magnitudes agree with table 3 of ISO 2631-1.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
-from eomgen.base.display import axes_of_caller, pyplot_figure
+from eomgen.base.display import axes_of_caller, page, pyplot_figure, table
 from eomgen.errors import Problem, UsageError
-from eomgen.linear.spectra.ride_comfort import weighting_response
+
+
+@dataclass(frozen=True)
+class WeightingFilter:
+    """Corner frequencies in Hz and resonance quality factors; ``step`` is (f5, Q5, f6, Q6) or None."""
+
+    description: str
+    f1: float
+    f2: float
+    f3: float
+    f4: float
+    Q4: float
+    step: tuple[float, float, float, float] | None = None
+
+
+WEIGHTINGS = {
+    "Wk": WeightingFilter("vertical, of a seat or the floor", 0.4, 100.0, 12.5, 12.5, 0.63, (2.37, 0.91, 3.35, 0.91)),
+    "Wd": WeightingFilter("horizontal, of a seat or the floor", 0.4, 100.0, 2.0, 2.0, 0.63),
+}
+
+
+def weighting_response(name: str, frequencies: ArrayLike) -> Complex:
+    """Return the complex response (...) of a weighting filter at frequencies (...) in Hz.
+
+    Raises
+    ------
+    UsageError
+        There is no weighting of that name.
+    """
+    if name not in WEIGHTINGS:
+        fault = f"there is no weighting {ascii(name)[:32]}"
+        known = "; ".join(f"{key}: {item.description}" for key, item in WEIGHTINGS.items())
+        raise UsageError(Problem("weighting", fault, known))
+    item = WEIGHTINGS[name]
+    f = 1j * np.asarray(frequencies, dtype=float)
+    butterworth = 1.0 / math.sqrt(2.0)
+    high_pass = (f / item.f1) ** 2 * _second_order(f, item.f1, butterworth)
+    low_pass = _second_order(f, item.f2, butterworth)
+    response: Complex = high_pass * low_pass * (1.0 + f / item.f3) * _second_order(f, item.f4, item.Q4)
+    if item.step is not None:
+        f5, Q5, f6, Q6 = item.step
+        response = response * (f5 / f6) ** 2 * _second_order(f, f6, Q6) / _second_order(f, f5, Q5)
+    return response
+
+
+def _second_order(f: Complex, corner: float, quality: float) -> Complex:
+    """Return 1 / (1 + s / (Q w) + (s / w)^2) at s = 2 pi f."""
+    result: Complex = 1.0 / (1.0 + f / (quality * corner) + (f / corner) ** 2)
+    return result
+
+
+@checked_calls()
+@dataclass(frozen=True, repr=False)
+class RideTable:
+    """Root mean squares over road classes and speeds.
+
+    Attributes
+    ----------
+    outputs, units : names and units of the outputs; empty units are not known
+    classes : (nc,) road classes
+    speeds : (ns,) m/s
+    values : (nc, ns, number of outputs)
+    weightings : names of the outputs' frequency weightings; empty for none
+    """
+
+    outputs: tuple[str, ...]
+    units: tuple[str, ...]
+    classes: tuple[str, ...]
+    speeds: Array
+    values: Array
+    weightings: tuple[str, ...]
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Headings of the columns of ``rows``."""
+        named = (
+            name + (f" ({weighting})" if weighting else "") + (f" [{unit}]" if unit else "")
+            for name, unit, weighting in zip(self.outputs, self.units, self.weightings, strict=True)
+        )
+        return ("class", "speed [m/s]", *(f"rms {name}" for name in named))
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Class, speed and root mean squares as texts."""
+        return [
+            (name, f"{speed:.6g}", *(f"{value:.6g}" for value in self.values[i, k]))
+            for i, name in enumerate(self.classes)
+            for k, speed in enumerate(self.speeds)
+        ]
+
+    def __repr__(self) -> str:
+        columns = list(zip(self.headings, *self.rows, strict=True))
+        widths = [max(len(cell) for cell in column) for column in columns]
+        lines = [self.headings, *self.rows]
+        return "\n".join(
+            "  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines
+        )
+
+    def _repr_html_(self) -> str:
+        return page("Root mean squares on random roads", table(self.headings, self.rows))
+
 
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 

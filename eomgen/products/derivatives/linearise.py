@@ -19,7 +19,7 @@ from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import comparisons, symbols
 from eomgen.integrators.families.family import LinearPasses, LinearStep
-from eomgen.integrators.methods import METHOD_NAMES, Method, method_named
+from eomgen.integrators.families.register import METHOD_NAMES, Method, method_named
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.crossings import check_crossings
 from eomgen.products.derivatives.galerkin_run import GalerkinMotion, GalerkinRun

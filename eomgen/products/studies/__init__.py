@@ -69,37 +69,37 @@ PRODUCT = Product(
             Verb(
                 "savings",
                 "Costs of a scene with the terms that it needs, and with more.",
-                "eomgen.products.studies.commands.models:savings",
+                "eomgen.products.studies.model_commands:savings",
                 behind="generate",
             ),
             Verb(
                 "check",
                 "Hold every closed form against differences and complex steps.",
-                "eomgen.products.studies.commands.models:check",
+                "eomgen.products.studies.model_commands:check",
                 behind="savings",
             ),
             Verb(
                 "identify",
                 "Unknown parameters of a scene from measured runs, with intervals.",
-                "eomgen.products.studies.commands.models:identify",
+                "eomgen.products.studies.model_commands:identify",
                 behind="random",
             ),
             Verb(
                 "tradeoff",
                 "Measure speed against accuracy: methods, formulations, steps.",
-                "eomgen.products.studies.commands.runs:tradeoff",
+                "eomgen.products.studies.run_commands:tradeoff",
                 behind="animate",
             ),
             Verb(
                 "tune",
                 "Find the cheapest settings that meet a demand on the error.",
-                "eomgen.products.studies.commands.runs:tune",
+                "eomgen.products.studies.run_commands:tune",
                 behind="tradeoff",
             ),
             Verb(
                 "extremes",
                 "Runs under extreme conditions: their failures and warnings.",
-                "eomgen.products.studies.commands.runs:extremes",
+                "eomgen.products.studies.run_commands:extremes",
                 behind="tune",
             ),
         )

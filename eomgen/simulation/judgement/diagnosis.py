@@ -20,9 +20,9 @@ from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import apply, evaluate
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.integrators.events import CONTROLLER_ADVICE, CONTROLLER_FAILED
 from eomgen.integrators.families.adaptive import MOST_STEPS
-from eomgen.integrators.methods import Method
-from eomgen.integrators.samples import CONTROLLER_ADVICE, CONTROLLER_FAILED
+from eomgen.integrators.families.register import Method
 from eomgen.lie import product
 from eomgen.simulation.judgement.instability import Growth
 from eomgen.simulation.judgement.start_checks import upright_tyres

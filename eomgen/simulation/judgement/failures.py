@@ -9,8 +9,7 @@ import numpy as np
 from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.compiled.consistent_states import tells_strain
 from eomgen.compiled.model import CompiledModel
-from eomgen.integrators.events import ACCUMULATED, NO_VALUE, STATUSES, STOPPED
-from eomgen.integrators.samples import CONTROLLER_FAILED
+from eomgen.integrators.events import ACCUMULATED, CONTROLLER_FAILED, NO_VALUE, STATUSES, STOPPED
 from eomgen.results.events import Events
 from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.simulation.judgement.diagnosis import (

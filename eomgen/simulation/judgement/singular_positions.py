@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.integrators.methods import Method
+from eomgen.integrators.families.register import Method
 from eomgen.lie import product
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.integrators.methods import Method
+from eomgen.integrators.families.register import Method
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.stepping.controllers import Controllers
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, Signal, jumps_known, read_signals

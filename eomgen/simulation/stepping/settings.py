@@ -17,7 +17,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
-from eomgen.integrators.methods import Method, canonical_name, method_named, method_parameters, terms_of
+from eomgen.integrators.families.register import Method, canonical_name, method_named, method_parameters, terms_of
 from eomgen.integrators.stepper_layout import checked_setting, default_settings
 from eomgen.simulation.stepping.inputs import CheckedSignal, check_reach, jumps_known
 from eomgen.simulation.stepping.time_grid import TimeGrid, check_jumps

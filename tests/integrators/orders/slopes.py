@@ -14,8 +14,7 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.errors import UsageError
 from eomgen.integrators.families.family import Family
-from eomgen.integrators.families.register import row_of
-from eomgen.integrators.methods import method_named
+from eomgen.integrators.families.register import method_named, row_of
 from eomgen.lie import product
 from eomgen.system.system import Facts
 from tests.integrators.orders.scenes import INPUT, MECHANISMS, Kind, absolute_scene, joint_scene

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 from typing import Any
 
+from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.program import Expression, Part, Program, ProgramFunction, Statement
 
 #: Operations of the engine: their position is their code. An operation has a target and one or two operands.

@@ -31,9 +31,9 @@ from eomgen.products.fields.documents.entries import Entries, check_keys
 from eomgen.scene.formula.namespaces import mapped
 from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
-from eomgen.scene.includes.repeat import repeated
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
+from eomgen.scene.repeat import repeated
 from eomgen.scene.sources.source import read_text, shown_file
 from eomgen.scene.sources.toml import toml_data
 

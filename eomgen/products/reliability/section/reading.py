@@ -20,9 +20,8 @@ from eomgen.products.reliability.random_processes import (
     nearest_correlation,
 )
 from eomgen.products.reliability.section import schema as written
-from eomgen.products.reliability.section.covariances import Coherences, Covariances, crossed
+from eomgen.products.reliability.section.covariances import Coherences, Covariances, Translations, crossed
 from eomgen.products.reliability.section.process_inputs import input_of, mode_tables, variables_as_parameters
-from eomgen.products.reliability.section.translations import Translations
 from eomgen.scene.formula.scope import Laws
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import UNKNOWN, Values

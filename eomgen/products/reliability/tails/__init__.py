@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from eomgen.products.reliability.tails.distribution import INVERSIONS, Tails
+from eomgen.products.reliability.tails.distribution import (
+    INVERSIONS,
+    Draws,
+    Estimate,
+    Tails,
+    corrected_tail,
+    importance_sampling,
+)
 from eomgen.products.reliability.tails.most_probable_point import (
     JUMPING,
     MostProbablePoint,
@@ -25,7 +32,6 @@ from eomgen.products.reliability.tails.quadratic_form import (
     leading_directions,
     projected_hessian,
 )
-from eomgen.products.reliability.tails.tail_samples import Draws, Estimate, corrected_tail, importance_sampling
 
 __all__ = [
     "INVERSIONS",

@@ -55,6 +55,7 @@ from eomgen.products.reliability.vibration.inputs import (
     cut_processes,
     doubts_of_spread,
     doubts_of_truncation,
+    lost_variance,
     numbers_of,
     processes_of,
     span_of,
@@ -69,7 +70,6 @@ from eomgen.products.reliability.vibration.run_response import (
     not_normal,
     rows_at,
 )
-from eomgen.products.reliability.vibration.truncation import lost_variance
 from eomgen.results.error_estimate import SampleErrors
 from eomgen.simulation.option_types import SensitivityOptions
 

@@ -18,7 +18,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, replace
 from eomgen.errors import EomgenError
-from eomgen.integrators.methods import canonical_name
+from eomgen.integrators.families.register import canonical_name
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
 

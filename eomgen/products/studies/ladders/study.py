@@ -18,7 +18,7 @@ from eomgen.base.files import Journal
 from eomgen.base.text import nearest, shown
 from eomgen.base.version import __version__
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.methods import AUTO, canonical_name
+from eomgen.integrators.families.register import AUTO, canonical_name
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.defaults import EXTREMES_BUDGET, EXTREMES_LIMIT
 from eomgen.products.studies.ladders.register import BY_NAME, EQUATIONS, LADDERS, SAME, Ladder, methods_of

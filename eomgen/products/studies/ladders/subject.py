@@ -19,8 +19,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.integrators.families.family import MethodName
-from eomgen.integrators.families.register import BUILT_IN, families_of_others
-from eomgen.integrators.methods import check_needs, method_named
+from eomgen.integrators.families.register import BUILT_IN, check_needs, families_of_others, method_named
 from eomgen.lie.product import update
 from eomgen.pipeline import pipeline
 from eomgen.pipeline.model import Model

@@ -11,8 +11,7 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.base.text import nearest, shown
 from eomgen.errors import EomgenError, ModelError, Problem, UsageError
 from eomgen.integrators.families.family import Family, MethodName
-from eomgen.integrators.families.register import BUILT_IN, families_of_others, row_of
-from eomgen.integrators.methods import check_needs, method_named
+from eomgen.integrators.families.register import BUILT_IN, check_needs, families_of_others, method_named, row_of
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.method_facts import MethodFacts, facts_of
 from eomgen.system.system import Facts

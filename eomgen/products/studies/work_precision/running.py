@@ -19,8 +19,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.version import __version__
 from eomgen.errors import EomgenError, Problem, ToolchainError, UsageError
 from eomgen.integrators.families.family import Family
-from eomgen.integrators.families.register import row_of
-from eomgen.integrators.methods import method_named, method_parameters
+from eomgen.integrators.families.register import method_named, method_parameters, row_of
 from eomgen.pipeline import pipeline
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.work_precision.axes import Configuration

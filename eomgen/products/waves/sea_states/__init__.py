@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``products.waves`` as well.
-WITHIN = ["bound_waves", "components", "numbers", "spectra", "steepness"]
+WITHIN = ["nonlinearity", "spectra"]

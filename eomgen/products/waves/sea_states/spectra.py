@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,8 +15,50 @@ from eomgen.base.calls import checked_call, checked_calls
 from eomgen.base.data import dataclass
 from eomgen.base.random_inputs import WAVES, standard_normals
 from eomgen.errors import Problem, UsageError
-from eomgen.products.waves.sea_states.components import STANDARD_GRAVITY, Components
-from eomgen.products.waves.sea_states.numbers import check_number, check_whole
+
+STANDARD_GRAVITY = 9.81
+
+
+@checked_calls("Components(vectors, amplitude, phase)")
+@dataclass(frozen=True)
+class Components:
+    """Sinusoidal components A cos(kx x + ky y - w t + phase).
+
+    Attributes
+    ----------
+    vectors : (n, 2) array
+        Wave vectors in rad/m, in the direction in which the waves run.
+    amplitude : (n,) array, m
+    phase : (n,) array, rad
+    """
+
+    vectors: Array
+    amplitude: Array
+    phase: Array
+
+
+def check_number(where: str, value: Any, unit: str = "", hint: str = "", *, above_zero: bool = False) -> None:
+    """Raise UsageError unless a value is a finite number, and above 0 if it has to be."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise UsageError(Problem(where, f"a number is needed, not {type(value).__name__}", hint)) from None
+    said = f"{number:.6g} {unit}".strip()
+    if not math.isfinite(number):
+        raise UsageError(Problem(where, f"{said} is no finite number", hint))
+    if above_zero and not number > 0.0:
+        raise UsageError(Problem(where, f"{said} is not above 0", hint))
+
+
+def check_whole(where: str, value: Any, least: int, most: int, hint: str = "") -> None:
+    """Raise UsageError unless a value is a whole number from ``least`` to ``most``."""
+    if isinstance(value, bool) or not hasattr(value, "__index__") or not least <= int(value) <= most:
+        said = f"{value:.6g}" if isinstance(value, float) else f"{value!r}"
+        fault = (
+            f"{said} is no whole number from {least} on" if most > 10**15 else f"{said} is not from {least} to {most}"
+        )
+        raise UsageError(Problem(where, fault, hint or f"{least}"))
+
 
 #: Frequencies at which a spectrum is divided, in parts of the peak's.
 BAND = (0.5, 3.0)

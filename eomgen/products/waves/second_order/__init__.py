@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from eomgen.products.waves.sea_states.components import Components
 from eomgen.products.waves.sea_states.spectra import (
+    Components,
     DiscreteSpectrum,
     Jonswap,
     PiersonMoskowitz,
@@ -16,10 +16,9 @@ from eomgen.products.waves.sea_states.spectra import (
 )
 from eomgen.products.waves.second_order.motion import BoundWaves, Motion, Surface
 from eomgen.products.waves.second_order.pairs import WaveNumber, gravity_waves
-from eomgen.products.waves.second_order.profiles import Profile
+from eomgen.products.waves.second_order.profiles import Profile, SeaStatistics, statistics_of
 from eomgen.products.waves.second_order.radar import Radar, SpecularPoints, specular_points
 from eomgen.products.waves.second_order.sea import Sea
-from eomgen.products.waves.second_order.statistics import SeaStatistics, statistics_of
 from eomgen.products.waves.second_order.stepping import Ramp, SteppedSea
 
 __all__ = [

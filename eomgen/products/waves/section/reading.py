@@ -4,20 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 
+from eomgen.base.arrays import Flags, Numbers
+from eomgen.base.data import dataclass, replace
 from eomgen.base.random_inputs import WAVES, standard_normals
 from eomgen.base.text import key_of
 from eomgen.errors import UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.products.waves.formula.fields import WaveComponent, WaveField
-from eomgen.products.waves.sea_states.bound_waves import beyond_second_order, bound_waves, members_of_bound_waves
-from eomgen.products.waves.sea_states.components import Components
+from eomgen.products.waves.sea_states.nonlinearity import (
+    beyond_second_order,
+    bound_waves,
+    breaking_height,
+    low_crest_of_first_order,
+    members_of_bound_waves,
+    too_steep_together,
+)
 from eomgen.products.waves.sea_states.spectra import (
     MOST_EXPONENT,
+    Components,
     Jonswap,
     PiersonMoskowitz,
     Spectrum,
@@ -27,13 +36,31 @@ from eomgen.products.waves.sea_states.spectra import (
     frequency_and_group_velocity,
     wave_number,
 )
-from eomgen.products.waves.sea_states.steepness import breaking_height, low_crest_of_first_order, too_steep_together
 from eomgen.products.waves.section import schema as written
-from eomgen.products.waves.section.breaking import UnbrokenSea
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.system.signals import Parameter, variables_of
+
+
+@dataclass(frozen=True)
+class UnbrokenSea:
+    """Rule for the significant height of a sea, m, whose waves at the peak have a wave number, rad/m, at a depth, m."""
+
+    k: float
+    depth: float
+    stage: ClassVar[int] = 1
+
+    def broken(self, numbers: Sequence[Numbers]) -> Flags:
+        return np.greater(numbers[0], breaking_height(self.k, self.depth))
+
+    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
+        length, most = 2.0 * math.pi / self.k, breaking_height(self.k, self.depth)
+        fault = (
+            f"at the peak waves of {length:.4g} m break from a height of {most:.4g} m on, and the significant height"
+        )
+        return f"{fault} is {numbers[0]:.4g} m", "a smaller height, or a longer period"
+
 
 #: By type of spectrum: the keys that it needs, and the keys that it may have in addition.
 _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {

@@ -1,19 +1,38 @@
-"""The section of waves."""
+"""The section of waves, and the rule for gravity in scenes with water."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+from eomgen.base.arrays import Flags, Numbers
 from eomgen.formula.evaluate import symbols
-from eomgen.products.waves.section.level_water import LevelWater
 from eomgen.products.waves.section.reading import no_waves, read_waves, variables_as_parameters
 from eomgen.products.waves.section.schema import SeaWaves
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.section import Entries, Reading, Section, Unused, fault_of_variables
+
+#: Share of gravity across z from which on water is not level.
+_LEVEL = 1e-9
+
+
+class LevelWater:
+    """Rule for the three components of gravity, m/s^2, in scenes with water: the surface at rest is level, of constant
+    z, with air above."""
+
+    stage: ClassVar[int] = 1
+
+    def broken(self, numbers: Sequence[Numbers]) -> Flags:
+        x, y, z = numbers
+        return np.logical_or(np.greater(np.hypot(x, y), np.multiply(_LEVEL, np.abs(z))), np.greater(z, 0.0))
+
+    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
+        x, y, z = numbers
+        fault = f"water at rest is level in z and below the air, and gravity is [{x:.6g}, {y:.6g}, {z:.6g}]"
+        return fault, f"gravity = [0, 0, {-math.hypot(x, y, z):.6g}], and z upwards"
 
 
 class _Waves(Section):

@@ -1,4 +1,19 @@
-"""Independent modal space control: one feedback law per mode, in closed form.
+"""Feedback of second-order models: the linear-quadratic regulator in blocks of the model's own size, pole placement,
+and one law per mode.
+
+The linear-quadratic regulator of a second-order model: the Riccati equation in blocks of the model's own size.
+
+With S = M^-1 B R^-1 B^T M^-T and P = [[P11, P12], [P12^T, P22]] (cross terms of the cost taken into C, K and the
+weights before):
+
+    -P12 M^-1 K - K^T M^-T P12^T - P12 S P12^T + Q1 = 0
+    P12 + P12^T - P22 M^-1 C - C^T M^-T P22 - P22 S P22 + Q2 = 0
+    P11 = P12 M^-1 C + K^T M^-T P22 + P12 S P22 - Q12
+    G_p = R^-1 B^T M^-T P12^T,  G_v = R^-1 B^T M^-T P22
+
+They are solved as an equation of first order in scaled units (``riccati_equation``).
+
+Independent modal space control: one feedback law per mode, in closed form.
 
 A mode xi'' + 2 zeta w xi' + w^2 xi = f with f = -g xi - h xi'. Optimal for int xi'^2 + w^2 xi^2 + R f^2 dt are (L.
 Meirovitch and H. Baruh, Control of self-adjoint distributed-parameter systems, Journal of Guidance and Control 5, 1982;
@@ -11,6 +26,7 @@ and a frequency w_d with a damping ratio zeta_d are reached by g = w_d^2 - w^2, 
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,8 +35,129 @@ from scipy.linalg import eigh
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
-from eomgen.errors import ModelError, UsageError
-from eomgen.linear.control.plant import Plant
+from eomgen.errors import ModelError, NumericalError, UsageError
+from eomgen.linear.control.plant import Plant, check_controllable, check_detectable, check_stabilisable, first_order
+from eomgen.linear.control.riccati_equation import solution, whitening, without_cross_terms
+from eomgen.linear.control.weights import Weights
+
+
+@dataclass(frozen=True)
+class Regulator:
+    """Optimal gains u = -G_p q - G_v v, and the matrix of the cost that is left, [q, v]^T P [q, v].
+
+    Attributes
+    ----------
+    G_p, G_v : (m, n)
+    P11, P12, P22 : (n, n)
+    residual : of the worst of the three block equations, relative to the sum of the norms of its terms.
+    eigenvalues : (2n,) of the closed loop, 1/s.
+    """
+
+    G_p: Array
+    G_v: Array
+    P11: Array
+    P12: Array
+    P22: Array
+    residual: float
+    eigenvalues: Complex
+
+
+def lqr(plant: Plant, weights: Weights) -> Regulator:
+    """Return the gains that minimise the cost.
+
+    Raises
+    ------
+    UsageError
+        Efforts without cost, or a cost that is not bounded below.
+    ModelError
+        A mode that does not decay and that no actuator moves; a mode on the imaginary axis without weight.
+    NumericalError
+        No solution with a residual below 1e-10.
+    """
+    half = whitening(weights.effort)
+    check_stabilisable(plant)
+    back, rate, n = plant.scales.state_back, plant.scales.rate, plant.n
+    k, c, b = plant.scaled
+    B = np.vstack([np.zeros_like(b), b]) @ half
+    cross = back.T @ weights.cross @ half
+    A = first_order(k, c) - B @ cross.T
+    cost, root = without_cross_terms(back.T @ weights.state @ back, cross)
+    check_detectable(plant, A, root)
+    halves = (slice(0, n), slice(n, 2 * n))
+    P, residual = solution(A, B, cost, ((halves[0], halves[0]), halves, (halves[1], halves[1])))
+    there = plant.scales.state
+    G = half @ (B.T @ P + cross.T) @ there
+    # of extreme plants the cost is beyond doubles before the gains are
+    with np.errstate(over="ignore", invalid="ignore"):
+        P = there.T @ P @ there / rate
+    eigenvalues = plant.eigenvalues(G[:, :n], G[:, n:])
+    return Regulator(G[:, :n], G[:, n:], P[:n, :n], P[:n, n:], P[n:, n:], residual, eigenvalues)
+
+
+_REACHED = 1e-6
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Gains u = -G_p q - G_v v, (m, n) each, and the eigenvalues of the closed loop, (2n,), 1/s."""
+
+    G_p: Array
+    G_v: Array
+    eigenvalues: Complex
+
+
+def place(plant: Plant, poles: Sequence[complex]) -> Placement:
+    """Return gains for which the closed loop has the given eigenvalues.
+
+    Parameters
+    ----------
+    poles : 2n eigenvalues, 1/s; complex ones in conjugate pairs; none more often than there are actuators.
+
+    Raises
+    ------
+    UsageError
+        Poles of another number, without their conjugates, too often the same, or not finite.
+    ModelError
+        A mode that no actuator moves.
+    NumericalError
+        Poles that are not reached to 1e-6.
+    """
+    wanted = np.asarray(poles, dtype=complex)
+    n, rate = plant.n, plant.scales.rate
+    if wanted.shape != (2 * n,):
+        raise UsageError(f"{wanted.size} poles are given, and the model has {2 * n} eigenvalues", f"{2 * n} poles")
+    if not np.all(np.isfinite(wanted)):
+        raise UsageError("a pole is not finite", "finite numbers")
+    left = list(map(complex, wanted))
+    for pole in map(complex, wanted):
+        if pole.imag and pole.conjugate() not in left:
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate"
+            raise UsageError(fault, f"{pole.real:g}{-pole.imag:+g}i too")
+        if pole.imag:
+            left.remove(pole.conjugate())
+    for pole in dict.fromkeys(map(complex, wanted)):
+        count = int(np.sum(wanted == pole))
+        if count > plant.m:
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times"
+            raise UsageError(f"{fault}, and {plant.m} actuators place {plant.m} at most", "poles a little apart")
+    check_controllable(plant)
+    from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
+
+    k, c, b = plant.scaled
+    A, B = first_order(k, c), np.vstack([np.zeros_like(b), b])
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # SciPy's doubts about convergence: the result is checked below
+            gain = np.real(place_poles(A, B, wanted / rate).gain_matrix)
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise NumericalError(f"the poles could not be placed: {error}", "other poles") from None
+    G = gain @ plant.scales.state
+    reached = plant.eigenvalues(G[:, :n], G[:, n:])
+    missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
+    if not missed <= _REACHED:
+        raise NumericalError(f"the poles are reached to {missed:.1e} of their size only", "poles nearer to the model's")
+    return Placement(G[:, :n], G[:, n:], reached)
+
 
 _ASYMMETRY = 1e-8
 _RANK = 1e-9

@@ -24,10 +24,10 @@ from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import explained
 from eomgen.scene.formula.namespaces import Included, Namespace, Part
 from eomgen.scene.formula.scope import REACTING
-from eomgen.scene.includes.repeat import repeated
 from eomgen.scene.reading.key_metadata import Inner, Meaning, Table, fields_of
 from eomgen.scene.reading.kinds import Refused, described
 from eomgen.scene.reading.report import Report
+from eomgen.scene.repeat import repeated
 from eomgen.scene.sources.register import all_options, readable, source_of
 from eomgen.scene.sources.source import OptionError, Read, Source, read_text, shown_file
 from eomgen.system.description import BASE, WORLD

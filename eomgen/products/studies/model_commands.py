@@ -1,4 +1,5 @@
-"""``eomgen check``, ``savings`` and ``identify``: studies of closed forms, costs and parameters of a scene's model."""
+"""``eomgen check``, ``savings`` and ``identify``: studies of the model of a scene, its closed forms, its costs and
+its parameters."""
 
 from __future__ import annotations
 

@@ -1,3 +1,0 @@
-"""Commands of the studies."""
-
-__all__ = []
