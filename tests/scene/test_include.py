@@ -783,6 +783,8 @@ _PLAIN = {
     "method",
     "energy",
     "file",
+    "x",
+    "y",
     "function",
     "source",
     "prefix",
