@@ -244,7 +244,10 @@ def _followed(
 
 
 def components_of(model: CompiledModel, statics: LoadedStatics, mode: Array) -> tuple[str, ...]:
-    """Return the names of the components of v that take the largest part in a mode, largest first."""
+    """Return the names, without ``v.``, of at most 6 components of v that take part in a mode, largest first.
+
+    A component takes part from 0.3 of the largest one on, measured by the sizes of the machine.
+    """
     sizes = np.abs(mode / statics.sizes)
     order = np.argsort(-sizes, kind="stable")[:_NAMED]
     return tuple(model.v_names[k].removeprefix("v.") for k in order if sizes[k] > _TAKES_PART * np.max(sizes))

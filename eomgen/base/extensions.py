@@ -1,4 +1,5 @@
-"""Register entries of other distributions: entry points, loaded when eomgen has no entry of that name itself."""
+"""Register entries of other distributions: entry points, loaded when eomgen has no entry of that name itself, and
+digests of their code for the key of the cache."""
 
 from __future__ import annotations
 

@@ -204,7 +204,7 @@ class Program:
     loops : tuple of ProgramLoop
     curves : tuple of ProgramCurve
     series : tuple of ProgramFunction
-        Of a Taylor stepper: order 0, and coefficient k + 1; see ``codegen.recurrence_functions`` for their blocks.
+        Of a Taylor stepper: order 0, and coefficient k + 1; see ``codegen.series.recurrence`` for their blocks.
     constants : tuple of Quantity
         Numbers in the functions that have a name.
     method : mapping

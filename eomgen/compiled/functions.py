@@ -427,7 +427,9 @@ def by_one_library(function: Callable[P, R]) -> Callable[P, R]:
     @functools.wraps(function)
     def called(*args: P.args, **kwargs: P.kwargs) -> R:
         model: Any = args[0] if args else None
-        with contextlib.nullcontext() if model is None else model.functions.one_library():
+        if model is None or model.functions.library.successor is None:
+            return function(*args, **kwargs)
+        with model.functions.one_library():
             return function(*args, **kwargs)
 
     return called

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import functools
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -136,11 +137,9 @@ class CompiledModel:
         self.initial_v = read_only(layout["initial_v"])
         self.initial_z = read_only(layout["initial_z"])
 
-    @property
-    def library(self) -> Library:
-        """The library of the functions and of the default method's stepper: on the tape engine until the compiler is
-        done, then the compiled one."""
-        return self.functions.library
+    #: The library of the functions and of the default method's stepper: on the tape engine until the compiler is done,
+    #: then the compiled one. Each run reads the library some ten times, so no Python function stands between.
+    library: Library = cast("Library", property(operator.attrgetter("functions.library")))
 
     def stepper(self, method: str, selection: Selection | None = None) -> Library:
         """Return the library with the stepper of a method, made when it is first asked for.

@@ -26,7 +26,11 @@ _NAMED = 2
 
 
 def rough_operations(formulas: Iterable[Formula]) -> str:
-    """Return the first operations that may have no derivative and the number of the others; empty for none."""
+    """Return the first operations that have a value but no bounded slope somewhere, and the number of all further ones.
+
+    These are square roots, logarithms, asin, acos, atan2, and powers that are not numbers of at least 1; abs, min and
+    max are not among them. The text is empty for none.
+    """
     result = list(dict.fromkeys(text for formula in formulas for text in _rough(formula)))
     more = f" and {len(result) - _NAMED} more" if len(result) > _NAMED else ""
     return f"{', '.join(result[:_NAMED])}{more}"

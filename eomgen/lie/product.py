@@ -1,5 +1,5 @@
-"""The configuration: a product of groups, factor by factor, on flat vectors q and v, and quintic Hermite
-interpolation between two states.
+"""The configuration, a product of groups: steps, differences and tangents of flat vectors q and v, also in batches,
+factor by factor, and quintic Hermite interpolation between two states.
 
 Quintic Hermite interpolation in the Lie algebra between two states with velocities and accelerations.
 

@@ -177,7 +177,8 @@ def degrees(value: complex) -> int:
 
 
 def caption(modes: DrawnModes, k: int) -> str:
-    """Return a mode in a few words: frequency and damping, or the rate at which it decays or grows."""
+    """Return a mode in a few words: frequency and damping, the rate at which the mode decays or
+    grows, or no stiffness, for an eigenvalue that is zero within its uncertainty."""
     value = modes.eigenvalues[k]
     if modes.oscillating[k]:
         return f"mode {k + 1}: {modes.frequency[k]:.5g} Hz, damping ratio {_rounded(modes.damping_ratio[k])}"

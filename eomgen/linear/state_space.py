@@ -85,7 +85,15 @@ class StateSpace:
         return "" if self.sample is None else f", sampled every {self.sample:.6g} s"
 
     def unit(self, kind: str, name: str) -> str:
-        """Return the unit of one of the ``states``, ``inputs``, ``disturbances`` or ``outputs``; empty if not known."""
+        """Return the unit of one of the ``states``, ``inputs``, ``disturbances`` or ``outputs``.
+
+        The unit is empty if the model has no units of this kind.
+
+        Raises
+        ------
+        ValueError
+            For a name that the model does not have.
+        """
         units = self.units.get(kind, ())
         return units[getattr(self, kind).index(name)] if units else ""
 

@@ -1,4 +1,4 @@
-"""Operations saved by each simplification: the scene derived again without it."""
+"""For ``eomgen info``: operations saved by each simplification, from the scene derived again without it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Strains and section loads of geometrically exact beams: at rest, along the axis at instants, over time, the
-largest.
+"""Displacements, strains and section loads of geometrically exact beams: at rest, along the axis at instants, over
+time, the largest.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Pictures of a machine's shapes: the undeformed one, and others by displacement or along modes; lines, equal axes."""
+"""Figures of a machine's shapes: undeformed, at rest, buckled or along modes, with lines and equal axes."""
 
 from __future__ import annotations
 

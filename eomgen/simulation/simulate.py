@@ -256,7 +256,7 @@ def simulate(
     >>> run.success, run.q.shape
     (True, (101, 2))
     """
-    defaults = model.library.layout["defaults"]
+    defaults = model.functions.library.layout["defaults"]
     step = positive("step", defaults["step"] if step is None else step)
     end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)
     t_first = number_of("t_start", t_start)

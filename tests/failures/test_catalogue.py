@@ -51,7 +51,8 @@ def test_the_answer(
     assert "Traceback" not in complaint
     assert not [c for c in complaint if c != "\n" and unicodedata.category(c)[0] == "C"]
     assert {file: file.read_bytes() for file in before} == before  # nothing is lost
-    after = {file for file in tmp_path.rglob("*") if file.is_file()}
+    # a record of a scene that was read is a file of the cache
+    after = {file for file in tmp_path.rglob("*") if file.is_file() and file.parent.name != "readings"}
     assert after == set(before) or code in GOES_ON  # and nothing is left about
 
 

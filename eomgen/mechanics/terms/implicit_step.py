@@ -1,4 +1,5 @@
-"""Functions of an implicit step: all equations at once, and the nonzeros of all their partials at once.
+"""Functions of an implicit step: all equations at once, and the nonzeros of all their partials at once; of large trees
+with the quantities of the recursion as unknowns.
 
 Partials of inverse dynamics of long trees, linear in the number of links: the recursion's steps stay unknowns.
 

@@ -337,8 +337,18 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         return self.rows_of(part, dp, part.steps.tangents(dp, state))
 
     def rows_of(self, part: GalerkinPart, dp: Array, ends: Array) -> Array:
-        """Return tangents of rows, given tangents of (q, v, a, z) at the ends of steps, (steps, size, directions), a of
-        the next step; accelerations of rows belong to their states."""
+        """Return tangents of the rows at the ends of steps.
+
+        Parameters
+        ----------
+        dp : (parameters, directions)
+        ends : (steps, size, directions), tangents of (q, v, a, z), in which a starts the next step
+
+        Returns
+        -------
+        (steps, size, directions), with a replaced by the acceleration that follows from q, v, z and dp, if outputs
+        read accelerations
+        """
         result, nv = ends.copy(), self.equations.nv
         if part.accelerations is not None:
             moved = np.concatenate([result, np.broadcast_to(dp, (len(result), *dp.shape))], axis=1)

@@ -115,7 +115,9 @@ _BALANCED = ("sobol", "saltelli")
 
 
 def random_design(name: str, distributions: Sequence[Distribution], samples: int, seed: int) -> Design:
-    """Return a design of points that distributions carry to values.
+    """Return a design of random points, an axis for each distribution, as values by the quantiles of the distributions.
+
+    The base number ``samples`` gives samples (d + 2) points in the design ``saltelli`` of d axes.
 
     Raises
     ------

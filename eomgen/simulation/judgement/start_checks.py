@@ -113,7 +113,10 @@ class Fastest(NamedTuple):
 
 
 def decay_of_states(model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array) -> Fastest | None:
-    """Return the fastest decay of internal states, by the eigenvalues of -Fz."""
+    """Return the fastest decay of internal states, by the eigenvalues of -Fz: 0 if no state decays.
+
+    Without internal states, or if Fz is not finite, the result is None.
+    """
     if "internal_partials" not in model.functions:
         return None
     by_state = model.internal_partials(state.q, state.v, state.z, t, u, parameters=p).rate_z

@@ -245,7 +245,7 @@ def chosen_stepper(
     UsageError, ModelError
         As of ``chosen_method``, ``stepper_library`` and ``stepper_settings``; settings that are no mapping.
     """
-    kept: dict[Hashable, ChosenStepper] = model.library.kept.setdefault("chosen steppers", {})
+    kept: dict[Hashable, ChosenStepper] = model.functions.library.kept.setdefault("chosen steppers", {})
     values = (method, *given.values(), *(settings.items() if isinstance(settings, Mapping) else (settings,)))
     key = (values, tuple(map(type, values)))  # True is no 1 here
     try:

@@ -42,9 +42,9 @@ class Prescribed(NamedTuple):
 
 def states_of(rows: Array, model: CompiledModel) -> States:
     """Return the states in rows (n, width) of a run, each in a separate array."""
-    nv, width = model.nv, rows.shape[1]
-    v = 1 + model.nq
-    a, multipliers, z = v + nv, v + 2 * nv, width - model.nz
+    sizes, width = model.functions.sizes, rows.shape[1]
+    nv, v = sizes["v"], 1 + sizes["q"]
+    a, multipliers, z = v + nv, v + 2 * nv, width - sizes["z"]
     return States(
         rows[:, 0].copy(),
         rows[:, 1:v].copy(),
