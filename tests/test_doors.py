@@ -193,7 +193,7 @@ DOORS: dict[str, set[str]] = {
         "system",
         "toolchain",
     },
-    "products.maps": {"base", "formula", "scene", "symbolic"},
+    "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
     "products.offered": set(),
     "products.exported": {"products.fields", "products.reliability", "products.studies", "products.waves"},
 }

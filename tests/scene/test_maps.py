@@ -12,7 +12,7 @@ from scipy.interpolate import RegularGridInterpolator, make_interp_spline
 from scipy.io import netcdf_file
 
 import eomgen
-from eomgen.errors import DescriptionError
+from eomgen.errors import DescriptionError, ModelError
 from eomgen.products.maps.surface import Surface
 from tests.models.cache import shared_cache
 
@@ -207,3 +207,36 @@ def test_calls_of_maps_need_both_arguments(effort: str, message: str) -> None:
     with pytest.raises(DescriptionError) as raised:
         eomgen.load(scene(efforts={"drag": {"joint": "axle", "effort": effort}}))
     assert message in str(raised.value)
+
+
+def test_netcdf_files_are_scaled_turned_and_without_missing_values(tmp_path: Path) -> None:
+    """A square grid with y first, packed by a scale and an offset; then a missing value."""
+    x, y = np.arange(3.0), np.arange(3.0)
+    z = 10.0 * x[:, None] + y
+    with netcdf_file(tmp_path / "grid.nc", "w") as file:
+        for name, data in (("x", x), ("y", y)):
+            file.createDimension(name, 3)
+            file.createVariable(name, "d", (name,))[:] = data
+        packed = file.createVariable("z", "i", ("y", "x"))
+        packed[:] = (z.T - 1.0) * 2.0
+        packed.scale_factor, packed.add_offset = 0.5, 1.0
+    table = {"file": "grid.nc", "x": "x", "y": "y", "value": "z"}
+    assert np.array_equal(eomgen.load(_file(tmp_path, table)).parts["maps"][0].z, z)
+    with netcdf_file(tmp_path / "grid.nc", "a") as file:
+        file.variables["x"][1] = np.nan
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(_file(tmp_path, table))
+    assert "a node of the arguments is not a number" in str(raised.value)
+    (tmp_path / "grid.nc").write_bytes((tmp_path / "grid.nc").read_bytes()[:60])
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(_file(tmp_path, table))
+    assert "the file cannot be read as NetCDF" in str(raised.value)
+
+
+def test_constant_arguments_beyond_the_grid_are_refused() -> None:
+    entry = {"x": [0, 1], "y": [0, 1], "values": [[1, 2], [3, 4]], "interpolation": "linear"}
+    with pytest.raises(ModelError) as raised:
+        eomgen.build(
+            eomgen.load(scene(entry, efforts={"drag": {"joint": "axle", "effort": "map.torque(7, 1)"}}, outputs={}))
+        )
+    assert "the map torque has no value at constant arguments beyond the grid" in str(raised.value)

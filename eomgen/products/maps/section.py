@@ -87,7 +87,7 @@ class _Grid:
             )
             self.report.add(self.key, text, "every second node, or the part that is needed")
             return None
-        if self.entry.outside == "periodic" and not (np.allclose(z[0], z[-1]) and np.allclose(z[:, 0], z[:, -1])):
+        if self.entry.outside == "periodic" and not _closes(z):
             hint = "the first values again at the end of each axis"
             self.report.add(self.key, "the values of a periodic map differ between the first and the last node", hint)
             return None
@@ -158,23 +158,34 @@ class _Grid:
         return x, y, z
 
 
+def _closes(z: Array) -> bool:
+    """Tell whether first and last values along both axes are equal, within rounding of the largest value."""
+    rounding = 1e-9 * float(np.max(np.abs(z)))
+    return bool(np.max(np.abs(z[0] - z[-1])) <= rounding and np.max(np.abs(z[:, 0] - z[:, -1])) <= rounding)
+
+
 def _netcdf(path: Path, columns: Sequence[str | int]) -> tuple[Array, Array, Array]:
     """Return a grid from three variables of a NetCDF file of the classic format."""
     from scipy.io import netcdf_file  # noqa: PLC0415  # few maps are NetCDF
 
     try:
-        with netcdf_file(path, mmap=False) as file:
+        with netcdf_file(path, mmap=False, maskandscale=True) as file:
             names = list(file.variables)
             for column in columns:
                 if column not in names:
                     raise TableError(path.name, f"there is no variable {shown(str(column))}", f"one of {listed(names)}")
-            x, y, z = (np.array(file.variables[str(column)][:], dtype=np.float64) for column in columns)
-    except (OSError, TypeError, ValueError) as error:
+            variables = [file.variables[str(column)] for column in columns]
+            x, y, z = (np.ma.filled(np.ma.asarray(item[:], np.float64), np.nan) for item in variables)
+            turned = variables[2].dimensions == (*variables[1].dimensions, *variables[0].dimensions)
+    except (OSError, TypeError, ValueError, IndexError, KeyError) as error:
         hint = "the classic format of NetCDF (nccopy -k classic), or a CSV file"
         raise TableError(path.name, f"the file cannot be read as NetCDF: {error}", hint) from None
+    z = z.T if turned and x.ndim == y.ndim == 1 else z
     if x.ndim != 1 or y.ndim != 1 or z.shape != (len(x), len(y)):
         text = f"the variables have the shapes {x.shape}, {y.shape} and {z.shape}, not (n,), (m,) and (n, m)"
         raise TableError(path.name, text, "the arguments of a grid, and the values with x first")
+    if not np.all(np.isfinite(np.concatenate([x, y]))):
+        raise TableError(path.name, "a node of the arguments is not a number", "arguments without missing values")
     if not np.all(np.isfinite(z)):
         i, j = (int(part[0]) for part in np.nonzero(~np.isfinite(z)))
         raise TableError(

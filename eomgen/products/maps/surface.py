@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import Curve, Interpolation, Outside
 from eomgen.formula.recording import curve_at
 from eomgen.formula.words import Word
@@ -77,8 +78,13 @@ def recorded(algebra: Algebra, surface: Surface, word: str, component: int, argu
     """Return a surface at two arguments on the tape."""
     with algebra.tape.block(f"map {surface.name}, line by line"):
         result = algebra.zero
-        for (line, first), (weight, second) in surface.terms:
-            result = result + curve_at(algebra, line, arguments[first]) * curve_at(algebra, weight, arguments[second])
+        try:
+            for (line, first), (weight, second) in surface.terms:
+                product = curve_at(algebra, line, arguments[first]) * curve_at(algebra, weight, arguments[second])
+                result = result + product
+        except (ValueError, ArithmeticError):
+            fault = f"the map {surface.name} has no value at constant arguments beyond the grid"
+            raise ModelError(Problem("", fault, 'arguments within the grid, or outside = "hold"')) from None
     return result
 
 
