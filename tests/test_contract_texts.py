@@ -10,6 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import matplotlib
 import numpy as np
 import pytest
 
@@ -87,7 +88,7 @@ def test_no_further_function_lacks_an_example() -> None:
 
 @pytest.mark.parametrize("name", [name for name, function in CONTRACT.items() if ">>>" in (function.__doc__ or "")])
 def test_examples_run_as_they_stand(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("matplotlib").use("Agg")
+    matplotlib.use("Agg")
     (tmp_path / "examples").symlink_to(Path(__file__).parents[1] / "examples")
     monkeypatch.chdir(tmp_path)
     quick = SimpleNamespace(**{other: getattr(eomgen, other) for other in (*FUNCTIONS, "SceneBuilder", "Solution")})

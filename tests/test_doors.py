@@ -32,6 +32,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
         *("most_probable_point", "processes", "random_processes", "random_vibration", "reliability", "vibration"),
     },
     "products.fields": {"FieldSystem", "Hamiltonian", "HamiltonianModel", "hamiltonian", "posterior", "posteriors"},
+    "products.maps": {"Surface"},
     "products.waves": {
         *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),
     },

@@ -21,7 +21,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Symbol
+from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Quantity, Symbol
 
 
 def applications(formula: Formula) -> Sequence[Application]:
@@ -29,7 +29,8 @@ def applications(formula: Formula) -> Sequence[Application]:
     if isinstance(formula, Application):
         return [formula, *applications(formula.argument)]
     if isinstance(formula, Operation):
-        return [node for argument in formula.arguments for node in applications(argument)]
+        own = formula.curves() if isinstance(formula, Quantity) else ()
+        return [*own, *(node for argument in formula.arguments for node in applications(argument))]
     return []
 
 
@@ -118,6 +119,9 @@ def breakpoints(
         if formula.name in _NON_SMOOTH:
             pair = [affine(argument, value_of) for argument in (*formula.arguments, Number(0.0))[:2]]
             yield from _crossing(pair, _NON_SMOOTH[formula.name] - derivatives)
+        if isinstance(formula, Quantity):
+            for used in formula.curves():
+                yield from breakpoints(used, value_of, derivatives)
         for argument in formula.arguments:
             yield from breakpoints(argument, value_of, derivatives)
 

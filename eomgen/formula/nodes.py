@@ -140,6 +140,10 @@ class Quantity(Operation):
     item: Any
     component: int = 0
 
+    def curves(self) -> tuple[Application, ...]:
+        """Return the calls of curves that the quantity is made of."""
+        return self.word.curves(self.item, self.arguments)
+
 
 def quantity_of(word: Word, item: Any, arguments: tuple[Formula, ...], component: int = 0) -> Quantity:
     """Return the quantity of an entry's object at given arguments."""

@@ -22,6 +22,10 @@ RESERVED = WORDS | FUNCTIONS.keys() | {"t", "pi"}
 GROUP = "eomgen.formula_words"
 
 
+def _no_curves(item: Any, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+    return ()
+
+
 def _no_arguments(item: Any) -> tuple[Any, ...]:
     return ()
 
@@ -49,6 +53,8 @@ class Word:
     unit : of the value in SI; empty for any
     smooth : whether neither the value nor its rate can jump along arguments that do not
     fast : whether the value may change much faster than the arguments
+    curves : from the entry's object and all arguments to the calls of curves (``Application``) that the value is made
+        of, for checks of smoothness and of ranges; a word with curves is for formulas that may have curves
     """
 
     name: str
@@ -61,6 +67,7 @@ class Word:
     unit: str = ""
     smooth: bool = False
     fast: bool = True
+    curves: Callable[[Any, tuple[Any, ...]], tuple[Any, ...]] = _no_curves
 
     def call(self, entry: str) -> str:
         """Return a call of the word for an entry, as users write it."""

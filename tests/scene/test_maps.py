@@ -195,6 +195,32 @@ def test_mistakes_are_told_with_their_key(entry: dict[str, Any], message: str) -
     assert message in str(raised.value)
 
 
+LINEAR = {"x": [0, 1, 2], "y": [0, 1], "values": [[1, 2], [3, 4], [5, 7]], "interpolation": "linear", "outside": "hold"}
+EQUATION = {"hold": {"type": "formula", "equation": "q.axle - map.torque(q.axle, t)", "unit": "rad"}}
+DRIVEN = {"type": "revolute", "parent": "base", "child": "wheel", "axis": [0, 0, 1], "drive": "map.torque(t, 0.5)"}
+
+
+@pytest.mark.parametrize(
+    ("sections", "message"),
+    [
+        ({"constraints": EQUATION}, "a constraint needs two derivatives of its equation, and map.torque along"),
+        ({"joints": {"axle": DRIVEN}, "efforts": {}}, "a motion cannot follow map.torque along x"),
+        ({"bodies": {"wheel": {"mass": "map.torque(1, 1)", "inertia": [1, 1, 1]}}}, "map.torque cannot be used here"),
+    ],
+)
+def test_maps_are_held_to_the_rules_of_curves(sections: dict[str, Any], message: str) -> None:
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(scene(LINEAR, **sections))
+    assert message in str(raised.value)
+
+
+def test_a_run_that_leaves_the_grid_names_the_map_and_the_argument() -> None:
+    entry = {"x": X.tolist(), "y": Y.tolist(), "values": (0.0 * VALUES).tolist()}
+    run = eomgen.build(eomgen.load(scene(entry)), profile="quick").simulate(3.0)
+    assert not run.success
+    assert "map.torque along y has points from -2 to 2 and is asked at 2." in run.message
+
+
 @pytest.mark.parametrize(
     ("effort", "message"),
     [
@@ -240,3 +266,13 @@ def test_constant_arguments_beyond_the_grid_are_refused() -> None:
             eomgen.load(scene(entry, efforts={"drag": {"joint": "axle", "effort": "map.torque(7, 1)"}}, outputs={}))
         )
     assert "the map torque has no value at constant arguments beyond the grid" in str(raised.value)
+
+
+def test_units_in_titles_of_columns_are_noted(tmp_path: Path) -> None:
+    write(tmp_path / "grid.csv", GRID)
+    text = (tmp_path / "grid.csv").read_text().replace("speed,angle", "speed [rpm],angle")
+    (tmp_path / "grid.csv").write_text(text)
+    note = "maps.torque.table.x: the numbers of the column 'speed [rpm]' are taken in SI without a conversion"
+    note += '; try: x_unit = "rpm"'
+    assert note in eomgen.load(_file(tmp_path, {"file": "grid.csv"})).notes
+    assert note not in eomgen.load(_file(tmp_path, {"file": "grid.csv", "x_unit": "rpm"})).notes

@@ -16,10 +16,10 @@ from eomgen.base.text import counted, key_of, listed, shown
 from eomgen.products.maps.surface import Surface
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Numbers, Unit
-from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading, Section, Unused
 from eomgen.scene.signals.curves import fault, unit_factor
-from eomgen.scene.signals.tables import TableError, read_columns
+from eomgen.scene.signals.tables import TableError, is_in_si, read_columns, unit_of_title
 
 #: Largest number of nodes, and of nodes along the shorter axis: each line of the grid is a spline in the C.
 MOST_NODES, MOST_LINES = 100_000, 200
@@ -66,8 +66,9 @@ class Map(Table):
 class _Grid:
     """Reads the grid of one map; faults go to the report."""
 
-    def __init__(self, where: str, name: str, entry: Map, report: Report, folder: Path) -> None:
-        self.key, self.name, self.entry, self.report, self.folder = where, name, entry, report, folder
+    def __init__(self, where: str, name: str, entry: Map, values: Values, folder: Path) -> None:
+        self.key, self.name, self.entry, self.values, self.folder = where, name, entry, values, folder
+        self.report = values.report
 
     def surface(self) -> Surface | None:
         """Return the surface; None for a reported fault."""
@@ -137,7 +138,14 @@ class _Grid:
         options: dict[str, Any] = {"delimiter": table.delimiter, "decimal": table.decimal}
         options["quotes"] = path.resolve().is_relative_to(self.folder.resolve())
         first = read_columns(path, columns[0], columns[1], **options)
-        values = read_columns(path, columns[0], columns[2], **options).value
+        third = read_columns(path, columns[0], columns[2], **options)
+        values = third.value
+        titles = (*first.titles, third.titles[1])
+        for name, title in zip(("x", "y", "value"), titles, strict=True):
+            unit = "" if getattr(table, f"{name}_unit").strip() else unit_of_title(title)
+            if unit and not is_in_si(unit):
+                note = f"the numbers of the column {shown(title)} are taken in SI without a conversion"
+                self.values.note([f'{self.key}.table.{name}: {note}; try: {name}_unit = "{unit}"'])
         x, rows = np.unique(first.argument, return_inverse=True)
         y, places = np.unique(first.value, return_inverse=True)
         count = np.zeros((len(x), len(y)), dtype=int)
@@ -201,7 +209,7 @@ class _Maps(Section):
     def read(self, reading: Reading) -> Mapping[str, Any]:
         surfaces = reading.tables["entries"]["maps"]
         for name, entry in reading.document.section("maps").items():
-            read = _Grid(key_of("maps", name), name, entry, reading.report, reading.folder).surface()
+            read = _Grid(key_of("maps", name), name, entry, reading.values, reading.folder).surface()
             surfaces[name] = read or _flat(name)
         surfaces |= {name: _flat(name) for name in sorted(reading.refused["maps"])}
         return {name: surfaces[name] for name in reading.document.section("maps")}

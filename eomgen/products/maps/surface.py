@@ -17,6 +17,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import Curve, Interpolation, Outside
+from eomgen.formula.nodes import Application, Formula
 from eomgen.formula.recording import curve_at
 from eomgen.formula.words import Word
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -55,17 +56,31 @@ class Surface:
     def terms(self) -> tuple[tuple[tuple[Curve, int], tuple[Curve, int]], ...]:
         """Pairs of splines whose products add up to the surface, each with the number of its argument; as many as the
         shorter axis has nodes."""
-        along, across, lines, of_lines = self.x, self.y, self.z.T, 0
+        along, across, lines, of_lines, axes = self.x, self.y, self.z.T, 0, "xy"
         if len(self.x) < len(self.y):
-            along, across, lines, of_lines = self.y, self.x, self.z, 1
+            along, across, lines, of_lines, axes = self.y, self.x, self.z, 1, "yx"
         units = np.eye(len(across))
         return tuple(
             (
-                (Curve(f"{self.name}_line_{place}", along, line, self.interpolation, self.outside), of_lines),
-                (Curve(f"{self.name}_weight_{place}", across, unit, self.interpolation, self.outside), 1 - of_lines),
+                (
+                    Curve(
+                        f"map.{self.name} along {axes[0]}, line {place}", along, line, self.interpolation, self.outside
+                    ),
+                    of_lines,
+                ),
+                (
+                    Curve(
+                        f"map.{self.name} along {axes[1]}, line {place}", across, unit, self.interpolation, self.outside
+                    ),
+                    1 - of_lines,
+                ),
             )
             for place, (line, unit) in enumerate(zip(lines, units, strict=True), 1)
         )
+
+    def curves(self, arguments: tuple[Formula, ...]) -> tuple[Application, ...]:
+        """Return the splines, each at one of the arguments."""
+        return tuple(Application(curve, arguments[place]) for pair in self.terms for curve, place in pair)
 
     def value(self, word: str, component: int, x: ArrayLike, y: ArrayLike) -> Array:
         """Return the values at x and y, of the broadcast shape of x and y."""
@@ -94,4 +109,5 @@ MAP = Word(
     arguments=("x", "y"),
     values=Surface.value,
     recording=f"{__name__}:recorded",
+    curves=Surface.curves,
 )

@@ -265,7 +265,10 @@ class _Reader:
             hint = f"an index from 0 to {components - 1}" if components > 1 else written
             raise self.error(node, f"{kind}.{name} has no component {index}", hint)
         place = [self.convert(argument, depth + 1)[0] for argument in call.args]
-        return quantity_of(word, known[name], tuple(place), index)
+        quantity = quantity_of(word, known[name], tuple(place), index)
+        if quantity.curves():
+            self.allow(call, "curve", f"{kind}.{name}")
+        return quantity
 
     def tau(self, node: ast.Call) -> Symbol:
         """Return the joint's component of inverse dynamics for a reference motion: ``tau.elbow(servo)``."""

@@ -292,7 +292,8 @@ def curves_outside_range(description: Description, values: Mapping[tuple[str, st
             margin = EDGE * (curve.end - curve.start)
             if not curve.start - margin <= at <= curve.end + margin:
                 points = f"has points from {curve.start:.9g} to {curve.end:.9g}"
-                result.setdefault(curve.name, f"{curve.name} {points} and is asked at {at:.9g}")
+                name = curve.name.partition(", ")[0]  # lines of one surface have a common name
+                result.setdefault(name, f"{name} {points} and is asked at {at:.9g}")
     return " and ".join(result.values())
 
 
