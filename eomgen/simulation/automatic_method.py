@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 RESOLVED = 0.5
 #: Parameters that no method takes among which ``auto`` chooses, and a method that takes each.
 _OF_OTHERS = {"alpha": "hht", "beta": "newmark", "gamma": "newmark", "order": "taylor"}
-#: Singular values of B below this part of the largest belong to rows that repeat others.
+#: Singular values of B below this part of the largest belong to redundant rows.
 _RANK = 1e-10
 
 
@@ -39,7 +39,7 @@ def method_of(
     step: float,
     given: Mapping[str, float | None] | None = None,
 ) -> tuple[str | None, str]:
-    """Return the method of a run, and the reason of the choice if it is ``auto``.
+    """Return the method of a run, and the reason of the choice for ``auto``.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def method_of(
     Raises
     ------
     UsageError
-        ``auto`` with a parameter that one of its methods does not take.
+        ``auto`` with a parameter that one of the methods to choose from does not take.
     """
     if (model.description.simulation.method if method is None else method) != AUTO:
         return method, ""

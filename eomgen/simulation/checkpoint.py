@@ -76,7 +76,7 @@ class Checkpoint:
         fingerprint, its functions (a ``Selection``) and its build
     state, workspace : the stepper's memory, as doubles and as bytes
     inputs : values of the inputs that are numbers or tables
-    start : the state as t, q, v, z, for readers who want to start a new run from it
+    start : the state as t, q, v, z, for a new run from this state
     """
 
     run: Mapping[str, Any]
@@ -86,7 +86,7 @@ class Checkpoint:
     start: Mapping[str, Array] = field(default_factory=dict)
 
     def save(self, path: Path) -> None:
-        """Write the file beside and rename it into place. Raises FileError."""
+        """Write the file under a temporary name in the same folder, then rename the file. Raises FileError."""
         arrays: dict[str, Any] = {"state": self.state, "workspace": self.workspace}
         arrays |= {f"input.{name}": value for name, value in self.inputs.items()}
         arrays |= {f"start.{name}": value for name, value in self.start.items()}
@@ -119,7 +119,7 @@ class Checkpoint:
         return cls(run, np.asarray(arrays["state"], dtype=float), workspace, groups["input"], groups["start"])
 
     def check(self, path: Path, scene: str, library: Library) -> None:
-        """Raise ModelError if the checkpoint belongs to another model or to another compilation of it."""
+        """Raise ModelError if the checkpoint belongs to another model or to another compilation of this model."""
         hint = (
             f"the model that wrote it, or a new run from its state: np.load({path.name!r}) holds start.t, start.q and"
             " start.v"
@@ -162,7 +162,7 @@ def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
 
 
 class CheckpointWriter:
-    """Writer of the checkpoints of a run, when they are due.
+    """Writer of the checkpoints of a run at their due times.
 
     Parameters
     ----------
@@ -220,11 +220,11 @@ class SimulatorState:
     t : s
     q, v, z : (nq,), (nv,), (nz,)
     parameters : (np,)
-    u : (nu,) inputs at t that were given to the last step; None if they followed the start or the scene
-    begun : state at which the motion starts with its next step; None once it goes on
+    u : (nu,) inputs at t that were given to the last step; None if the inputs followed the start or the scene
+    begun : state at which the motion starts with the next step; None after that step
     memory, workspace : the compiled stepper's, as doubles and as bytes
-    settings : of the stepper, in its order
-    scene, fingerprint, build : the library that they belong to
+    settings : of the stepper, in the order of the stepper
+    scene, fingerprint, build : the library to which the memory belongs
     motions : position, rate and acceleration, (3,), of the motions that the last step ended with, by name
     """
 
@@ -282,21 +282,21 @@ def resume(
     checkpoint_every: int | None = None,
     error_estimate: bool = True,
 ) -> Solution:
-    """Go on with a run from its checkpoint: same method, step, settings, parameters, inputs and time grid,
-    to the same bits.
+    """Continue a run from a checkpoint to the same bits, with the same method, step, settings, parameters, inputs and
+    time grid.
 
     Parameters
     ----------
     path : path
         File of ``simulate(checkpoint=...)``.
     t_end : float
-        End of the run, s; the end of the first part by default, and it may be later.
+        End of the run, s, possibly later than the end of the first part, which is the default.
     parameters : mapping or array
-        Not needed; refused if they differ from the parameters of the first part.
+        Not needed; refused if different from the parameters of the first part.
     inputs : mapping
-        Functions of t must be given again; numbers and tables are in the file, and refused if they differ.
+        Functions of t, which are not in the file; numbers and tables are in the file, and different ones are refused.
     controllers : mapping
-        The functions again; the scene has to declare their memory, because a checkpoint holds no other.
+        The functions again; the scene has to declare their memory, because a checkpoint holds no other memory.
     progress, checkpoint, checkpoint_every
         As in ``simulate``; checkpoints go to ``path`` by default.
     error_estimate : bool
@@ -312,7 +312,7 @@ def resume(
     FileError
         The file cannot be read or is no checkpoint.
     ModelError
-        It belongs to another model, or to another compilation of it.
+        The checkpoint belongs to another model, or to another compilation of the model.
     UsageError
         Other parameters or inputs; an end that is behind; a controller's function whose memory is not declared.
 
@@ -358,7 +358,7 @@ def resume(
 
 
 def _controllers(library: Library, given: Mapping[str, Controller] | None) -> Controllers | None:
-    """Return the caller's functions. Raises UsageError if one of them may keep data outside of the internal states."""
+    """Return the caller's functions. Raises UsageError if a function may keep data outside of the internal states."""
     functions = read_controllers(given, library.layout)
     if functions is not None and (names := functions.undeclared):
         fault = f"the function of {names} may keep something that no checkpoint holds"
@@ -406,7 +406,7 @@ def _inputs(saved: Checkpoint, given: Mapping[str, Signal] | None) -> dict[str, 
 
 
 def _goes_on(known: Array, given: Signal) -> bool:
-    """Tell whether a number is the same, or a table begins with the one that is known."""
+    """Return whether a number is the same as the known number, or a table begins with the known table."""
     try:
         again = np.asarray(given, dtype=float)
     except (TypeError, ValueError):

@@ -23,11 +23,11 @@ Target = ArrayLike | Callable[[float], ArrayLike]
 
 
 class Motions:
-    """The motions of a model as one simulator moves them.
+    """The motions of a model under the control of one simulator.
 
     Attributes
     ----------
-    columns : (k,) indices of all their parameters among the model's parameters
+    columns : (k,) indices of all parameters of motions among the model's parameters
     reached : position, rate and acceleration, (3,), by name, at the end of the last step; without the motions
         whose last piece did not end there
     rough : whether a law that follows a motion may jump or bend
@@ -63,7 +63,7 @@ class Motions:
         return RecordedMotions(t, p, tuple(map(tuple, self._columns.values()))) if self._columns else None
 
     def check(self, given: Mapping[str, Target] | None) -> Mapping[str, Target]:
-        """Return the targets given for motions. Raises UsageError for anything but a mapping from their names."""
+        """Return the targets given for motions. Raises UsageError for anything but a mapping from names of motions."""
         if given is None:
             return {}
         if not isinstance(given, Mapping):
@@ -107,7 +107,7 @@ class Motions:
         return moved, ends
 
     def started(self, p: Array, t: float, given: Mapping[str, Target]) -> Array:
-        """Return parameters (np,) for motions that start at their targets, at a time in s."""
+        """Return parameters (np,) for motions that start at given targets, at a time in s."""
         moved = p.copy()
         for name, target in given.items():
             x, v, a = self.reached[name] = value_at(name, target, t)

@@ -133,7 +133,7 @@ class Outcome(FinishedRun):
 
 @dataclass(frozen=True)
 class RecordedRow:
-    """A state of a motion, with the inputs (nu,) and parameters (np,) that it has."""
+    """A state of a motion, with its inputs (nu,) and parameters (np,)."""
 
     t: float
     q: Array

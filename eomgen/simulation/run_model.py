@@ -41,7 +41,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StepsBetween:
-    """Steps from rows, with the settings, inputs and parameters of a run, the latter for times, modes among them."""
+    """States between rows, by steps from the rows with the settings, inputs and parameters (modes among them) of a
+    run."""
 
     library: Library
     settings: Mapping[str, float]
@@ -81,7 +82,8 @@ class StepsBetween:
 
 
 def between_of(run: Run, library: Library, events: Events | None) -> StepsBetween | None:
-    """Return the function of states between the rows of a run with these events; None if they are interpolated."""
+    """Return the function of states between the rows of a run with these events; None if states between rows are
+    interpolated"""
     if run.method.dense_output != "steps":
         return None
     called = called_by(library.layout)
@@ -93,7 +95,7 @@ def between_of(run: Run, library: Library, events: Events | None) -> StepsBetwee
 
 @dataclass(frozen=True)
 class RunModel:
-    """A model with the inputs (None if its formulas give all of them), the parameters (np,) and the events of a
+    """A model with the inputs (None if formulas of the scene give all inputs), the parameters (np,) and the events of a
     run, or with the motions that a caller gave."""
 
     model: CompiledModel
@@ -134,7 +136,7 @@ class RunModel:
         return section_loads(self.model, state.q, state.v, state.t, u, **given)
 
     def present(self, state: State) -> Array:
-        """Return the parameters at the times of a state, modes among them."""
+        """Return the parameters at the times of a state, with modes."""
         return self._present(state.t)
 
     def _present(self, t: Array) -> Array:
@@ -205,7 +207,7 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
 
 
 def _inputs(known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Signal]:
-    """Return the inputs of a run: numbers of the solution, functions and tables as they are given again."""
+    """Return the inputs of a run: numbers of the solution, functions and tables from the caller."""
     problems = []
     for name, value in known.items():
         if isinstance(value, str) and name not in given:

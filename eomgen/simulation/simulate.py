@@ -45,13 +45,13 @@ from eomgen.simulation.stepping.time_grid import time_grid
 _LOG = logging.getLogger(__name__)
 
 
-#: Cost of all runs with a bound: so many times the steps of the run without one, as users wait for that without asking,
-#: or so many steps divided by the number of velocities and internal states, about a second. Steps are counted, not
-#: seconds, so that the same run is bounded on every machine.
+#: Cost of all runs with a bound: the limit of their steps is ``_TIMES`` times the steps of the run without a bound, as
+#: users wait for that without asking, or ``_STEPS`` divided by the number of velocities and internal states, about a
+#: second. Steps are counted, not seconds, so that the same run is bounded on every machine.
 _TIMES, _STEPS = 30.0, 1e5
 #: Maximum number of runs with a bound: the first bound is of the width along a path that the law has not changed.
 _ROUNDS = 3
-#: Factor by which a bound is reduced at least, if it is not enough.
+#: Least factor by which a bound is reduced if the bound is too large.
 _SMALLER = 0.5
 #: Ratio of the steps of a run with a bound to the steps that the bound explains, above which the run is given up: steps
 #: become tiny at a jump that holds the motion.
@@ -68,7 +68,7 @@ def with_bounded_steps(outcome: Outcome, stepped: Callable[[Run, float], Outcome
     Parameters
     ----------
     stepped : returns the outcome of another run from the same initial state, and writes its checkpoints; raises
-        CostlyRunError if the run takes more steps than its second argument says
+        CostlyRunError if the run takes more steps than the second argument
     checkpoint : whether there are any, which have to be of the run that is returned
     """
     run, taken = outcome.run, own_steps(outcome.statistics)
@@ -101,13 +101,13 @@ def with_bounded_steps(outcome: Outcome, stepped: Callable[[Run, float], Outcome
                 outcome.passed_over = law._replace(finding=replace(law.finding, hint=hint))
                 break
             outcome = bounded
-    except KeyboardInterrupt:  # in an examination: the run itself is complete
+    except KeyboardInterrupt:  # in an examination after the run, which is complete
         pass
     return outcome
 
 
 def own_steps(counts: Mapping[str, int | float]) -> float:
-    """Return the number of steps that a method chose, from the counts of its stepper; 1 before the first one."""
+    """Return the number of steps chosen by a method, from the counts of its stepper; 1 before the first step."""
     return float(counts.get("own_steps") or counts.get("expansions") or 1)
 
 
@@ -143,8 +143,7 @@ def simulate(
 ) -> Solution:
     """Integrate the equations of motion on a grid of equal steps.
 
-    Arguments default to the scene's values, the method to the one that the model was built with. A numerical
-    failure,
+    Arguments default to the scene's values, and the method to the method of the model's library. A numerical failure,
     Ctrl-C and growth of the motion by an unstable method (``simulation.judgement.instability``) raise no error: the
     Solution then ends with the last good state, has ``success`` False and a message.
 
@@ -171,8 +170,8 @@ def simulate(
           ``dormand_prince``, ``dopri5``), of order 5 with steps of its own between rows that are ``step`` apart; by
           coordinate partitioning of constrained scenes ``rk4_partitioned`` (also ``partitioned``) and
           ``rk45_partitioned``.
-        - ``hermite``, of order 4 from accelerations and their rates, and ``taylor``, series of any order, whose
-          steps are its own and ``step`` the spacing of the time grid on which it gives states.
+        - ``hermite``, of order 4 from accelerations and their rates, and ``taylor``, series of any order, with adaptive
+          steps; ``step`` is the spacing of the time grid on which states are recorded.
         - For real time, of order 2, with one factorization a step and no iteration, on trees and loops:
           ``rosenbrock`` and ``lsrt2``; ``corrected_predictor`` for measured forces.
         - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational.
@@ -193,7 +192,7 @@ def simulate(
     gamma : float
         Of ``newmark``; 1/2 by default, above it the order is 1.
     order : int
-        Of ``taylor``, 2 to 40; the one that suits its tolerance by default.
+        Of ``taylor``, 2 to 40; the order that suits the tolerance by default.
     tolerance : float
         Of the local error, relative to the motion within a step: ``generalized_alpha``, ``hht``, ``wbz``
         and ``trapezoidal`` then choose their steps between rows that are ``step`` apart, and so does ``rk45``, by
@@ -209,33 +208,32 @@ def simulate(
         Name -> number, function of t, or array on the step grid (steps + 1 values, linear in between).
     controllers : mapping
         Name -> function of the sampled controllers that the scene leaves to the caller: ``f(t, signals)``, with
-        declared memory ``f(t, signals, memory)``, gives the values that are held until the next sample. A class is
-        made anew for each run that the error estimate takes; a function that may keep something by itself is called
-        in one run only.
+        declared memory ``f(t, signals, memory)``, gives the values that are held until the next sample. Each run of the
+        error estimate has a new object of a class; a function that may keep data by itself is called in one run only.
     record_every : int
         Steps between recorded rows; the first and the last state are always recorded.
     t_start : float
         Time of the initial state, s.
     settings : mapping
         The stepper's own, by name. Of generalized-alpha: ``rtol`` and ``atol`` of its Newton iteration,
-        ``max_iterations``, ``max_halvings`` of a step that fails, ``reuse`` of its matrix (0 or 1), and
-        ``perturb`` of a start in index 3 (0 or 1). Of ``rosenbrock``: ``damped_start`` (0 or 1). Of
-        ``corrected_predictor``: ``matrix_every`` so many steps, 0 for one matrix. Of these, ``lsrt2`` and
+        ``max_iterations``, ``max_halvings`` of a step that fails, ``reuse`` of its matrix (0 or 1), and ``perturb`` of
+        a start in index 3 (0 or 1). Of ``rosenbrock``: ``damped_start`` (0 or 1). Of ``corrected_predictor``:
+        ``matrix_every``, the number of steps with one matrix, 0 for one matrix in the run. Of these, ``lsrt2`` and
         ``tdg1`` to ``tdg3``: ``stop_at_growth`` (0 or 1) that a step would damp. Of ``rosenbrock`` and ``lsrt2`` on
         loops: the largest ``drift`` off the constraints, a share. Of ``rattlie``: ``rtol``, ``max_iterations``, and
-        which ``multipliers`` rows have (0 to 3). Of methods with adaptive steps: their ``largest_step``, s; 0
-        for 64 steps of the time grid (``taylor``: 256).
+        which ``multipliers`` rows have (0 to 3). Of methods with adaptive steps: ``largest_step``, s; 0 for 64 steps of
+        the time grid (``taylor``: 256).
     progress : callable or True
         Called with (steps done, all steps) some ten times a second; the steps of the error estimate are counted
         too. True shows a bar, in notebooks and on terminals.
     checkpoint : path
         File from which the run can go on to the same bits, written at the start, at the end, at Ctrl-C and meanwhile.
-        ``model.resume`` reads it.
+        ``model.resume`` reads the file.
     checkpoint_every : int
         Steps between two checkpoints; one a minute by default.
     start : str
-        ``initial``: the initial state; ``equilibrium``: static equilibrium near it, with its velocities. The
-        scene's if neither this nor ``initial`` is given.
+        ``initial``: the initial state; ``equilibrium``: static equilibrium near the initial state, with the initial
+        velocities. The scene's if neither this nor ``initial`` is given.
     error_estimate : bool
         Whether to estimate the discretisation error by runs at other steps or tolerances: ``Solution.error``.
 

@@ -40,12 +40,13 @@ from eomgen.toolchain.library import Library
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Steps for which prescribed motions and curves are checked ahead at first, if they last so long; each time four
-#: times as many.
+#: Number of steps for which prescribed motions and curves are checked ahead at first, unless the run is shorter; each
+#: following check covers four times as many.
 _AHEAD = 1024
 _DOUBLE = np.dtype(np.float64)
 
-#: Inputs of a step: all of them in order, a single number if there is one input, some by name, or none.
+#: Inputs of a step: an array of all inputs in order, a number for a single input, a mapping from names of some inputs,
+#: or None.
 StepInputs = ArrayLike | Mapping[str, Signal] | None
 
 
@@ -72,11 +73,12 @@ def _no_assignment(name: str) -> UnknownAttribute:
     ),
 )
 class Simulator:
-    """A motion that is stepped by its caller: ``run = model.start(...)``, then ``run.step(u)`` as often as wanted.
+    """A motion stepped by its caller: ``run = model.start(...)``, then repeated ``run.step(u)``. ``run =
+    model.start(...)``, then ``run.step(u)`` as often as wanted.
 
-    A step takes its inputs from its beginning on. If they, or the parameters, differ from the values at the end of the
-    last step, all quantities carried from step to step (accelerations, algorithmic accelerations, chosen steps, series)
-    are evaluated anew from q and v, so that the order of the method is kept over jumps. Arrays that it gives are
+    The inputs of a step act from the beginning of the step. If inputs or parameters differ from the values at the end
+    of the last step, all quantities carried from step to step (accelerations, algorithmic accelerations, chosen steps,
+    series) are evaluated anew from q and v, so that the order of the method is kept over jumps. Arrays of results are
     copies; arrays of states are read-only: ``set_state`` puts the motion into another state.
 
     Quantities are named as in ``Solution``, for one state: ``q`` (nq,), ``v`` (nv,), ``a`` (nv,), ``z`` (nz,),
@@ -113,7 +115,7 @@ class Simulator:
     def __repr__(self) -> str:
         return f"<Simulator of {self.model.name} by {self.method}: t = {self.t:.9g} s, steps of {self.step_size:.9g} s>"
 
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+    if not TYPE_CHECKING:  # type checkers know the attributes from the annotations
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
@@ -133,12 +135,12 @@ class Simulator:
         Parameters
         ----------
         u : (nu,) array, number or mapping
-            Inputs, held over the steps. A mapping gives some by name, each a number or a function of t; the others, and
-            all without it, are given by ``start``, by the scene's formulas, or are zero. No size of a step: that
-            is the ``step`` of ``start``, and ``advance(t)`` goes to a time.
+            Inputs, held over the steps. A mapping has some inputs by name, each a number or a function of t; all other
+            inputs are given by ``start``, by the scene's formulas, or are zero. No size of a step: that is the ``step``
+            of ``start``, and ``advance(t)`` goes to a time.
         n : int
         end : (nu,) array or number
-            Inputs at the end of the last step, to which they go linearly from u.
+            Inputs at the end of the last step; inputs are linear in time from u to ``end``.
         motions : mapping
             Of the scene's motions by name: position, rate and acceleration at the end of the last step, to which each
             goes by one polynomial of degree 5; or a function of t that gives these three, which is met at the end of
@@ -152,9 +154,9 @@ class Simulator:
             an adaptive method.
         ModelError
             Rows of constraints that were left out do not follow from the others at the new positions of motions; the
-            state is the one before.
+            state is unchanged.
         NumericalError
-            A step failed; the state is the one before it.
+            A step failed; the state is the last good state.
 
         Examples
         --------
@@ -192,7 +194,7 @@ class Simulator:
         end: ArrayLike | None = None,
         motions: Mapping[str, Target] | None = None,
     ) -> None:
-        """Go on to a time in s: whole steps, and a shorter last one if they do not end there.
+        """Step to a time in s: whole steps, and a shorter last step for the rest.
 
         Parameters
         ----------
@@ -205,7 +207,7 @@ class Simulator:
         Warns
         -----
         RuntimeWarning
-            The time that the last call went to: it may have been meant as a time span.
+            ``t`` is the time of the last call: the argument may have been meant as a time span.
 
         Examples
         --------
@@ -261,7 +263,7 @@ class Simulator:
         UsageError
             An unknown name, or a value that the scene would refuse.
         ModelError
-            Rows of constraints that were left out at the scene's parameters do not follow from the others.
+            Rows of constraints that were left out at the scene's parameters do not follow from the other rows.
 
         Examples
         --------
@@ -307,7 +309,7 @@ class Simulator:
         self._rule(p)
 
     def set_state(self, state: Mapping[str, Any] | None = None, *, t: float | None = None) -> None:
-        """Put the motion into another state, from which it starts anew; the counts of steps and events do as well.
+        """Put the motion into another state; the motion and the counts of steps and events start anew.
 
         Parameters
         ----------
@@ -386,7 +388,7 @@ class Simulator:
         self._motions.reached |= reached
 
     def _initialize(self, t: float, state: InitialState, first: Array, last: Array) -> None:
-        """Start with inputs that go from first to last over a step, if they are given."""
+        """Start with inputs that go from first to last over a step, if given."""
         stepper, table = self._stepper, None
         if self._given:
             shares = stepper.input_times[:, np.newaxis]
@@ -499,7 +501,7 @@ class Simulator:
 
     @property
     def stopped(self) -> str:
-        """Which event stopped the motion, in a sentence; empty while it goes on."""
+        """Description of the event that stopped the motion, in a sentence; empty while the motion goes on."""
         return self._stopped
 
     @property
@@ -510,7 +512,7 @@ class Simulator:
     # -- recorded rows -------------------------------------------------------------------------------------------------
 
     def record(self) -> None:
-        """Keep the present state as a row of ``solution``; rows of this time or later ones are replaced by it."""
+        """Keep the present state as a row of ``solution``; the new row replaces rows at this time or later."""
         while self._recorded and self._recorded[-1].t >= self.t:
             self._recorded.pop()
         row = RecordedRow(self.t, self.q, self.v, self.a, self.z, self.multipliers, self.inputs, self._present())
@@ -519,7 +521,7 @@ class Simulator:
     def solution(self) -> Solution:
         """Return the recorded rows as a Solution, with plots, files and evaluations like the solution of a run.
 
-        Between rows its inputs are linear. There is no estimate of errors, and energies are not compared.
+        Between rows, inputs are linear. There is no estimate of errors, and energies are not compared.
 
         Returns
         -------
@@ -550,7 +552,7 @@ class Simulator:
 
     @property
     def state(self) -> SimulatorState:
-        """All that later steps depend on, the caller's functions of time aside; ``restore`` takes it."""
+        """All that later steps depend on, the caller's functions of time aside; ``restore`` takes this state."""
         stepper = self._stepper
         memory, workspace = stepper.memory
         return SimulatorState(
@@ -583,7 +585,7 @@ class Simulator:
         UsageError
             Anything else than a ``state``; a controller's function whose memory the scene does not declare.
         ModelError
-            It belongs to another model, method or compilation.
+            The state belongs to another model, method or compilation.
 
         Examples
         --------
@@ -618,7 +620,7 @@ class Simulator:
         self._stopped, self._found, self._begun, self._advanced = "", (), state.begun, None
 
     def copy(self) -> Simulator:
-        """Return a simulator of the same model in the same state, which goes on by itself to the same bits."""
+        """Return an independent simulator of the same model in the same state, which continues to the same bits."""
         other = Simulator(self._run, self._library)
         other.restore(self.state)
         other._signals, other._stopped, other.notes = self._signals, self._stopped, self.notes
@@ -642,7 +644,7 @@ class Simulator:
         return [list(self._run.model.parameters).index(mode_parameter(mode["name"])) for mode in modes]
 
     def _present(self) -> Array:
-        """Parameters (np,) as they are now, with the modes."""
+        """Present parameters (np,), with the modes."""
         p = self._stepper.parameters[:-1].copy()
         modes = self._stepper.modes
         if modes is not None:
@@ -714,8 +716,8 @@ class Simulator:
 
     @contextmanager
     def _moving(self, given: Mapping[str, Target] | None, duration: float) -> Iterator[Mapping[str, Target]]:
-        """Let motions go to their targets within a time in s; the body of the context takes steps over that time, and
-        is given the targets that are functions."""
+        """Let motions go to their targets within a time in s; the body of the context takes steps over that time, with
+        the targets that are functions."""
         moves = self._motions
         if not moves:
             moves.check(given)
@@ -761,8 +763,8 @@ class Simulator:
         self._found = events
 
     def _take(self, p: Array) -> None:
-        """Let motions go on by parameters (np,): a motion has the same rate and acceleration behind as before, so that
-        methods that carry accelerations from step to step need not evaluate them anew."""
+        """Continue the motions with parameters (np,): rate and acceleration of a motion are continuous, so that methods
+        that carry accelerations from step to step need no new evaluation."""
         columns = self._motions.columns
         self._stepper.parameters[columns] = p[columns]
         if "p" in self._places:
@@ -783,7 +785,7 @@ class Simulator:
         return read
 
     def _look_ahead(self, n: int, given: Mapping[str, CheckedSignal]) -> None:
-        """Check curves and prescribed motions for the next steps, and for some more if they last so long."""
+        """Check curves and prescribed motions for the next steps, and for some more if the laws last longer."""
         if self._cleared >= n:
             self._cleared -= n
             return

@@ -23,7 +23,7 @@ from eomgen.simulation.stepping.settings import stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.library import thread_time_ns
 
-#: The part of steps that a late one is later than, and how many steps it takes to tell.
+#: Part of the steps that are faster than a late step, and number of steps required to measure this part.
 PART, COUNT = 0.9999, 20_000
 
 
@@ -78,7 +78,7 @@ def _quantiles(seconds: Array) -> str:
 def step_times(
     model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal] | None = None, count: int = COUNT
 ) -> StepTimes:
-    """Repeat a run, step by step on one core, until so many steps have been timed.
+    """Repeat a run, step by step on one core, until ``count`` steps have been timed.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def step_times(
     Raises
     ------
     NumericalError
-        The run did not reach the end, or does not when it is repeated.
+        The run did not reach its end, or its repetition does not.
     """
     described = solution.metadata
     if not solution.success:
@@ -108,7 +108,7 @@ def step_times(
 
 
 class Repeated:
-    """The run of a solution, to be stepped again from its initial state.
+    """The run of a solution, for repeated stepping from its initial state.
 
     Times are the processor time of this thread, so that other processes which share the processor do not count.
 
@@ -167,8 +167,8 @@ class Repeated:
         return took
 
     def seconds_of_steps(self) -> tuple[Array, int]:
-        """Return the processor's time for each step, s, (steps,), one call for each, whose own time is in it; and the
-        iterations of one step at most."""
+        """Return the processor's time for each step, s, (steps,), with the time of its call, and the largest number of
+        iterations of a step."""
         self._begin()
         taken, per_step = np.empty(self.steps), self._stepper.sizes["rows_per_step"]
         counts = self._stepper.places.get("newton_iterations")
@@ -206,7 +206,7 @@ class Repeated:
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Keep this thread on its present core, if the system can do that."""
+    """Keep this thread on its present core, if the operating system allows."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

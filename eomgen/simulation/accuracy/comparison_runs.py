@@ -42,7 +42,7 @@ class Span:
     Attributes
     ----------
     rows, parameters : (n, width), and the parameters there, (np,) or (n, np)
-    stride : steps of the run between them
+    stride : steps of the run between two rows
     steps : of the run over the span
     """
 
@@ -68,7 +68,7 @@ class Comparison:
 def span_of(run: Run, rows: Array, parameters: Array) -> Span:
     """Return the compared part of a run with given rows, (n, width), and parameters there, (np,) or (n, np).
 
-    Rows lie at multiples of the interval of recording, but for the first one of a resumed run and the last one.
+    Rows lie at multiples of the interval of recording, except the first row of a resumed run and the last row.
     """
     step, every, times = run.settings["step"], min(run.every, run.grid.steps + 1), rows[:, 0]
     numbers = np.rint((times - run.grid.start) / step).astype(np.int64)
@@ -126,7 +126,7 @@ def comparison_run(
 
 
 def counted(progress: Progress | None, before: int, total: int) -> Progress | None:
-    """Return a report of progress in which other steps came before, of so many in all."""
+    """Return a callback of progress for a run after ``before`` steps of other runs, of ``total`` steps in all."""
     if progress is None:
         return None
     return lambda done, _: progress(before + done, max(total, before + done))
@@ -144,7 +144,7 @@ AtRows = Callable[[str], Mapping[str, Array]]
 
 
 class NoEstimateError(Exception):
-    """Reason for a missing error estimate; the run's message includes ``remedy``, if it is not empty."""
+    """Reason for a missing error estimate; the run's message includes ``remedy``, unless it is empty."""
 
     def __init__(self, reason: str, remedy: str = "") -> None:
         super().__init__(reason)
@@ -157,8 +157,8 @@ def planned_steps(run: Run, steps: int) -> int:
 
 
 class ComparedMotion(NamedTuple):
-    """Rows (n, width) of a run, and the outputs there; why it came no further than its last row; its events, and the
-    times of the events that changed the motion, s; the counts of its stepper."""
+    """Rows (n, width) of a run, its outputs at the rows, the reason if the run stopped early, its events, the times of
+    the events that changed the motion, s, and the counts of the stepper."""
 
     rows: Array
     outputs: Mapping[str, Array]
@@ -327,7 +327,7 @@ class Comparisons:
 
 
 def _near(times: Array, others: Array, slack: float) -> NDArray[np.bool_]:
-    """Return a mask of the times (n,) that are within ``slack`` of one of ``others`` (m,), sorted, all in s."""
+    """Return a mask of the times (n,) within ``slack`` of an element of ``others`` (m,), sorted, all in s."""
     if not len(others):
         return np.zeros(len(times), dtype=bool)
     after = np.clip(np.searchsorted(others, times), 1, len(others)) - 1

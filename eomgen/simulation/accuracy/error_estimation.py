@@ -44,14 +44,14 @@ from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 
-#: Order of errors that are made at corners of forces, of which higher ones are left.
+#: Order of errors made at corners of forces; errors of higher order are neglected.
 _OF_CORNERS = 2.0
 #: Part of the motion by which runs at h and 2h may differ before a run at half the step is made as well.
 _DOUBTFUL = 0.1
 #: Steps of a run below which comparison runs in longer steps give no estimate.
 _FEW_STEPS = 16
 #: Fractions of the step, and the order of their errors, for runs that cross jumps of forces: a run at half the step
-#: meets one in two jumps at the same place in a step.
+#: meets every second jump at the same place in a step.
 _PRIME_PARTS, _OF_JUMPS = (3, 5), 1.0
 #: Powers of 1/2 of the step that are tried for runs of one step, or of steps that were halved.
 _QUARTERS = (2, 4)
@@ -59,13 +59,13 @@ _QUARTERS = (2, 4)
 _OTHER_ORDER, _NEGLIGIBLE = 0.75, 1e-10
 #: Part of the motion that no error reaches but one of a run that explodes.
 _EXPLODED = 10.0
-#: How many times later or earlier an event near the end may come than others do in two runs.
+#: Factor by which the time of an event near the end may differ between two runs more than the times of other events.
 _LATER = 2.0
 #: Ratio of a motion to its size at sparse rows above which these rows do not measure the motion.
 _LARGER = 2.0
-#: How many times smaller the tolerance of a comparison run is; of methods of low order 2 to their order.
+#: Factor by which the tolerance of a comparison run is smaller; for methods of low order, 2 to the power of the order.
 _TOLERANCES = 10.0
-#: How many times as many parts of steps as the run itself a run at shorter steps may take.
+#: Ratio of the parts of steps that a run at shorter steps may take to the parts of the run itself.
 _MOST_PARTS = 16.0
 #: Powers of the smaller tolerance, tried in turn if jumps, samples and rows of inputs bound steps, and the least
 #: tolerance: rounding.
@@ -86,7 +86,7 @@ class ErrorEstimation:
     progress: Progress | None = None
 
     def shown(self, run: Run, steps: int) -> Progress | None:
-        """Return the callback that reports the progress of the run itself, of which ``steps`` steps are left."""
+        """Return the callback that reports the progress of the run, of which ``steps`` steps are left."""
         more = planned_steps(run, steps)
         return counted(self.progress, 0, run.grid.steps + more)
 
@@ -109,7 +109,7 @@ class ErrorEstimation:
         parameters : (np,), or (rows, np), at the rows
         seconds : s, duration of the run
         statistics : counts of the stepper
-        at_rows : outputs and energy of the run at all rows; None: they are evaluated at the rows that are compared
+        at_rows : outputs and energy of the run at all rows; None: both are evaluated at the compared rows.
         """
         began = time.perf_counter()
         try:
@@ -163,11 +163,12 @@ def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
     """Estimate errors by a run at a smaller tolerance, or at a larger one if no smaller tolerance can be taken.
 
     Errors follow tolerances only roughly: at a corner, or with few steps, a tenth of the tolerance makes from a
-    hundredth of the error to twice as much. So the better run is asked, though it costs more. The grid is refined as
-    well: the first steps follow from it, which would be the same ones at either tolerance if no force acts yet, and
-    lead to the same place within a barrier. Events are looked for on it, and rows of inputs lie there, between which
-    these are curves of low order. Without events and such rows the grid stays if steps end at jumps or samples: a
-    halved grid could halve these steps, and both runs would differ by more than the tolerances explain.
+    hundredth of the error to twice as much. So the run at the smaller tolerance is taken, though its cost is higher.
+    The time grid is refined as well: the first steps follow from the grid. With the same grid, both tolerances would
+    have the same first steps if no force acts yet, and both runs would meet a narrow barrier at the same place. Events
+    are looked for on the grid, and rows of inputs, between which inputs are curves of low order, lie on the grid.
+    Without events and such rows the grid stays if steps end at jumps or samples: a halved grid could halve these steps,
+    and both runs would differ by more than the tolerances explain.
     """
     own = runs.run.settings["tolerance"]
     order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
@@ -213,7 +214,7 @@ def _that_bounds(runs: Comparisons, *, bound: bool) -> float:
 
 
 def _largest_step(runs: Comparisons) -> float:
-    """Return the largest step of the method's own, s; if it is not counted, the step of the grid."""
+    """Return the largest step of the method, s; if steps are not counted, the step of the grid."""
     return float(runs.own.statistics.get("largest_step", runs.step))
 
 
@@ -265,7 +266,8 @@ def _by_prime_parts(runs: Comparisons, twice: ComparedMotion) -> ErrorEstimate |
     shorter steps does not hold.
 
     The error of a step that crosses a jump of a force is of first order, with a factor that depends on the place of the
-    jump in the step. Two runs may agree by chance, most often if the steps of one are multiples of the other's.
+    jump in the step. Two runs may agree by chance, most often if the steps of one run are multiples of the steps of the
+    other run.
     """
     differing, passed_over = [], ""
     if len(twice.rows) > 1 and not twice.stopped:
@@ -282,7 +284,8 @@ def _by_prime_parts(runs: Comparisons, twice: ComparedMotion) -> ErrorEstimate |
 
 
 def _largest_of(differing: Sequence[tuple[Apart, float]]) -> Apart:
-    """Return the largest of differences times their factors, at the times of the last differences with all rows."""
+    """Return the largest of differences times their factors, at the times of the last element whose differences cover
+    all rows."""
     apart, gain = differing[-1]
     kinds = {kind: gain * values for kind, values in apart.kinds.items()}
     for other, factor in differing[:-1]:
@@ -362,9 +365,9 @@ def _refinement(runs: Comparisons, multiples: tuple[float, float, float]) -> flo
 def _passed_over(runs: Comparisons, other: ComparedMotion) -> str:
     """Return a sentence on the first event that another run counts differently; empty if all counts agree.
 
-    An event near the end of the run may be in only one of them, by errors as large as the differences of the times of
-    common events. Events that are only counted have no times: a difference of one does not matter. A resumed run also
-    has events from before.
+    An event near the end of the run may be in only one of the two runs, because of errors as large as the differences
+    of the times of common events. Events that are only counted have no times: a difference of one does not matter. A
+    resumed run also has events from before.
     """
     ours, theirs = runs.own.events, other.events
     if ours is None or theirs is None or runs.span.rows[0, 0] > runs.run.grid.start:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 TURN = 2.0 * np.pi
-#: Rows at which equations are evaluated, and the other shift, rad.
+#: Number of rows at which equations are evaluated, and the shift of the second evaluation, rad.
 _ROWS, _OTHER = 8, 1.0
 #: Changes below this fraction of the largest value count as rounding.
 _ROUNDING = 1e-7
@@ -97,7 +97,7 @@ def _same(first: list[Array], second: list[Array]) -> bool:
     )
 
 
-#: Size of a motion, as a part of the largest of the same unit, below which it is no measure.
+#: Size of a motion, as a part of the largest of the same unit, below which a size is not used as a measure.
 _SMALL = 1e-3
 #: The same in parts of the coordinates, or of 1 rad: motion below is rounding.
 _REST = 1e-9
@@ -105,7 +105,8 @@ _REST = 1e-9
 _TREMBLING = 1e-12
 #: Part of the energies at work below which the range of an energy counts as kept energy.
 _KEPT = 0.02
-#: Difference, in its unit, from a coordinate or internal state that rests in a run, above which it is no rounding.
+#: Difference, in its unit, of a coordinate or internal state that rests in one run, above which the difference is not
+#: due to rounding.
 _MOVED = 1e-9
 #: Units in which forces are at work.
 _FORCES = ("N", "N m")
@@ -121,11 +122,11 @@ class MotionSize:
     Attributes
     ----------
     sizes : kind -> (size,)
-    names, units : of the components of the increment, and of z behind them
+    names, units : of the components of the increment, followed by z
     own : of these, whether the size is the component's own, not a part of the largest size of the same unit
     turns : of these, whether the size is limited to one turn
     travel : of these, the range of motion
-    still : whether all coordinates rest, apart from a tremble in their last digits
+    still : whether all coordinates rest, apart from changes in their last digits
     """
 
     sizes: Kinds
@@ -175,9 +176,9 @@ def motion_size(
     The size of a joint's coordinate is the range of the coordinate, of a rotation the largest angle from the start, of
     a velocity or a multiplier the largest value; a size below a thousandth of the largest one in its unit is raised to
     that thousandth. An angle whose whole turns do not matter, by ``turns`` (nv,), none by default, has the size of a
-    turn at most. An output that is rounding beside all that has its unit, as the moment of a bearing beside its forces,
-    counts as that rounding. An energy that is kept, or nearly so, is measured by the energies at work, ``energies`` in
-    J.
+    turn at most. An output that is rounding in comparison with all outputs of the same unit, such as the moment of a
+    bearing beside its forces, counts as rounding. An energy that is kept, or nearly so, is measured by the energies at
+    work, ``energies`` in J.
     """
     column = columns_of(model, rows)
     travel = np.ptp(column["q"], axis=0)
@@ -223,7 +224,7 @@ def motion_size(
 def _at_work(model: CompiledModel, column: Kinds, outputs: Sequence[tuple[str, Array]]) -> dict[str, float]:
     """Return by unit the largest value of a run: of coordinates, velocities, and outputs.
 
-    Forces and multipliers are the moments that they have at 1 m as well, and moments the forces.
+    Forces and multipliers also count as moments at a lever of 1 m, and moments as forces.
     """
     of_units = [*zip(model.q_units, column["q"].T, strict=True), *zip(model.v_units, column["v"].T, strict=True)]
     of_units += [(_FORCES[0], column["multipliers"]), *outputs]
@@ -234,8 +235,8 @@ def _at_work(model: CompiledModel, column: Kinds, outputs: Sequence[tuple[str, A
 
 
 def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", "z")) -> Array:
-    """Return differences as fractions of the motion, (n, components of all these kinds); infinite if they are not
-    finite, and if coordinates or internal states rest in one run, and move in the other."""
+    """Return differences as fractions of the motion, (n, components of all these kinds); infinite if a difference is
+    not finite, or if coordinates or internal states rest in one run and move in the other run."""
     result = []
     for kind in kinds:
         with np.errstate(all="ignore"):
@@ -276,8 +277,8 @@ def _reach(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:
 
 
 def _of_coordinates(model: CompiledModel, increment: Array) -> Array:
-    """Return the sizes of the components of q from the sizes of the increment; an angle's reference has no size of
-    its own."""
+    """Return the sizes of the components of q from the sizes of the increment; the references of angles have no
+    size."""
     size = np.ones(model.nq)
     for factor in model.factors:
         own = increment[factor.v]

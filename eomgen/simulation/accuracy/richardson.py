@@ -37,7 +37,7 @@ class Pair(NamedTuple):
     gain : from the order to the error of the run as a part of that, (n, 1)
     words : which runs these were
     near, far : differences that tell the order, as |x_2h - x_h| and |x_4h - x_2h|; of tolerances there are none
-    refinement : ratio of the steps of neighbouring ones of these runs
+    refinement : ratio of the steps of neighbouring runs
     """
 
     apart: Apart
@@ -49,7 +49,8 @@ class Pair(NamedTuple):
 
 
 def gain_by(ratio: Array) -> Callable[[float], Array]:
-    """Return the gain if the steps of the other run are longer by an effective ratio, (n,); shorter below 1."""
+    """Return the gain if the steps of the other run are longer by an effective ratio, (n,); a ratio below 1 means
+    shorter steps."""
     return lambda order: 1.0 / np.abs(np.power(ratio, order) - 1.0)[:, np.newaxis]
 
 
@@ -62,7 +63,8 @@ def gain_of_longer(order: float) -> float:
 
 
 def estimate(runs: Comparisons, pair: Pair, declared: float) -> ErrorEstimate:
-    """Return the estimate from differences; ``declared`` is the order of the method, NaN if it chooses its steps."""
+    """Return the estimate from differences; ``declared`` is the order of the method, NaN if the method chooses its
+    steps."""
     size = runs.size
     errors, orders = {}, {}
     for kind, apart in pair.apart.kinds.items():
@@ -126,7 +128,8 @@ def _since(runs: Comparisons) -> str:
 
 def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest | None:
     """Return the largest error of the velocities, (n, nv), relative to the largest velocity of the same unit, for an
-    elastic coordinate of a beam to its own largest one; None if no velocity is above rounding.
+    elastic coordinate of a beam relative to the largest velocity of the coordinate; None if no velocity is above
+    rounding.
 
     A beam is measured separately, because vibrations of beams are a thousandth of the joints' velocities.
     """
@@ -158,7 +161,7 @@ def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest
 
 
 def _largest_output(runs: Comparisons, errors: Kinds, times: Array) -> Largest | None:
-    """Return the largest error of the outputs relative to their ranges; None if there are none, or if all coordinates
+    """Return the largest error of the outputs relative to their ranges; None without outputs, or if all coordinates
     rest, so that ranges are rounding."""
     if runs.size.still:
         return None
@@ -203,7 +206,7 @@ def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: f
 
 
 def _so_far(array: Array) -> Array:
-    """Return the largest number of each row and those before it, (n,)."""
+    """Return the running maximum over the rows, (n,): the largest number up to each row."""
     with np.errstate(all="ignore"):
         result: Array = np.maximum.accumulate(np.nan_to_num(array, nan=np.inf).max(axis=1))
     return result

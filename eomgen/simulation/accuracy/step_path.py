@@ -31,7 +31,8 @@ _VELOCITIES = 12
 
 
 class StepStates:
-    """Numbers of a run at times (m,) within steps (m,), or at the rows; each evaluated when it is first asked for."""
+    """Quantities of a run at times (m,) within steps (m,), or at the rows; each quantity is evaluated at its first
+    use."""
 
     def __init__(self, path: StepPath, t: Array, steps: NDArray[np.intp]) -> None:
         self._path, self.t, self.steps = path, t, steps
@@ -49,7 +50,7 @@ class StepStates:
 
     @cached_property
     def u(self) -> Array:
-        """Inputs, (m, nu): formulas that may be fast as they are, others on the line between rows."""
+        """Inputs, (m, nu): formulas that may be fast are evaluated, other inputs are interpolated between rows."""
         path = self._path
         rows, t = path.inputs, path.states.t
         after = np.minimum(self.steps + 1, len(t) - 1)
@@ -76,7 +77,7 @@ class StepPath:
     ----------
     rows : (n, width), at the ends of steps
     parameters : (np,), or (n, np)
-    inputs : (n, nu), if they are known
+    inputs : (n, nu), if known
     """
 
     def __init__(self, run: Run, rows: Array, parameters: Array, inputs: Array | None = None) -> None:
@@ -118,7 +119,7 @@ class StepPath:
 
     @cached_property
     def _slopes(self) -> Array:
-        """Rates of internal states at the rows, by differences: jumps of forces are none of theirs."""
+        """Rates of internal states at the rows, by differences that do not reach across jumps of forces."""
         t, z = self.states.t, self.states.z
         rise = np.diff(z, axis=0) / np.maximum(np.diff(t), np.finfo(float).tiny)[:, np.newaxis]
         result: Array = 0.5 * (np.concatenate([rise[:1], rise]) + np.concatenate([rise, rise[-1:]]))
@@ -192,7 +193,7 @@ class StepPath:
         return rotated(back, result) if own_axes else result
 
     def columns(self, symbol: Symbol) -> Iterable[int]:
-        """Return the indices of velocities, and behind them internal states, that a known symbol depends on."""
+        """Return the indices of the velocities, followed by the internal states, that a known symbol depends on."""
         nv = self.run.model.nv
         if symbol in self.points:
             kind = symbol.name if symbol.kind == "local" else symbol.kind
@@ -270,7 +271,7 @@ class _Pieces(NamedTuple):
     parts : number of intervals within a step of the time grid
     number : of pieces
     width : number of rows of a piece
-    duration : s, of a piece that is shorter than its rows; infinite otherwise
+    duration : s, of a piece shorter than its rows; infinite otherwise
     """
 
     parts: int
@@ -394,7 +395,7 @@ def _places(run: Run, key: str, places_of: Callable[[Formula], Iterator[Formula]
 
 
 def _crossings(path: StepPath, place: Formula) -> NDArray[np.intp]:
-    """Return the indices of the rows behind which an expression changes its sign."""
+    """Return the indices of the rows after which an expression changes its sign."""
     signs = np.sign(path.values(place, path.at_rows))
     return np.flatnonzero(signs[1:] * signs[:-1] < 0.0)
 

@@ -106,7 +106,7 @@ class _Roots:
         self._sampled = len(self._steps) < len(steps)
         span = float(np.diff(t)[covered].sum())
         self._share = len(whole) / max(len(self._steps), 1) * (float(t[-1] - t[0]) / span if span else 1.0)
-        if len(whole) < len(covered):  # events that act there are counted, and their steps are not
+        if len(whole) < len(covered):  # the events in these steps are counted, the steps are not
             self._share = min(self._share, len(whole) / max(len(self._steps), 1))
 
     def missed(self, seen: Array) -> Array:

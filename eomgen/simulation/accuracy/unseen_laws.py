@@ -44,9 +44,9 @@ _CLOSER = 24
 #: Thresholds of a finding, relative to velocities or ranges of internal states: for the accumulated defect, and for the
 #: largest defect within a step. A barrier that changes the velocity by a fourth takes about half the kinetic energy.
 _UNSEEN, _WITHIN = 0.05, 0.25
-#: Aliased laws: standard deviation from the chords over the steps, relative to the law's own, from which on (a sine
-#: with 2.2 steps to a period has it), the fraction of the steps with such deviations, and the ratio of the effect to
-#: the stated error from which it is reported.
+#: Aliased laws: standard deviation from the chords over the steps, relative to the standard deviation of the law, above
+#: which a law counts as aliased (a sine with 2.2 steps to a period); the fraction of the steps with such deviations;
+#: and the ratio of the effect to the stated error above which the law is reported.
 _HIDDEN, _MOSTLY, _UNDERSTATED = 0.8, 0.5, 3.0
 #: Number of successive steps whose defects are summed for aliased laws.
 _SUCCESSIVE = 256
@@ -58,8 +58,8 @@ _ROUNDING = 1e-6
 _PARTIALS, _STATES, _DIFFERENCE = 32, 8, 1e-6
 #: Recommended number of steps over the width of the unresolved part of a law.
 _RESOLVED = 8.0
-#: Refinement of the rows for a second examination of adaptive methods after a first finding: some of their steps are
-#: shorter than the average.
+#: Refinement of the rows for a second examination of adaptive methods after a first finding: some steps of these
+#: methods are shorter than the average.
 _FINER = (8.0,)
 #: Number of rows behind a step in which a level is checked to hold the motion.
 _HELD = 4096
@@ -103,13 +103,13 @@ class _Nodes(NamedTuple):
 
 
 class _Held(NamedTuple):
-    """A velocity, or an internal state, that the equations hold at a level and a run takes beyond it.
+    """A velocity or an internal state that the equations hold at a level, although the run passes the level.
 
     Attributes
     ----------
     place : index among the examined steps
     column : among velocities and internal states
-    level, time : the level, and the time at which it is reached, s
+    level, time : the level, and the time at which the run reaches the level, s
     beyond : how far the run goes beyond the level
     duration : s, in which the rates beyond the level lead through the window in which they point back
     jumps : whether the rates jump there, so that no solution leads on
@@ -162,8 +162,8 @@ def unseen_law(
     statistics : counts of the stepper
     ends : (n,) s, additional ends of steps at jumps or kinks of forces
     changes : (n,) s, of events that change the motion
-    inputs : (n, nu), at the rows, if they are known
-    stated : returns the estimated error of the run as a part of the motion, infinite if it is not known
+    inputs : (n, nu), at the rows, if known
+    stated : returns the estimated error of the run as a part of the motion, infinite if unknown
     """
     laws = laws_between_steps(run)
     if not laws or len(rows) < 2:
@@ -340,7 +340,7 @@ class _Examination:
         share = len(self.looked_at) / len(chosen) * len(self._whole) / len(self._steps)
         if (
             self._path.run.method.chooses_steps
-        ):  # rows lie within its steps, so forces at rows need not act in the steps
+        ):  # rows lie within steps of the method, so forces at rows need not act in the steps
             chosen = _without_gaps(chosen)
         law = self._judged(chosen, share)
         if law is None and self._aliased and self._stated is not None and not self._path.run.method.chooses_steps:
@@ -422,7 +422,8 @@ class _Examination:
     # -- defects ---------------------------------------------------------------------------------------------------
 
     def _judged(self, chosen: NDArray[np.intp], share: float) -> UnseenLaw | None:
-        """Return an unresolved law in chosen ones of the sampled steps, which stand for so many times as many."""
+        """Return an unresolved law in selected steps; ``share`` is the number of steps of the run for each sampled
+        step."""
         steps = self._steps[chosen]
         meshes = self._meshes(steps, self._grid, [table[chosen] for table in self._arguments])
         nodes = self._nodes(steps, meshes)
@@ -431,7 +432,7 @@ class _Examination:
         if held is not None and held.beyond > _UNSEEN * self._sizes[held.column]:
             return self._told_of_level(held, steps, meshes)
         defects = self._defects(steps, meshes, nodes.rates)
-        for column, chatters in self._chattering(steps, nodes):  # forces there take a defect back, as stiff ones do
+        for column, chatters in self._chattering(steps, nodes):  # restoring forces
             defects.net[chatters, column] = defects.within[chatters, column] = 0.0
         if self._excess(defects, share) <= 1.0:
             return None
@@ -540,7 +541,8 @@ class _Examination:
         return np.hstack(blocks.states[1:])
 
     def _beyond(self, step: int, column: int, low: float, level: float) -> float:
-        """Return the overshoot of a column beyond a level to which the rates lead from both sides; 0 if it returns.
+        """Return the overshoot of a column beyond a level to which the rates lead from both sides; 0 if the column
+        returns.
 
         Parameters
         ----------
@@ -572,7 +574,7 @@ class _Examination:
     def _sizes_after(self) -> Array:
         """Scales of velocities from each row to the end, and of internal states, (n, nv + nz).
 
-        A joint that moves on slowly behind a barrier is measured by its velocity there.
+        For a joint that moves on slowly after a barrier, the scale is the velocity after the barrier.
         """
         speeds = np.abs(self._path.states.v)
         covered = 0.5 * (speeds[1:] + speeds[:-1]) * np.diff(self._t)[:, np.newaxis]
@@ -599,8 +601,8 @@ class _Examination:
     def _forgotten(self, defects: _Defects) -> _Defects:
         """Return defects whose accumulated sum is damped by stiff motion, as by an L-stable step.
 
-        Jacobians are medians over the states within a step and its two neighbours, so that laws that are narrow, or
-        fill one step, do not count as stiffness.
+        Jacobians are medians over the states within a step and its two neighbours, so that narrow laws, or laws within
+        one step, do not count as stiffness.
         """
         nv, nz = self._model.nv, self._model.nz
         chosen = np.unique(np.linspace(0, len(defects.steps) - 1, _PARTIALS).astype(int))
@@ -641,7 +643,7 @@ class _Examination:
 
     @cached_property
     def _scales(self) -> tuple[Array, Array, Array]:
-        """Scales of increments, velocities (nv,) and internal states (nz,): the largest values of their units.
+        """Scales of increments, velocities (nv,) and internal states (nz,): the largest values of the same unit.
 
         Velocities are measured at least by the coordinates per duration of the run.
         """
@@ -740,7 +742,8 @@ class _Examination:
 
 
 def _without_gaps(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return numbers in order with the numbers of the shortest gaps between them, as many as are evaluated."""
+    """Return numbers in order, with the numbers of the shortest gaps filled in, up to the number of steps that are
+    evaluated."""
     gaps = np.diff(chosen) - 1
     shortest = np.argsort(gaps, kind="stable")
     filled = shortest[np.cumsum(gaps[shortest]) + len(chosen) <= _HOT]

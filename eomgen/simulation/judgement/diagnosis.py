@@ -50,7 +50,7 @@ def operations_without_value(description: Description, values: Values) -> str:
 
     Parameters
     ----------
-    values : numbers by kind, name and index of a symbol; operations that need others are left out
+    values : numbers by kind, name and index of a symbol; operations that need further symbols are left out
     """
 
     def value_of(symbol: Symbol) -> float:
@@ -164,7 +164,7 @@ def first_non_finite(
 
 
 def _cause(model: CompiledModel, q: Array, values: Mapping[tuple[str, str, int], float]) -> tuple[str, str]:
-    """Return the cause of blocks that are not finite, as far as curves, formulas and angles show it, and a
+    """Return the cause of blocks that are not finite, as far as curves, formulas and angles show a cause, and a
     remedy."""
     if left := curves_outside_range(model.description, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
@@ -244,8 +244,8 @@ def instability(growth: Growth, method: Method) -> tuple[str, str]:
 
 
 def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, step: float) -> str:
-    """Return a sentence on the joint that turns too far within a step for its turns to be counted; empty if there is
-    none."""
+    """Return a sentence on the joint that turns too far within a step for its turns to be counted; empty without such a
+    joint."""
     if not model.angles:
         return ""
     turns = step * np.abs(model.evaluator.angle_motion(q, v, t, p)[1])
@@ -267,9 +267,9 @@ def advice(method: Method, status: int, settings: Mapping[str, float]) -> str:
 
 
 def curves_outside_range(description: Description, values: Mapping[tuple[str, str, int], float]) -> str:
-    """Return a description of the curves evaluated outside their range; empty if there are none.
+    """Return a description of the curves evaluated outside their range; empty without such curves.
 
-    ``values`` are numbers by kind, name and index of a symbol; arguments that need others are left out.
+    ``values`` are numbers by kind, name and index of a symbol; arguments that need further symbols are left out.
     """
 
     def value_of(symbol: Symbol) -> float:

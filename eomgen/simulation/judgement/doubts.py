@@ -21,11 +21,11 @@ from eomgen.simulation.judgement.invariants import FAILED_ENERGY, REPORTED_ENERG
 from eomgen.simulation.judgement.invariants import FAILED_VIOLATION as BROKEN
 from eomgen.simulation.judgement.singular_positions import nearest_singular, way_through
 
-#: Part of the motion above which an error is always reported, and estimates from which on it may be that large, since
-#: estimates are good to a factor.
+#: Part of the motion above which an error is always reported, and estimates above which the error may be that large,
+#: since estimates are uncertain by a factor.
 LARGE_ERROR, DOUBTFUL_ERROR = 0.1, 0.1 / 1.5
-#: The same of velocities, as a part of the largest, of a beam's of its own: at one step they are some three times less
-#: accurate.
+#: The same limit for velocities, as a part of the largest velocity (for a beam, of its largest velocity): over one
+#: step, velocities are some three times less accurate.
 WRONG_VELOCITY = 0.3
 #: Error target of hints, and largest error that follows powers of the step, relative to the motion.
 AIM, FOLLOWED = 0.01, 0.5
@@ -205,7 +205,7 @@ def _multiplier_rounding(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _rounding(run: FinishedRun) -> float:
-    """Return the part of the multipliers that is rounding; 0 if all of them are zero."""
+    """Return the part of the multipliers that is rounding; 0 if all multipliers are zero."""
     return float(run.statistics.get("max_rounding", 0.0)) if run.states.multipliers.any() else 0.0
 
 

@@ -40,12 +40,12 @@ _FAR = 0.1
 
 
 def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Events | None) -> str:
-    """Return a sentence on the end of a run, and a remedy if it did not reach the end time.
+    """Return a sentence on the end of a run, and a remedy if the run did not reach the end time.
 
     Parameters
     ----------
     run : with the parameters at its last row
-    stepper : as it was left
+    stepper : in the state after the run
     events : of the run, None if the scene has none
     """
     model, p, settings = run.model, run.parameters, run.settings
@@ -118,7 +118,7 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
 
 
 def _grown(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
-    """Return a finding on a motion that grows without end, unless it grows by the method."""
+    """Return a finding on a motion that grows without end, unless the growth is due to the method."""
     result = unbounded_growth(run, states_of(trajectory.rows, run.model))
     return None if result is None or unstable_growth(run, stepper.library, trajectory) else result
 
@@ -133,8 +133,8 @@ def _starts_far(run: Run, trajectory: Trajectory) -> bool:
 
 
 def _own_steps(statistics: Mapping[str, int | float], model: CompiledModel | None = None) -> str:
-    """Return the number of steps that the method chose, in words; with a model also the smallest one, and the
-    component that required it."""
+    """Return the number of steps that the method chose, in words; with a model also the smallest step, and the
+    component that required this step."""
     if not statistics.get("own_steps"):
         return ""
     text = f" ({statistics['own_steps']} of its own, {statistics['rejections']} taken again"

@@ -38,7 +38,7 @@ UNRESOLVED, RESOLVED = 1.0, 0.3
 #: Part of the accelerations, by kinetic energy, from which on an excited mode is reported; relative to the larger one
 #: of the accelerations there and this quantile of the record, which is not zero if a run begins at rest.
 NOTICED, _USUAL = 0.1, 0.9
-#: Factor by which an event or a jump must enlarge the oscillation of a mode to have excited it.
+#: Factor by which an event or a jump must enlarge the oscillation of a mode to count as its excitation.
 _EXCITED = 3.0
 #: Deflections of a mode below this part of the coordinates, or of 1 rad, are rounding.
 _ROUNDING = 1e-12
@@ -48,13 +48,13 @@ _LARGEST = float(np.finfo(np.float64).max)
 _SPAN = 0.1
 #: Events and jumps that are looked at, at most, and modes of each.
 _PLACES, _MODES = 16, 8
-#: Singular values of B below this part of the largest belong to rows that repeat others.
+#: Singular values of B below this part of the largest belong to redundant rows.
 _RANK = 1e-10
 
 
 class _Place(NamedTuple):
-    """A state (q, v, z) that a run starts at or goes on from, in words, with the parameters p (np,) that hold there;
-    the one before, with its own, and whether formulas jump there in time."""
+    """A state (q, v, z) at which a run starts or continues, in words, with the parameters p (np,) in force; the
+    previous state with its parameters; and whether formulas jump there in time."""
 
     words: str
     t: float
@@ -242,8 +242,8 @@ class _Modes:
 _MOST = 200
 #: Place within a step, in steps: no small multiple of this is whole, so no oscillation hides from it.
 _BETWEEN = 0.382
-#: Deviation from the interpolation over the steps, over the standard deviation, both in quadratic mean, from which on
-#: a law is not resolved by the steps: a sine with 2.2 steps to a period has it.
+#: Deviation from the interpolation over the steps, over the standard deviation, both in quadratic mean, above which a
+#: law is not resolved by the steps: a sine with 2.2 steps to a period has it.
 _UNSEEN = 0.8
 #: Deviations below this part of the largest value are rounding.
 _LAW_ROUNDING = 1e-6
@@ -251,8 +251,8 @@ _LAW_ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class _Law:
-    """A function of time: at the beginning of steps and at the end, and between as it is and as the steps show it,
-    (steps,) each."""
+    """A function of time at the beginning and at the end of steps, and between: its value, and the interpolation over
+    the step, (steps,) each."""
 
     name: str
     unit: str

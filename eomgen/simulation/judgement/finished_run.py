@@ -51,7 +51,7 @@ _ROUNDING = 1e-12
 
 
 def untold_between_rows(states: States, factors: Sequence[Factor]) -> bool:
-    """Return whether a coordinate moves between most rows otherwise than its velocities at the rows say.
+    """Return whether a coordinate moves between most rows in a way that the velocities at the rows do not show.
 
     A force of 1 kHz, for instance, has the same phase at rows that are 1 ms apart.
     """
@@ -100,11 +100,11 @@ class NamesCheckpoint(Protocol):
 
 
 class FinishedRun:
-    """A run as its checks see it.
+    """A run and the facts that its checks need.
 
     Parameters
     ----------
-    stepper : as the run left it
+    stepper : in the state after the run
     wall : float
         Duration of the stepping, s.
     writer : of checkpoints; None without any
@@ -222,7 +222,7 @@ class FinishedRun:
         return self._known_jumps(0)
 
     def _known_jumps(self, order: int) -> Array:
-        """Return the times at which forces jump, or a derivative of them up to an order, s."""
+        """Return the times at which forces, or derivatives of forces up to an order, jump, s."""
         t = self.states.t
         known = self.run.model.jumps_between(t, same_time(t), order=order)
         return np.concatenate([known, self.changes]) if len(self.changes) else known
@@ -281,7 +281,7 @@ class FinishedRun:
 
     @cached_property
     def between_rows(self) -> tuple[Array, Array]:
-        """q and z at the rows and, if they are known, at the ends of the steps between."""
+        """q and z at the rows and, if known, at the ends of the steps between rows."""
         rows = self.trajectory.rows
         taken = step_rows(self.run, self.stepper.library, rows, self.present, self.statistics)
         states = self.states if taken is None else states_of(np.concatenate([rows, taken.rows]), self.run.model)
@@ -345,7 +345,7 @@ class FinishedRun:
         return self.run.settings
 
 
-#: Facts that checks may need, as functions of a ``FinishedRun``; all of them are evaluated for the first check.
+#: Facts that checks may need, as functions of a ``FinishedRun``; all facts are evaluated for the first check.
 FACTS: Mapping[str, Callable[[FinishedRun], bool]] = {
     "complete": lambda finished: finished.complete,
     "two rows": lambda finished: len(finished.states.t) > 1,
@@ -376,21 +376,21 @@ class Check:
     Attributes
     ----------
     name : str
-        Of its findings.
+        Name of the findings.
     evaluate : callable
-        Returns the findings of a run: none, one, or one for each cause. They need neither name nor severity.
+        Returns the findings of a run: none, one, or one for each cause. Findings need neither name nor severity.
     needs : tuple of str
-        Facts of ``FinishedRun.FACTS``; a run that lacks one of them is not checked.
+        Facts of ``FinishedRun.FACTS``; a run without one of these facts is not checked.
     severity : str
-        Of its findings. A check with failures and warnings has ``failure``: a finding is a failure if ``fails`` is
-        true.
+        Severity of the findings. For a check with failures and warnings, ``failure``: a finding is a failure if
+        ``fails`` is true.
     unless, after : tuple of str
         Earlier checks: one with a finding makes this check superfluous, or is required for this check.
     continues : str
-        Text that joins a finding to the sentence of the finding before it, if both have such a text. The joint
+        Text that joins a finding to the sentence of the previous finding, if both findings have such a text. The joint
         sentence ends with the hint of its last finding.
     said : bool
-        Whether its findings are part of the message.
+        Whether the findings are part of the message.
     fails : callable
         Whether findings of the severity ``failure`` fail a run.
     """

@@ -33,22 +33,22 @@ Components = NDArray[np.intp]
 
 #: Growth from window to window, and from the middle to the last window, above which growth is examined.
 _SUDDEN, _SLOW = 10.0, 1e3
-#: Into how many smaller steps each step is cut, one after the other, to see sudden and slow growth again.
+#: Numbers of smaller steps into which each step is cut, tried in order, to repeat sudden and slow growth.
 _FINER, _FINER_OF_SLOW = (2, 4, 16, 64, 512), (2, 4)
 #: Most steps that slow growth, or the growth before a run stops, is followed over again.
 _LONGEST = 4096
-#: Velocities below this part of the largest of their unit, and travels below this part of the coordinates, are
-#: rounding.
+#: Velocities below this part of the largest velocity of the same unit, and travels below this part of the coordinates,
+#: are rounding.
 _ROUNDING = 1e-6
 _REST = 1e-12
 #: The same of changes of coordinates between the rows of a motion at rest.
 _SETTLED = 1e-9
-#: How many times smaller than the last one the sizes are that are looked at when a run has stopped.
+#: Ratios of the last size to earlier sizes that are examined after a run has stopped.
 _BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
-#: Differences of logarithms, as parts of the logarithm of the growth, within which two sizes are equal, and beyond
-#: which they are not.
+#: Differences of logarithms, as parts of the logarithm of the growth, up to which two sizes are equal, and above which
+#: two sizes are unequal.
 _EQUAL, _UNEQUAL = 0.1, 0.5
-#: Logarithm of the least growth within the repeated window: growth before or after it cannot be compared.
+#: Logarithm of the least growth within the repeated window: growth before or after the window cannot be compared.
 _RISEN = 1.0
 _LARGEST = 1e300
 
@@ -62,7 +62,7 @@ class Growth(NamedTuple):
     start, end : s
     before, after : sizes at start and end
     finer : s, the smaller steps in which the motion was looked at again
-    finer_after : size at the end in these; infinite if they lead beyond the finite numbers
+    finer_after : size at the end of the repetition with smaller steps; infinite if the repetition overflows
     """
 
     name: str
@@ -88,11 +88,11 @@ class _NotRepeatedError(Exception):
 
 
 def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growth | None:
-    """Return the component that grows by the method alone at the end of a run; None if there is none, or if it grows by
-    its own equations.
+    """Return the component that grows by the method alone at the end of a run; None without such a component, or if the
+    growth is a property of the equations.
 
-    Steps chosen by their errors are not examined, nor is a run that cannot be repeated. If a run stopped, its last
-    steps are repeated.
+    Steps of adaptive methods are not examined, nor is a run that cannot be repeated. If a run stopped, its last steps
+    are repeated.
     """
     if run.method.chooses_steps:
         return None
@@ -157,7 +157,7 @@ def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
 def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     rows = rows[-_LONGEST:]
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
-    largest = np.maximum.accumulate(sizes)  # so far: a component that passes through zero does not grow after it
+    largest = np.maximum.accumulate(sizes)  # a passage through zero is no growth
     # a component at rest has no ratio
     with np.errstate(over="ignore"):
         behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > 0.0)
@@ -240,7 +240,7 @@ def _by_method(
 def _held(
     run: Run, library: Library, window: Array, component: int, finer: Sequence[int], equal: float
 ) -> tuple[int, float]:
-    """Return into how many parts steps are to be cut for the next finer ones to agree on a component's size, and that
+    """Return the number of parts of a step for which the next refinement agrees on the size of a component, and this
     size."""
     steps, parts, size = len(window) - 1, finer[0], np.float64(np.inf)
     for more in finer:
@@ -279,8 +279,8 @@ def _grown(run: Run, growth: Array, size: Array, least: float) -> Components:
 
 
 def _growth(before: Array, after: Array) -> Array:
-    """Return by how much velocities and internal states grow, (nv + nz,): the smaller of a velocity's factor and its
-    rate's.
+    """Return the growth factors of velocities and internal states, (nv + nz,): for a velocity the smaller of the
+    factors of the velocity and of its rate.
 
     Parameters
     ----------
@@ -340,8 +340,8 @@ def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Ar
 
 #: Factors of growth from quarter to quarter, and from the first to the last quarter, above which growth is reported.
 _EACH, _OVERALL = 10.0, 1e6
-#: Travel in the last quarter, in parts of the largest coordinate in m of the first one, or in rad: a motion that
-#: swings, or falls over from an equilibrium, travels less.
+#: Travel in the last quarter, relative to the travel in the first quarter (the largest coordinate in m, or in rad): a
+#: motion that swings, or falls over from an equilibrium, travels less.
 _FAR = 1e3
 #: Rows of a quarter that tell its largest velocity.
 _ROWS = 8

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from eomgen.simulation.stepping.inputs import InputSignals
 
 
-#: Share of the energies at work beyond which a run says that its balance is off, and share beyond which a run has
-#: failed that gained them without work. Without power, a total energy that grows fiftyfold gains 49 % at least.
+#: Share of the energies at work above which the balance of a run is reported, and share above which a run that gained
+#: energy without work has failed. Without power, a total energy that grows fiftyfold gains 49 % at least.
 REPORTED_ENERGY, FAILED_ENERGY = 0.01, 0.49
-#: Why the balance is not known if rows do not resolve the power between them.
+#: Reason for an unknown balance if rows do not resolve the power between them.
 APART = "the rows are too far apart to tell the work in between"
 #: Rows that the integral of a power needs.
 _ROWS = 5
@@ -52,9 +52,9 @@ class Balance(NamedTuple):
 
     Attributes
     ----------
-    error : largest violation of the balance, as a share of the energies that move; None if it is not known
-    unknown : why it is not known
-    infinite : s, the first time at which the energy is beyond the finite numbers; None if it never is
+    error : largest violation of the balance, as a share of the energies that move; None if unknown
+    unknown : reason for an unknown balance
+    infinite : s, the first time at which the energy is beyond the finite numbers; None if the energy remains finite
     gain : part of the error that is energy gained without work; the rest was lost, as to numerical damping
     """
 
@@ -86,11 +86,11 @@ def energy_balance(
     energy : mapping
         ``kinetic``, ``potential``, ``total`` in J and ``power``, ``base_power`` in W, (n,) each.
     jumps : (k,) s
-        Times at which forces jump: intervals that contain one are skipped, because rows do not resolve their work.
+        Times at which forces jump: intervals with a jump are skipped, because rows do not resolve their work.
     conservative : bool
         Whether there is no power in any state.
     sparse : bool
-        Whether steps lie between the rows, and with them pulses of power that no row shows.
+        Whether steps lie between the rows, and so possibly pulses of power that no row shows.
     epsilon : float
         Last place of the numbers that energies are computed in.
     """
@@ -146,7 +146,7 @@ def same_time(t: Array) -> float:
 
 
 def _smooth_intervals(t: Array, jumps: ArrayLike) -> NDArray[np.bool_]:
-    """Return for each interval between rows whether no jump lies in it, ends included."""
+    """Return for each interval between rows whether the interval, ends included, has no jump."""
     known = np.asarray(jumps, float)
     if not len(known):
         return np.ones(len(t) - 1, dtype=bool)
@@ -178,9 +178,10 @@ def _is_pulse(off: Array) -> bool:
     return bool(_FEW * jumps.sum() ** 2 < len(jumps) * (jumps**2).sum())
 
 
-#: Drift, as a part of the momenta of the bodies, from which on it is reported.
+#: Drift, as a part of the momenta of the bodies, above which the drift is reported.
 REPORTED_MOMENTUM = 0.05
-#: Wrenches below this part of the largest generalized force are rounding, and so is their sum over a run.
+#: Wrenches below this part of the largest generalized force are rounding, and so is the sum of such wrenches over a
+#: run.
 _ROUNDING = 1e-9
 #: Part of the mass by which inertia in different directions may differ; more is the added mass of water.
 _SAME_MASS = 1e-6
@@ -257,7 +258,8 @@ def _in_water(M: Array) -> bool:
 
 
 def _of_root(root: Factor, q: Array, v: Array, M: Array, forces: Array) -> Array:
-    """Return momentum, wrench and the size of the momentum of a free root with its tree, (3, rows, 6), in the world."""
+    """Return momentum, wrench and the magnitude of the momentum of a free root and its tree, (3, rows, 6), in the
+    world."""
     group = group_named(root.group, root.v_size)
     turned = np.swapaxes(numeric.adjoint(group, numeric.inverse(group, q[:, root.q])), -1, -2)
     M = M[:, root.v]
@@ -268,9 +270,10 @@ def _of_root(root: Factor, q: Array, v: Array, M: Array, forces: Array) -> Array
 
 
 def _drifts(parts: Array, rounding: float, span: float) -> Array:
-    """Return by how much the components of a momentum drift that have to be kept, (6,), as parts of its size.
+    """Return the drifts of the conserved components of a momentum, (6,), as parts of the magnitude of the momentum.
 
-    A momentum whose change is at most the accumulated rounding of forces is kept, however small it is.
+    A momentum counts as conserved if its change is at most the accumulated rounding of forces, even if the momentum is
+    small.
 
     Parameters
     ----------
@@ -286,7 +289,7 @@ def _drifts(parts: Array, rounding: float, span: float) -> Array:
 
 
 def _floating(model: CompiledModel) -> tuple[list[Factor], bool]:
-    """Return the free joints to a base at rest, or to bodies that are fixed to it, and whether all have one frame.
+    """Return the free joints to a base at rest, or to bodies fixed to this base, and whether all have one frame.
 
     In absolute coordinates all bodies are free; there are none if the base moves.
     """
@@ -308,7 +311,7 @@ def _floating(model: CompiledModel) -> tuple[list[Factor], bool]:
 REPORTED_VIOLATION, FAILED_VIOLATION = 1e-6, 1e-3
 #: Rounding of a constraint row, in last places of the sum of its terms' magnitudes.
 _LAST_PLACES = 1e3
-#: Rows of a run that are looked at, spread over all of it.
+#: Number of examined rows of a run, spread over the run.
 _MOST_ROWS = 1000
 
 
@@ -328,8 +331,8 @@ class Violation(NamedTuple):
 
 
 def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, largest: float = 0.0) -> Violation | None:
-    """Return the worst violation of the holonomic constraints in a run; None if all are kept, or if the model has no
-    functions to evaluate them.
+    """Return the worst violation of the holonomic constraints in a run; None if all constraints are satisfied, or if
+    the model has no functions for their evaluation.
 
     Parameters
     ----------

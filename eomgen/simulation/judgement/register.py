@@ -14,7 +14,8 @@ from eomgen.simulation.judgement.finished_run import ANY_FAILURE, Check, Finishe
 #: In the order of findings and of sentences of the message.
 CHECKS: tuple[Check, ...] = (*failures.ROWS, *doubts.ROWS, *remarks.ROWS, *start_checks.ROWS)
 BY_NAME: Mapping[str, Check] = {check.name: check for check in CHECKS}
-#: Names of all checks that can fail a run, and by the name of each check the names of these before it.
+#: Names of all checks that can fail a run; ``_BEFORE``: by the name of each check, the names of the earlier checks that
+#: can.
 _ABLE: Sequence[str] = tuple(check.name for check in CHECKS if check.severity == FAILURE)
 _ABLE_BEFORE: Mapping[str, Sequence[str]] = {
     name: tuple(able for able in _ABLE if place > names.index(able))
@@ -24,7 +25,7 @@ _ABLE_BEFORE: Mapping[str, Sequence[str]] = {
 
 
 class Verdict:
-    """Findings of a run; each check is evaluated when its findings are first asked for."""
+    """Findings of a run; each check is evaluated when its findings are needed first."""
 
     def __init__(self, run: FinishedRun) -> None:
         self._run = run

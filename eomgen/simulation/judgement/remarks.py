@@ -33,7 +33,7 @@ from eomgen.simulation.stepping.settings import followed_laws
 from eomgen.simulation.stepping.time_grid import WHOLE, TimeGrid
 from eomgen.system.description import BASE, WORLD
 
-#: A step of so many runs is more likely their end.
+#: Ratio of the step to the run above which the two arguments are more likely exchanged.
 _EXCHANGED = 100.0
 #: Standard deviations that a standard normal variable exceeds with a probability of 1e-15.
 _IMPROBABLE = 8.0
@@ -116,7 +116,7 @@ def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Findi
     if not beams or "poses" not in model.functions or len(t) < 2:
         return None
     for start in range(0, len(t) - 1, _BATCH):
-        rows = slice(start, start + _BATCH + 1)  # the last one is the first of the next
+        rows = slice(start, start + _BATCH + 1)  # the last row is the first row of the next batch
         if result := _passed(model, t[rows], q[rows], p):
             return result
     return None
@@ -139,9 +139,10 @@ def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | Non
     return None
 
 
-#: Ends meet if they come nearer than this part of the length of the spring at rest.
+#: Ends meet if their distance is below this part of the length of the spring at rest.
 _MET = 0.05
-#: Rows that are looked at, evenly chosen, and how far ends may move between two of them, in lengths at rest.
+#: Number of examined rows, evenly chosen, and the limit for the motion of ends between two of these rows, in lengths at
+#: rest.
 _ROWS, _FAR = 2048, 2.0
 #: Signs that turn a quaternion into its inverse.
 _BACK = np.array([1.0, -1.0, -1.0, -1.0])

@@ -19,26 +19,29 @@ from eomgen.lie import product
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Smallest singular value of the weighed rows, as a part of its largest in the run, below which a position is nearly
-#: singular. Parallelograms and rhombi that fall were stopped by generalized-alpha with 0.04 and less within the steps
-#: looked at.
+#: Smallest singular value of the weighed rows, as a part of the largest such value in the run, below which a position
+#: is nearly singular. Generalized-alpha stopped falling parallelograms and rhombi with values of 0.04 and less within
+#: the examined steps. Parallelograms and rhombi that fall were stopped by generalized-alpha with 0.04 and less within
+#: the steps looked at.
 NEARLY = 0.05
 #: Threshold at a start, as a part of the largest singular value at this position, since there are no other positions to
 #: compare with.
 _SINGULAR_START = 1e-6
-#: Rows of a run that are looked at: at most so many spread over all of it, as long as their products of nv and the
-#: square of the number of rows of B add up to so much, but at least so many; and the last ones.
+#: Examined rows of a run: at most ``_SPREAD`` rows over the whole run, as long as the sum of their products of nv and
+#: the square of the number of rows of B is at most ``_WORK``, but at least ``_LEAST`` rows; and the last ``_LAST``
+#: rows.
 _SPREAD, _WORK, _LEAST, _LAST = 1000, 10**8, 50, 40
 #: Examined steps beyond the last row, along the velocity of this row: the failed step, and the next step.
 _AHEAD = np.linspace(0.0, 2.0, 9)
-#: Estimated error by tolerance above which the one does not follow the other.
+#: Ratio of the estimated error to the tolerance above which the error does not follow the tolerance.
 _FOLLOWED = 1e3
 _NEEDED = ("mass", "constraint_jacobian")
 
 
 @dataclass(frozen=True)
 class Singular:
-    """A nearly singular position: when, in s, and its smallest singular value as a part of the largest in the run."""
+    """A nearly singular position: its time in s, and its smallest singular value as a part of the largest such value in
+    the run."""
 
     time: float
     part: float
@@ -49,7 +52,8 @@ class Singular:
 
 
 def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> Singular | None:
-    """Return the position of a run at which its constraints are most nearly singular; None if none is nearly so.
+    """Return the position of a run at which its constraints are most nearly singular; None without a nearly
+    singular position.
 
     Parameters
     ----------
@@ -61,13 +65,14 @@ def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> Sing
 
 
 def singular_ahead(model: CompiledModel, t: Array, q: Array, v: Array, p: Array, step: float) -> Singular | None:
-    """Return the most nearly singular position that the next steps of a run come to; None if none is nearly so.
+    """Return the most nearly singular position that the next steps of a run come to; None without such
+    a position.
 
-    A run's only row is its start, and is looked at alone.
+    If the start is the only row, the start is examined alone.
 
     Parameters
     ----------
-    t, q : (rows,) in s, (rows, nq); the others are the measure for the last
+    t, q : (rows,) in s, (rows, nq); earlier rows are the measure for the last row
     v : (nv,) velocity in the last row
     p : (np,) parameters
     step : s
@@ -82,7 +87,7 @@ def singular_ahead(model: CompiledModel, t: Array, q: Array, v: Array, p: Array,
 
 
 def way_past(method: Method, step: float, *, at_start: bool) -> str:
-    """Return the remedy if a method stops at a singular position, or cannot start at it."""
+    """Return the remedy if a method stops at a singular position, or cannot start there."""
     if at_start:
         return "a start elsewhere: the constraints do not say there in which branch the motion goes on"
     if method.passes_singularities:
@@ -121,8 +126,8 @@ def _looked_at(model: CompiledModel, rows: int) -> NDArray[np.intp]:
 
 
 def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> Singular | None:
-    """Return the most nearly singular position from one on, by the largest smallest singular value of all; a lone one
-    by its own.
+    """Return the most nearly singular position among the rows from ``first`` on, relative to the largest smallest
+    singular value of all rows; a single row is measured by its own rows of constraints.
 
     Parameters
     ----------
@@ -154,8 +159,8 @@ def not_followed(relative: float, tolerance: float) -> str:
 
     Parameters
     ----------
-    relative : estimated error as a part of the motion; NaN if it is not known
-    tolerance : of an adaptive method; infinite for others
+    relative : estimated error as a part of the motion; NaN if unknown
+    tolerance : of an adaptive method; infinite for methods without adaptive steps
     """
     if not relative > _FOLLOWED * tolerance:
         return ""

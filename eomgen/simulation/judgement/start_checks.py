@@ -44,7 +44,7 @@ def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: Inpu
     Parameters
     ----------
     t, q, p : s, (nq,), (np,)
-    signals : inputs of the run; None if it takes none
+    signals : inputs of the run; None without inputs
     """
     drawing = model.description.drawing
     if "poses" not in model.functions or not drawing.wheels:
@@ -101,7 +101,8 @@ def _poses(model: CompiledModel, t: float, q: Array, p: Array) -> dict[str, Arra
     return poses
 
 
-#: Difference step of velocities, relative to their size, and to the velocity that covers the coordinates in a step.
+#: Difference step of velocities, relative to their size, and relative to the velocity that covers the coordinates in a
+#: step.
 _DIFFERENCE, _OF_REACH = 1e-7, 1e-10
 
 
@@ -128,7 +129,7 @@ def decay_of_states(model: CompiledModel, state: InitialState, t: float, u: Arra
 def decay_of_motion(
     model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array, step: float
 ) -> Fastest | None:
-    """Return the fastest decay of velocities, at the initial ones and at rest."""
+    """Return the fastest decay of velocities, at the initial velocities and at rest."""
     fastest = 0.0
     for rate in (state.v, np.zeros_like(state.v)):
         decay = _decay(model, state, rate, t, u, p, step)
@@ -158,15 +159,15 @@ def _decay(
     return columns.T
 
 
-#: Part of the coordinates, and of the rate within a step, by which a function on its root may be off.
+#: Limit of the distance of a function from its root, as a part of the coordinates, and of the rate within a step.
 _ON = 1e-12
 
 
 def impacts_at_start(run: Run, state: InitialState) -> list[str]:
     """Return one sentence for each impact that the initial state is behind, or rests on without a side.
 
-    An impact of a direction has its free side at values of its function above zero (falling) or below (rising); an
-    impact of both directions is met from either side, so that only a start on it has no side.
+    For an impact of one direction, the free side has values of the function above zero (falling) or below (rising); an
+    impact of both directions is met from either side, so that only a start on the impact has no side.
     """
     model, t = run.model, run.grid.start
     rows = model.library.layout["method"].get("events", {"rows": []})["rows"]
@@ -181,7 +182,7 @@ def impacts_at_start(run: Run, state: InitialState) -> list[str]:
             "events", places, state.v, np.zeros_like(state.v), t, u, z=state.z, parameters=run.parameters
         )
     values, rates = functions["event"], functions["event_rate"][0]
-    rounding = np.abs(values[1:] - values[0]).sum(axis=0)  # when coordinates move by theirs
+    rounding = np.abs(values[1:] - values[0]).sum(axis=0)  # when coordinates move by their rounding
     sentences = []
     for row, value, rate, off in zip(rows, values[0].tolist(), rates.tolist(), rounding.tolist(), strict=True):
         travel = abs(rate) * run.settings["step"]
@@ -253,8 +254,8 @@ def _begun(run: FinishedRun) -> Beginning:
 def _lost_digits(run: FinishedRun) -> Iterator[Finding]:
     """Find accelerations that lose digits when M is eliminated.
 
-    Methods that iterate on the residual have the digits of inverse dynamics, but for the start by forward
-    dynamics; tdg2 and rosenbrock record the accelerations of each step by it, too.
+    Methods that iterate on the residual are as accurate as inverse dynamics, except for the start by forward dynamics;
+    tdg2 and rosenbrock also record accelerations of each step from forward dynamics.
     """
     model, q = run.run.model, _begun(run).state.q
     facts = model.library.layout["facts"]

@@ -41,12 +41,13 @@ class WritesCheckpoints(Protocol):
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Rows (t, q, v, vdot, multipliers, z) of a run, how it ended (status 0: well), and whether it was interrupted.
+    """Rows (t, q, v, vdot, multipliers, z) of a run, its final status (0: success), and whether the run was
+    interrupted.
 
     ``middle`` and ``end`` hold every row of a window in the middle of the run and of the two windows at the end, the
     row before the first step of each included; ``middle`` is empty in short runs, and both are in runs that did not
-    come so far. ``events`` are the logs of its parts, ``modes`` the modes at the start; None: the modes in the
-    parameters.
+    come so far. ``events`` are the logs of the events of the parts, ``modes`` the modes at the start; None: the modes
+    in the parameters.
     """
 
     rows: Array
@@ -76,16 +77,16 @@ def run_chunks(
     Parameters
     ----------
     inputs : callable, optional
-        From times (n,) to rows (n, nu); without it the scene's formulas are evaluated in C.
+        From times (n,) to rows (n, nu); without this function the scene's formulas are evaluated in C.
     progress : callable, optional
         Called with the steps done and all steps after every chunk.
     writer : CheckpointWriter, optional
-        Writes checkpoints of good states between chunks, and of the last one unless a step failed.
+        Writes checkpoints of good states between chunks, and of the last good state unless a step failed.
     """
     recorder, pace = _Recorder(stepper, grid, record_every, inputs), _Pace(stepper)
     status, failure, last_row = 0, None, None
     modes = stepper.modes
-    at_once = writer is None and pace.chunk >= grid.whole - recorder.done  # too short for a Ctrl-C to be kept from it
+    at_once = writer is None and pace.chunk >= grid.whole - recorder.done  # too short for Ctrl-C to be useful
     with Interrupts(heeded=not at_once) as interrupted:
         while (done := recorder.done) < grid.whole and status == 0 and not interrupted.heard:
             window, size = None, min(pace.chunk, grid.whole - done)
@@ -96,7 +97,7 @@ def run_chunks(
             began = time.perf_counter()
             try:
                 table = None if inputs is None else rows_from(stepper, inputs, done, size, stepper.origin)
-            except UsageError as error:  # go on to the last step before the one at which the input fails
+            except UsageError as error:  # continue to the last step before the step at which the input fails
                 if size > 1:
                     pace.chunk = size // 2
                     continue
@@ -145,14 +146,15 @@ class _Pace:
         self.chunk = max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / pace)))
 
     def measured(self, seconds: float, size: int, steps: int) -> None:
-        """Adapt the size of chunks to the time of the steps that were made of so many."""
+        """Adapt the size of chunks to the measured duration in s of ``steps`` steps of a chunk of ``size`` steps."""
         pace = max(seconds, 1e-9) / max(steps, 1)
         self.plan.pace, self.plan.paced_step, self.plan.paced_by = pace, self.step, self.settings
         self.chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, self.chunk), int(CHUNK_SECONDS / pace)))
 
 
 class _Recorder:
-    """Rows of a run: the recorded ones, and every row of its windows; ``done`` are its steps so far."""
+    """Recorded rows of a run, and every row of the windows in its middle and at its end; ``done`` is the number of
+    steps so far."""
 
     def __init__(self, stepper: Stepper, grid: TimeGrid, every: int, inputs: Callable[[Array], Array] | None) -> None:
         self.stepper, self.every = stepper, every
@@ -171,7 +173,7 @@ class _Recorder:
         return window, min(size, edge - done)
 
     def steps(self, size: int, window: int | None, table: Array | None) -> int:
-        """Make steps, record their rows, and return the status."""
+        """Take steps, record their rows, and return the status."""
         stepper = self.stepper
         before, every = self.done, self.every if window is None else 1
         if window is not None and not self.kept[window]:
@@ -191,7 +193,7 @@ class _Recorder:
         return status
 
     def finished(self, done: int) -> tuple[Array, Array | None, Array | None]:
-        """Return the recorded rows, and all rows of the window in the middle and of the one at the end."""
+        """Return the recorded rows, and all rows of the windows in the middle and at the end."""
         recorded, kept = np.concatenate(self.pieces), self.kept
         if self.every == 1:
             first = self.begin
@@ -201,7 +203,8 @@ class _Recorder:
 
 
 def _windows(done: int, whole: int) -> list[tuple[int, int]]:
-    """Return the steps of the windows whose every row is kept, of a run from one step to its last whole one."""
+    """Return the first and last steps of the windows in which every row is recorded, for a run from step ``done`` to
+    its last whole step ``whole``."""
     last = max(done, whole - 2 * WINDOW)
     half = done + (whole - done) // 2
     return [(half, half + WINDOW)] * (half + WINDOW < last) + [(last, whole)]
@@ -220,8 +223,8 @@ def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array
 
 
 def rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, size: int, start: float) -> Array:
-    """Return rows of inputs (n, nu) for a chunk of steps; the first is the one that the stepper's last step ended
-    with."""
+    """Return rows of inputs (n, nu) for a chunk of steps; the first row is the row at the end of the stepper's last
+    step."""
     if isinstance(inputs, HeldRows):
         table = inputs.over(size * (len(stepper.input_times) - 1) + 1)
         if done and (before := stepper.inputs) is not None:
@@ -247,7 +250,7 @@ class CompiledSteps:
 
     Attributes
     ----------
-    u : (nu,) inputs of ``one``, and after ``move`` the inputs at the end of its steps
+    u : (nu,) inputs of ``one``, and after ``move`` the inputs at the end of the last step
     one, free : one step with the inputs u, and one with the scene's formulas; give a status
     events : events of the last call of ``move`` or ``follow``
     """
@@ -299,7 +302,7 @@ class CompiledSteps:
 
     @property
     def _count(self) -> int:
-        """Steps on the present grid; 0 if the next one begins another."""
+        """Steps on the present grid; 0 if the next step begins another grid."""
         return self._stepper.count if abs(self._last_step[0]) == self._stepper.step_size else 0
 
     @property

@@ -32,12 +32,12 @@ _SLOW_SHARE, _SLOW = 0.5, 1.0
 
 @dataclass(frozen=True)
 class Controllers:
-    """The functions of a run, in the order in which compiled code counts them.
+    """The functions of a run, in the order of their indices in compiled code.
 
     Attributes
     ----------
     rows : entry of each controller in the layout of the stepper
-    functions : as they are given
+    functions : as given by the caller
     """
 
     rows: tuple[Mapping[str, Any], ...]
@@ -112,7 +112,7 @@ def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str
 
 
 class BoundControllers:
-    """The functions as one C function, their errors, and their cost.
+    """The functions of a run as one C function, with their errors and their cost.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ class BoundControllers:
         self._rows, self._functions = rows, functions
         self._ffi = library.ffi
         self._failure: BaseException | None = None
-        # C returns 1 if Python cannot even begin, as at the end of its memory
+        # C returns 1 if Python cannot begin, for instance for lack of memory.
         self._callback = library.ffi.callback(_TYPE, self._call, error=1)
 
     @property
@@ -165,7 +165,7 @@ class BoundControllers:
             hint = f"the traceback above this message; the arguments are {_arguments(row)}, where {_meaning(row)}"
             self._failure = UsageError(Problem(f"controller {row['name']}", fault, hint))
             self._failure.__cause__ = error
-        except BaseException as error:  # Ctrl-C, exit: on their way through compiled code
+        except BaseException as error:  # Ctrl-C, exit: passed on through compiled code.
             self._failure = error
         self.calls += 1
         self.seconds += time.perf_counter() - began
@@ -179,7 +179,7 @@ class BoundControllers:
 
 
 def _makes(given: Controller) -> bool:
-    """Tell whether a class is given, or one with some of its arguments, which makes functions."""
+    """Return whether a controller is a class, or a partial of a class, whose objects are functions."""
     return isinstance(given.func if isinstance(given, functools.partial) else given, type)
 
 
@@ -212,7 +212,7 @@ def _meaning(row: Mapping[str, Any]) -> str:
 
 
 def _takes_arguments(given: Controller, row: Mapping[str, Any]) -> bool:
-    """Return whether a function takes as many arguments as it is called with, as far as Python can tell."""
+    """Return whether the signature of a function fits the arguments of its calls, as far as Python can tell."""
     if _makes(given):
         return True
     try:

@@ -59,7 +59,7 @@ def acting(events: Events | None, layout: Mapping[str, Any]) -> Array:
 
 
 def parameters_over(events: Events | None, model: CompiledModel, p: Array, t: Array) -> Array:
-    """Return the parameters (..., np) at times (...), modes among them; (np,) if there are no modes."""
+    """Return the parameters (..., np) at times (...), with modes; (np,) if there are no modes."""
     if events is None or not events.mode_names:
         return p
     values = np.concatenate([events.first_modes[np.newaxis], events.modes])
@@ -76,12 +76,12 @@ def parameters_with(events: Events, model: CompiledModel, p: Array, modes: Array
 
 
 def without_value(run: Run, rows: Array, events: Events | None) -> list[str]:
-    """Return the events whose formula, or its rate, has no finite value on the way into the next step.
+    """Return the events whose formula, or rate of the formula, has no finite value in the next step.
 
     Parameters
     ----------
     rows : (n, width) of the record
-    events : of the run; the step goes on from the last one if that is behind the last row
+    events : of the run; the step continues from the last event if this event is later than the last row
     """
     model, p, step = run.model, run.parameters, run.settings["step"]
     ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])

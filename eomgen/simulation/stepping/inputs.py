@@ -20,7 +20,7 @@ Function = Callable[[float], float]
 
 @dataclass(frozen=True)
 class LawOverTime:
-    """A function of t for an input that gives its values at many times at once: from times (n,) to values (n,)."""
+    """A function of t for an input, which is evaluated at many times at once: from times (n,) to values (n,)."""
 
     over: Callable[[Array], Array]
 
@@ -41,10 +41,10 @@ class InputSignals:
     names : tuple of str
     given : mapping from name to number, callable of t, or (steps + 1,) array on the step grid, linear in between
     formulas : callable or None
-        From times (n,) to the inputs (n, nu) by the scene's formulas; used for inputs that are not given. Without it
-        they are zero.
+        From times (n,) to the inputs (n, nu) by the scene's formulas; used for inputs that are not given. Without this
+        function, inputs that are not given are zero.
     step : float
-        Of the grid, in s; it starts at ``start``.
+        Step of the grid, in s; the grid begins at ``start``.
     left_to_stepper : bool
         Whether the stepper evaluates the scene's formulas itself, see ``jumps_known``.
     """
@@ -91,7 +91,8 @@ class InputSignals:
         return row
 
     def table(self, times: Array) -> Array:
-        """Return the inputs handed to a stepper, (n, nu): ``rows``, or NaN for inputs that it evaluates itself."""
+        """Return the inputs handed to a stepper, (n, nu): ``rows``, or NaN for inputs that the stepper evaluates from
+        formulas of the scene."""
         if not self.left_to_stepper:
             return self.rows(times)
         nothing = replace(self, formulas=lambda at: np.full((len(at), len(self.names)), np.nan))
@@ -111,7 +112,7 @@ class HeldRows:
         return self.over(len(times))
 
     def over(self, count: int) -> Array:
-        """Return a number of rows, to be read only: they are kept for the next call."""
+        """Return a number of rows, read-only: the rows are kept for the next call."""
         if count > len(self._table):
             self._table = np.empty((count, len(self.row)))
             self._table[:] = self.row
@@ -124,9 +125,9 @@ def kind_of(signal: CheckedSignal) -> str:
 
 
 def jumps_known(library: Library) -> bool:
-    """Return whether a stepper evaluates the scene's formulas of inputs that are not given itself.
+    """Return whether a stepper evaluates the scene's formulas for inputs that are not given.
 
-    It does if it knows the times of jumps, has adaptive steps, or expands inputs in series.
+    True if the stepper knows the times of jumps, has adaptive steps, or expands inputs in series.
     """
     by_formulas = any(function["name"] == "inputs" for function in library.layout["functions"])
     method = library.layout["method"]
@@ -175,7 +176,8 @@ def read_signals(
     steps: int,
     units: Mapping[str, str] | None = None,
 ) -> dict[str, CheckedSignal]:
-    """Check the signals given for the inputs of a run of ``steps`` steps; a text as ``1 N m`` is brought to its unit.
+    """Check the signals given for the inputs of a run of ``steps`` steps; a text such as ``1 N m`` is converted to the
+    unit of the input.
 
     Raises
     ------

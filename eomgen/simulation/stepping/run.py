@@ -53,12 +53,12 @@ class Run:
 
     @property
     def takes_rows(self) -> bool:
-        """Whether the stepper is handed rows of inputs: the compiled formulas do not say all of them."""
+        """Whether the stepper needs rows of inputs: the compiled formulas do not give all inputs."""
         return bool(self.signals.given or (self.signals.names and self.signals.formulas is None))
 
     @property
     def driven(self) -> Callable[[Array], Array] | None:
-        """Rows of inputs for times; None if the compiled formulas give all of them."""
+        """Rows of inputs for times; None if the compiled formulas give all inputs."""
         if not self.takes_rows:
             return None
         row = self.signals.held

@@ -38,7 +38,7 @@ def large_angles(description: Description, values: Values, given: Collection[str
 
     Parameters
     ----------
-    values : numbers by kind, name and index of a symbol; arguments that need others are left out
+    values : numbers by kind, name and index of a symbol; arguments that need further symbols are left out
     given : inputs whose formulas are replaced
     """
 
@@ -119,8 +119,8 @@ def positive(name: str, value: object) -> float:
 
 
 def chosen_method(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any], constrained: bool) -> Method:
-    """Return the method of the run. Raises UsageError for parameters that it does not take or cannot bear, with the
-    reason."""
+    """Return the method of the run. Raises UsageError for parameters that the method does not have, or values that the
+    method refuses, with the reason."""
     for key, value in given.items():
         if value is not None:
             number_of(key, value, "number")
@@ -149,8 +149,8 @@ def stepper_settings(
 
 
 def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
-    """Return the model's own library if it has this method's stepper, else another one, compiled when first
-    needed."""
+    """Return the model's own library if this library has the method's stepper, else another library, compiled at first
+    use."""
     layout = model.library.layout
     own = name == canonical_name(layout["built_method"])
     if own and layout["method"]:
@@ -179,14 +179,14 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
 
 @dataclass(frozen=True)
 class ChosenStepper:
-    """A method for runs of a model with the data derived from its options, kept for the next run with the same options.
+    """A method for runs of a model with data derived from options, kept for the next run with the same options.
 
     Attributes
     ----------
     library : with the stepper
     settings : of the stepper, in order; the step is the library's default
     left_to_stepper : as of ``InputSignals``
-    finds_bound : whether the run's own steps are to be bounded if they pass over a law: they are chosen by the method,
+    finds_bound : whether the steps of the run are to be bounded if steps pass over a law: the method chooses the steps,
         laws may be narrow, and neither the scene nor the caller sets ``largest_step``
     """
 
@@ -236,7 +236,7 @@ def chosen_stepper(
 
     Parameters
     ----------
-    method : the one that the model was built with by default
+    method : by default the method of the model's library
     given : parameters of the method, None for the scene's value
     settings : the caller's own
 
@@ -296,8 +296,8 @@ def check_span(
 def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid) -> tuple[list[Problem], list[str]]:
     """Return the problems of the drives and of the law of the base in a run, and notes on them.
 
-    They may jump at the parameters of the run, (np,), or be too steep for the step; methods with adaptive steps
-    follow steep laws.
+    Laws may jump at the parameters of the run, (np,), or be too steep for the step; methods with adaptive steps follow
+    steep laws.
     """
     laws = [law for law in model.description.laws if not law.constant]
     if not laws:

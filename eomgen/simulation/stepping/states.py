@@ -64,7 +64,7 @@ def prescribed(model: CompiledModel, t: Array, p: Array, signals: InputSignals |
     p : (np,) or (n, np) parameters
     signals : signals of the inputs; None: the scene's formulas
     """
-    u, drivers = None, {"t": t, "p": p}  # parameters of a run, which were looked over as it began
+    u, drivers = None, {"t": t, "p": p}  # parameters of the run, checked at its beginning
     if model.nu:
         u = model.evaluator.formula_inputs(drivers) if signals is None else signals.rows(t)
     return Prescribed(u, model.evaluator.functions("base", drivers)[0] if model.evaluator.moving_base else None)
@@ -102,7 +102,7 @@ def start_description(*, equilibrium_start: bool, given: bool, chosen: str | Non
 
     Parameters
     ----------
-    equilibrium_start, given : whether it starts at static equilibrium, and whether initial values were given
+    equilibrium_start, given : whether the run starts at static equilibrium, and whether initial values were given
     chosen, of_scene : ``start`` of the run, if any, and of the scene
     """
     if equilibrium_start:
@@ -124,7 +124,7 @@ def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool
     Raises
     ------
     UsageError
-        It can start so at neither.
+        The run can start at neither.
     """
     chosen = start if start is not None else "initial" if given else of_scene
     if chosen not in ("initial", "equilibrium"):
@@ -136,8 +136,7 @@ def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool
 def start_of(
     run: Run, initial: Mapping[str, Any] | None, *, equilibrium_start: bool, changed: bool
 ) -> tuple[InitialState, list[str], list[str]]:
-    """Return the state a run starts from, a sentence for each change of the requested state, and notes on its
-    doubts.
+    """Return the initial state of a run, a sentence for each change of the requested state, and notes on its doubts.
 
     Parameters
     ----------

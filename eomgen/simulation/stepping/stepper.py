@@ -40,8 +40,8 @@ class StepperPlan:
     entry : of the log of events; None without events
     input_times : times of the rows of inputs of a step, in steps
     pace : s, duration of a step in the last run; infinite before the first one
-    paced_step, paced_by : of that run, the size of its steps, and its settings as bytes: a tolerance may change the
-        cost of rows much
+    paced_step, paced_by : the size of the steps of this run, and its settings as bytes: a tolerance may change the cost
+        of rows much
     """
 
     def __init__(self, library: Library) -> None:
@@ -58,7 +58,7 @@ class StepperPlan:
 
 
 def plan_of(library: Library) -> StepperPlan:
-    """Return the plan of a library's steppers, made when it is first asked for."""
+    """Return the plan of a library's steppers, made at first use."""
     if "stepper" not in library.kept:
         library.kept["stepper"] = StepperPlan(library)
     plan: StepperPlan = library.kept["stepper"]
@@ -66,7 +66,7 @@ def plan_of(library: Library) -> StepperPlan:
 
 
 class Stepper:
-    """The stepper of a library with its memory: settings, state and workspace.
+    """The stepper of a library with memory: settings, state and workspace.
 
     Parameters
     ----------
@@ -147,12 +147,12 @@ class Stepper:
     @property
     def inputs(self) -> Array | None:
         """Inputs (nu,) with which the accelerations of the state were evaluated; None if the stepper does not keep
-        them."""
+        these inputs."""
         return self.state[self.places["u"]].copy() if "u" in self.places else None
 
     @property
     def statistics(self) -> dict[str, int | float]:
-        """Counts of the stepper since it was initialized."""
+        """Counts of the stepper since its last initialization."""
         state = self.state.tolist()
         return {name: int(state[place]) if whole else state[place] for name, place, whole in self.plan.counted}
 
@@ -222,7 +222,7 @@ def times_of_inputs(within: Array, step: float, first: int, steps: int, start: f
 
 
 def _with_address(numbers: Sequence[float], address: int) -> Array:
-    """Return numbers with an address behind them in memory, at the place where compiled code reads it."""
+    """Return numbers followed by an address in memory, at the place from which compiled code reads the address."""
     room = np.zeros(len(numbers) + 1)
     room[:-1] = numbers
     room[-1:].view(np.uint64)[0] = address
@@ -238,7 +238,7 @@ def on_cache_lines(size: int) -> Array:
 
 
 class LaneStepper:
-    """The stepper of a library of lanes with its memory.
+    """The stepper of a library of lanes with memory.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ class LaneStepper:
     def run(self, steps: int, rows: int) -> Array:
         """Return (lanes, rows, width), a row behind each ``steps`` steps; NaN after the failure of a lane.
 
-        ``rows`` 0: the rows of the states as they are, (lanes, 1, width).
+        ``rows`` 0: only the rows of the present states, (lanes, 1, width).
         """
         record = np.full((self.lanes, max(rows, 1), self.width), np.nan)
         self._lib.eomgen_lanes_run(
@@ -319,8 +319,8 @@ class LaneStepper:
         shorter: float = 0.0,
         tables: Array | None = None,
     ) -> tuple[Array, Array, Array, NDArray[np.intc]]:
-        """Return rows (n, 1 + rows, width), one more each with ``rest`` and ``shorter``, modes (n, ..., modes) at
-        them, flat states (n, size) at the end and statuses (n,).
+        """Return rows (n, 1 + rows, width), with one more row each for ``rest`` and ``shorter``, modes (n, ..., modes)
+        at the rows, flat states (n, size) at the end and statuses (n,).
 
         The last row of a run stopped by an event is the row of the event.
 
@@ -375,7 +375,7 @@ class LaneStepper:
 
     @property
     def states(self) -> Array:
-        """Flat states (lanes, size), as ``Stepper.state``; ``places`` has their quantities."""
+        """Flat states (lanes, size), as ``Stepper.state``; ``places`` has the slices of quantities."""
         flat = np.empty((self.lanes, self._size))
         self._lib.eomgen_lanes_state(self._doubles(self._state), self._doubles(flat))
         return flat

@@ -18,7 +18,7 @@ from eomgen.errors import Problem, UsageError
 #: Least ratio of a step to the spacing of floating-point numbers at the times of the run, so that rounding of time
 #: stays small.
 FINEST = 16.0
-#: A span that is so many parts of its steps off a whole number of steps is taken for whole.
+#: A span counts as a whole number of steps if the difference is at most this part of a step.
 WHOLE = 1e-9
 #: Jumps of forces within one step at most: each ends a part of the step, and a call of compiled code hears no Ctrl-C.
 MOST_JUMPS = 10_000
@@ -26,12 +26,12 @@ MOST_JUMPS = 10_000
 
 @dataclass(frozen=True)
 class TimeGrid:
-    """Steps of equal size, and a shorter one if they do not lead to the end.
+    """Steps of equal size, and a shorter last step if the span is no multiple of the step.
 
     Attributes
     ----------
     start, end, step : float
-        In s. The end is the one that was asked for.
+        In s. ``end`` is the requested end.
     whole : int
         Steps of full size.
     rest : float
@@ -122,9 +122,9 @@ def check_jumps(method: Mapping[str, Any], step: float) -> None:
 
 #: Parts that sums are made of at most; of longer runs the beginning stands for all.
 _MOST = 1_000_000
-#: Ratio of errors from which on two runs are different ones: 2 for a method of first order at half the step.
+#: Ratio of errors above which two runs count as different: 2 for a method of first order at half the step.
 _TOLD = 1.5
-#: Windows of a run in each of which it has to be so, but for those before which hardly any error arises.
+#: Number of windows of a run. In each window the ratio has to hold, except in windows before any considerable error.
 _WINDOWS, _HARDLY = 32, 0.01
 
 
@@ -176,8 +176,8 @@ class StepParts:
         return (self.end - self.start) / step + len(self.ends)
 
     def _errors(self, step: float, last: float) -> tuple[Array, Array]:
-        """Return the ends of parts up to a time, and there the sum of the (p + 1)-th powers of their lengths in
-        steps."""
+        """Return the ends of parts up to a time, and at each end the sum of the (p + 1)-th powers of the lengths of the
+        parts in steps."""
         grid = self.start + step * np.arange(math.ceil((last - self.start) / step * (1.0 - 1e-12)) + 1)
         edges = np.unique(np.concatenate([grid, self.ends[self.ends < last]]))
         lengths = np.diff(edges) / (self.end - self.start)
@@ -212,7 +212,7 @@ def row_times(data: Mapping[str, Any], real: str) -> Array:
     Parameters
     ----------
     data : the metadata of a solution of such a run
-    real : its type of numbers
+    real : number type of the run
     """
     start, every = float(data["t_start"]), int(data["record_every"])
     grid = time_grid(start, float(data["t_end"]), float(data["settings"]["step"]), real)
