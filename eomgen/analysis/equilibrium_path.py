@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass, field
-from eomgen.base.display import axes_of_caller, new_figure, pyplot_figure, saved
-from eomgen.base.files import write_table, write_text
+from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.files import write_text
 from eomgen.base.text import json_text, nearest, shown
 from eomgen.errors import Problem, UsageError
 

@@ -5,23 +5,22 @@ from __future__ import annotations
 
 import errno
 import hashlib
-import io
 import itertools
 import json
 import math
 import os
 import tokenize
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Generic, TypeVar
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import counted, shown
+from eomgen.base.text import shown
 from eomgen.errors import FileError, Problem
 
 if TYPE_CHECKING:
@@ -197,223 +196,6 @@ def _check_sizes(archive: ZipFile) -> None:
 
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
-
-
-#: Rows that are written at once.
-_ROWS = 4096
-
-
-def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: str = "") -> None:
-    """Write a table as ``.csv``: one row of names, numbers that read back to the same bits. Raises FileError.
-
-    ``numbered``: name of a first column with the number of each row, from 0 on; none if it is empty.
-    """
-
-    def fill(stream: IO[bytes]) -> None:
-        text = io.TextIOWrapper(stream, encoding="utf-8", newline="")
-        import csv  # noqa: PLC0415  # a run reads and writes no table
-
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow([numbered, *names] if numbered else names)
-        for start in range(0, len(columns), _ROWS):
-            for number, row in enumerate(columns[start : start + _ROWS].tolist(), start):
-                cells = ",".join(map(repr, row))  # a writer looks for characters to quote, which takes as long again
-                text.write(f"{number},{cells}\n" if numbered else f"{cells}\n")
-        text.flush()
-        text.detach()
-
-    write_file(path, 24 * columns.size, fill)
-
-
-def write_rows(path: Path, rows: Iterable[Sequence[object]]) -> None:
-    """Write texts and numbers as ``.csv``, the names of columns first. Raises FileError."""
-    text = io.StringIO()
-    import csv  # noqa: PLC0415  # a run reads and writes no table
-
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    write_text(path, text.getvalue())
-
-
-_DELIMITERS = (",", ";", "\t")
-_MISSING = ("", "nan", "na", "null", "none")
-_HINT = "a first line of names, t,angle, and below it rows of numbers, 0.01,0.2"
-
-
-def read_cells(path: Path) -> tuple[list[str], list[tuple[str, list[str]]]]:
-    """Return the names of the columns, and for each row its place (file and line) and its cells without blanks.
-
-    Columns are separated by commas, semicolons or tabs; lines that are empty or begin with # do not count.
-
-    Raises
-    ------
-    FileError
-        No such file, no text, no names, a name twice, no rows, rows of another length, a quotation mark that is open.
-    """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except OSError as error:
-        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
-    except UnicodeDecodeError:
-        raise FileError(Problem(str(path), "this is no text in UTF-8, and a CSV file is needed", _HINT)) from None
-    numbered = [(f"{path}, line {k}", line) for k, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
-    if not numbered:
-        raise FileError(Problem(str(path), "the file is empty", _HINT))
-    delimiter = max(_DELIMITERS, key=numbered[0][1].count)
-    (_, names), *rows = [(where, _cells(where, line, delimiter)) for where, line in numbered]
-    _check_names(path, names)
-    if not rows:
-        raise FileError(Problem(str(path), "the table has no rows below its names", _HINT))
-    for where, cells in rows:
-        if len(cells) != len(names):
-            fault = f"the row has {counted(len(cells), 'cell')}, and there are {counted(len(names), 'name')}"
-            raise FileError(Problem(where, fault, "a cell for each name"))
-    return names, rows
-
-
-def read_table(path: Path) -> tuple[list[str], Array]:
-    """Return the names of the columns and the numbers (rows, columns); missing ones are nan.
-
-    Raises
-    ------
-    FileError
-        As of ``read_cells``, and cells that are no numbers.
-    """
-    names, rows = read_cells(path)
-    result = [[_number(where, name, cell) for name, cell in zip(names, cells, strict=True)] for where, cells in rows]
-    return names, np.array(result)
-
-
-def _cells(where: str, line: str, delimiter: str) -> list[str]:
-    import csv  # noqa: PLC0415  # a run reads and writes no table
-
-    try:  # line by line, so that an open quotation mark cannot swallow the lines below it
-        (row,) = csv.reader([line], delimiter=delimiter, strict=True)
-    except csv.Error as error:
-        raise FileError(Problem(where, f"this is no CSV: {error}", "plain cells between delimiters")) from None
-    return [cell.strip() for cell in row]
-
-
-def _check_names(path: Path, names: Sequence[str]) -> None:
-    if all(_is_number(name) for name in names):
-        raise FileError(Problem(str(path), "the first line has numbers in place of names", _HINT))
-    twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
-    if twice is not None:
-        raise FileError(Problem(str(path), f"the column {shown(twice)} is there twice", "one column for each name"))
-
-
-def _number(where: str, name: str, cell: str) -> float:
-    if cell.lower() in _MISSING:
-        return math.nan
-    try:
-        return float(cell)
-    except ValueError:
-        hint = "a decimal point in place of the comma" if "," in cell else "numbers alone, without units"
-        raise FileError(Problem(f"{where}, column {name}", f"{shown(cell)} is no number", hint)) from None
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-Row = TypeVar("Row")
-
-
-class Journal(Generic[Row]):
-    """Rows of work that are done, and the file for further rows.
-
-    The first line identifies the work; a last line without its end, as a killed process leaves it, is dropped.
-
-    Parameters
-    ----------
-    folder : Path or None
-        None: rows are not written.
-    file : str
-        Name of the file.
-    held : str
-        Noun of the rows in messages, for instance ``points of a study``.
-    identity : str
-        Text that is equal for equal work.
-    others : str
-        Description of other work in messages, for instance ``another scene``.
-    row_of : callable
-        Makes a row of a line; KeyError, TypeError or ValueError tell that it is none.
-    resume : bool
-        Whether the rows of an existing file are taken.
-
-    Attributes
-    ----------
-    rows : list
-        Rows of the file at the start.
-
-    Raises
-    ------
-    FileError
-        The file exists and ``resume`` is False, belongs to other work, or cannot be read or written.
-    """
-
-    def __init__(
-        self,
-        folder: Path | None,
-        file: str,
-        held: str,
-        *,
-        identity: str,
-        others: str,
-        row_of: Callable[[Mapping[str, Any]], Row],
-        resume: bool,
-    ) -> None:
-        self.rows: list[Row] = []
-        self._path = None if folder is None else make_folder(folder) / file
-        if self._path is None:
-            return
-        if not self._path.exists():
-            self.append({"study": identity})
-        elif resume:
-            self._read(self._path, held, identity, others, row_of)
-        else:
-            hint = "--resume, which goes on with it, or another folder"
-            raise FileError(Problem(str(folder), f"holds the {held}, {file}", hint))
-
-    def append(self, line: Mapping[str, Any]) -> None:
-        """Write a line. Raises FileError."""
-        if self._path is None:
-            return
-        try:
-            with self._path.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(line) + "\n")
-        except OSError as error:
-            raise self._fault(f"cannot be written: {error.strerror or error}") from None
-
-    def _read(
-        self, path: Path, held: str, identity: str, others: str, row_of: Callable[[Mapping[str, Any]], Row]
-    ) -> None:
-        try:
-            text = path.read_text(encoding="utf-8")
-        except OSError as error:
-            raise self._fault(f"cannot be read: {error.strerror or error}") from None
-        except ValueError:
-            raise self._fault(f"these are not the {held}") from None
-        whole = text[: text.rfind("\n") + 1]
-        try:
-            lines = [json.loads(line) for line in whole.splitlines()]
-            same = lines[0]["study"] == identity
-            if same:
-                self.rows = [row_of(line) for line in lines[1:]]
-        except (ValueError, KeyError, IndexError, TypeError):
-            raise self._fault(f"these are not the {held}") from None
-        if not same:
-            raise FileError(Problem(str(path.parent), f"holds the {held} of {others}", "another folder"))
-        if whole != text:
-            write_text(path, whole)
-
-    def _fault(self, fault: str) -> FileError:
-        return FileError(Problem(str(self._path), fault, "another folder"))
-
-
 _DIGESTS: ContextVar[dict[str, str] | None] = ContextVar("digests", default=None)
 
 

@@ -19,7 +19,8 @@ from eomgen.base.version import __version__
 from eomgen.codegen.program import OutputArray, Part, Program, ProgramCurve, ProgramFunction, ProgramLoop, SourceFile
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, RunLoop, schedule
 from eomgen.codegen.scheduling.stretches import MOST_RANGES, ranges
-from eomgen.codegen.series.functions import rate_functions, series_functions
+from eomgen.codegen.series.functions import series_functions
+from eomgen.codegen.series.rate_functions import rate_functions
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError

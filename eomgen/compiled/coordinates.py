@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.display import formula, page, paragraph, table
 from eomgen.lie.numeric import rotated, unit
 from eomgen.lie.product import Factor
 from eomgen.system.description import Coordinates, component_names
-from eomgen.system.display import equation
 
 _POSE = (("1",) * 4 + ("m",) * 3, ("rad/s",) * 3 + ("m/s",) * 3)
 #: Units of q and of v, by group.
@@ -96,45 +94,3 @@ class State(NamedTuple):
     v: Array
     a: Array
     z: Array
-
-
-def html(
-    name: str,
-    layout: Mapping[str, Any],
-    latex: str,
-    coordinates: Iterable[Sequence[object]],
-    functions: Iterable[str],
-) -> str:
-    """Return a page: ``coordinates`` are rows of name, unit and start; the rest comes from the library's layout."""
-    made = set(functions)
-    return page(
-        f"Model {name}",
-        paragraph(layout["description"]),
-        formula(latex),
-        table(("coordinate", "unit", "starts at"), coordinates),
-        table(("parameter", "value", "unit", "meaning"), _named(layout["parameters"], "value", "unit", "description")),
-        table(("input", "unit", "meaning"), _named(layout["inputs"], "unit", "description")),
-        table(("output", "unit", "size", "meaning"), _named(layout["outputs"], "unit", "size", "description")),
-        table(
-            ("function", "operations", "meaning"),
-            ((f["name"], f["operations"], f["description"]) for f in layout["functions"] if f["name"] in made),
-        ),
-    )
-
-
-def latex_of(layout: Mapping[str, Any]) -> str:
-    """Return the equations of motion as LaTeX, in the terms that the model has."""
-    return equation(
-        base=bool(layout["facts"]["moving_base"]),
-        constraints=bool(layout["multipliers"]),
-        states=bool(layout["states"]),
-        inputs=bool(layout["inputs"]),
-    )
-
-
-def _named(items: Iterable[Mapping[str, Any]], *keys: str) -> Iterable[list[object]]:
-    return ([item["name"], *(_short(item[key]) for key in keys)] for item in items)
-
-
-def _short(value: object) -> object:
-    return f"{value:.6g}" if isinstance(value, float) else value

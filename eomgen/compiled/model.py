@@ -18,8 +18,8 @@ from eomgen.compiled import (
     bodies,
     centroidal,
     configurations,
-    coordinates,
     equations,
+    notebook,
     parameter_derivatives,
     prescribed,
     time_derivatives,
@@ -205,10 +205,10 @@ class CompiledModel:
     def _repr_html_(self) -> str:
         start = zip(self.q_names, self.q_units, (f"{value:.6g}" for value in self.initial_q), strict=True)
         layout = self.library.layout
-        return coordinates.html(self.name, layout, coordinates.latex_of(layout), start, self.terms)
+        return notebook.html(self.name, layout, notebook.latex_of(layout), start, self.terms)
 
     def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {coordinates.latex_of(self.library.layout)}$"
+        return f"$\\displaystyle {notebook.latex_of(self.library.layout)}$"
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return the call that makes the model in another process, since machine code is not sent."""

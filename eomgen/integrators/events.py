@@ -16,7 +16,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from eomgen.integrators.families.family import Field, Status
-from eomgen.system.signals import LEAST_INTERVAL, EventRow, Mode, SampledController, SampleRow
+from eomgen.system.events import LEAST_INTERVAL, EventRow, Mode
+from eomgen.system.signals import SampledController, SampleRow
 
 if TYPE_CHECKING:
     from eomgen.system.system import Discontinuity

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.display import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.display import ShownModes
 from eomgen.linear.spectra import PowerSpectrum

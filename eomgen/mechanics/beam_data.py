@@ -18,11 +18,10 @@ from eomgen.formula.nodes import Formula
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.mechanics.tree.beam_body import ElasticBody, deformations
-from eomgen.mechanics.tree.beam_fields import DEFLECTS, ROTATIONS
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.bodies.model import Beam
 from eomgen.symbolic.scalar import Scalar
-from eomgen.system.system import BeamAxis, BeamSlopes, Quantity
+from eomgen.system.system import BeamSlopes, Quantity
 
 #: Meaning of each shape integral, and its units with and without the mass per length.
 _MASS = {
@@ -119,41 +118,3 @@ def _entries(values: Array, first: int = 0) -> Iterator[tuple[str, float]]:
     for index in indices:
         if values[index] != 0.0:
             yield "_".join(str(first + k) for k in index), float(values[index])
-
-
-#: Pieces in which a beam is drawn.
-_PIECES = 16
-
-
-def beam_axes(tree: Tree) -> tuple[BeamAxis, ...]:
-    """Return the axes of all beams of a tree."""
-    return tuple(
-        _axis(link.name, link.elastic, {x for body, x in tree.stations if body == link.name})
-        for link in tree.links
-        if link.elastic is not None
-    )
-
-
-def _axis(name: str, body: ElasticBody, attached: set[float]) -> BeamAxis:
-    beam, integrals = body.beam, body.mass.integrals
-    places = sorted(attached.union(np.linspace(beam.start, beam.start + beam.length, _PIECES + 1).tolist()))
-    stations = integrals.along(places)
-    shape = (len(places), 3, len(integrals.kinds))
-    deflections, rotations = np.zeros(shape), np.zeros(shape)
-    for k, kind in enumerate(integrals.kinds):
-        values, slopes = ([getattr(station, field)[k] for station in stations] for field in ("value", "slope"))
-        if kind in DEFLECTS:
-            deflections[:, DEFLECTS[kind], k] = values
-        if kind in ROTATIONS:
-            axis, sign = ROTATIONS[kind]
-            rotations[:, axis, k] = sign * np.array(values if kind == "torsion" else slopes)
-    shortening = np.array([station.shortening for station in stations]) * (1.0 if beam.stiffening else 0.0)
-    pairs = [(k, j) for k, j in np.argwhere(shortening.any(axis=0)).tolist() if k <= j]
-    return BeamAxis(
-        name,
-        tuple(places),
-        tuple(tuple(map(tuple, part)) for part in deflections.tolist()),
-        tuple(tuple(map(tuple, part)) for part in rotations.tolist()),
-        tuple(pairs),
-        tuple(tuple(float(entry[k, j]) * (0.5 if k == j else 1.0) for k, j in pairs) for entry in shortening),
-    )

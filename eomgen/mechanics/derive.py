@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
-from eomgen.mechanics.beam_data import beam_axes, described, named_constants, slopes
+from eomgen.mechanics.beam_axes import beam_axes
+from eomgen.mechanics.beam_data import described, named_constants, slopes
 from eomgen.mechanics.constraints.joints import angle_labels
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.describe import extent

@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.files import template_folder, write_text
 from eomgen.errors import FileError, Problem, UsageError
+from eomgen.results.beam_curves import frames_along, nearest_station, pieces_of, stations
 from eomgen.results.recorded import Recorded
-from eomgen.results.scenery import PosesAndScenery, frames_along, nearest_station, pieces_of, stations
+from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import BASE, WORLD
 
 #: Stored pictures per second of motion; short runs have at least FEWEST, and a page holds at most LARGEST bytes

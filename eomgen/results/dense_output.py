@@ -21,7 +21,8 @@ from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.coordinates import State
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
-from eomgen.lie.product import Factor, cubic, group_curve
+from eomgen.lie.interpolation import cubic, group_curve
+from eomgen.lie.product import Factor
 
 Index = NDArray[np.integer[Any]]
 _BATCH = 4096

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.files import write_arrays, write_table, write_text
+from eomgen.base.csv_tables import write_table
+from eomgen.base.files import write_arrays, write_text
 from eomgen.linear.eigenvalue_loci import Campbell, RootLocus
 from eomgen.linear.linearization import Linearization
 from eomgen.linear.modes import Modes

@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.display import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.base.text import listed, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric

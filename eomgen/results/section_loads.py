@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.display import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.base.text import listed, nearest, shown
 from eomgen.compiled.beams import SectionLoads
 from eomgen.compiled.coordinates import State

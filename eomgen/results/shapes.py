@@ -11,14 +11,15 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.display import new_figure, saved
+from eomgen.base.figures import new_figure, saved
 from eomgen.compiled.initial_state import initial_state
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Vector
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import difference, update
-from eomgen.results.scenery import frames_along, poses_and_scenery, stations
+from eomgen.results.beam_curves import frames_along, stations
+from eomgen.results.scenery import poses_and_scenery
 from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:

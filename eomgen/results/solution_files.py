@@ -15,7 +15,8 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import UnknownName
-from eomgen.base.files import read_arrays, write_arrays, write_bytes, write_table
+from eomgen.base.csv_tables import write_table
+from eomgen.base.files import read_arrays, write_arrays, write_bytes
 from eomgen.base.text import shown
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import FileError, Problem, UsageError

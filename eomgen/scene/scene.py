@@ -30,7 +30,8 @@ from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints.model import Constraint, Joint, Reaction
 from eomgen.system.description import FixedFrame, Point, Requirement, Simulation
-from eomgen.system.signals import Input, Motion, Output, Parameter, SampledController, State
+from eomgen.system.motions import Motion
+from eomgen.system.signals import Input, Output, Parameter, SampledController, State
 
 if TYPE_CHECKING:
     from eomgen.scene.forces.bushings import Bushing

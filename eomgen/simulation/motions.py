@@ -13,7 +13,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.arguments import check_finite, check_name, numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import symbols
-from eomgen.system.signals import at_time, piece
+from eomgen.system.motions import at_time, piece
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

@@ -34,7 +34,7 @@ from eomgen.simulation.stepping.settings import check_span
 from eomgen.simulation.stepping.states import start_of
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
-from eomgen.system.signals import mode_parameter
+from eomgen.system.events import mode_parameter
 from eomgen.toolchain.library import Library
 
 if TYPE_CHECKING:

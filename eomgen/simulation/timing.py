@@ -21,7 +21,7 @@ from eomgen.simulation.stepping.inputs import InputSignals, Signal, jumps_known,
 from eomgen.simulation.stepping.run import scene_inputs
 from eomgen.simulation.stepping.settings import stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.toolchain.library import thread_time_ns
+from eomgen.toolchain.large_stack import thread_time_ns
 
 #: Part of the steps that are faster than a late step, and number of steps required to measure this part.
 PART, COUNT = 0.9999, 20_000

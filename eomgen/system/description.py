@@ -22,7 +22,8 @@ from eomgen.formula.prescribed_motion import Law
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor
-from eomgen.system.signals import Input, Motion, Output, Parameter, State
+from eomgen.system.motions import Motion
+from eomgen.system.signals import Input, Output, Parameter, State
 
 #: The frame that carries everything and moves as prescribed, and the inertial frame; names of bodies may be either.
 BASE = "base"

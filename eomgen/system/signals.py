@@ -16,77 +16,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Literal
-
-import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Formula, Symbol
-
-Direction = Literal["rising", "falling", "both"]
-Action = Literal["count", "record", "stop", "reset", "impact", "switch"]
-
-#: Least time between two events of a kind, as a share of a step, if the scene gives none.
-LEAST_INTERVAL = 1e-9
-
-
-@dataclass(frozen=True)
-class Assignment:
-    """A number of the state that an event sets.
-
-    Attributes
-    ----------
-    block, index : the number: of ``q``, ``v`` or ``z``
-    place : of its formula among the ``event_actions``
-    """
-
-    block: str
-    index: int
-    place: int
-
-
-@dataclass(frozen=True)
-class EventRow:
-    """One event of a System, in the order of the term ``events``.
-
-    Attributes
-    ----------
-    sign : of the rate at the roots that count: 1 rising, -1 falling, 0 both
-    has_rate : whether the term gives the rate of the function; else it is zero there
-    assignments : of ``reset``
-    restitution : place among the ``event_actions`` of an impact's restitution
-    gradient : row of an impact in the term ``event_impulse``
-    mode, value : of ``switch``: number of the mode, place of its new value among the ``event_actions``
-    least_interval : s; an event that comes again sooner ends the run; 0: the stepper's own bound
-    """
-
-    name: str
-    action: Action = "record"
-    sign: int = 0
-    has_rate: bool = True
-    assignments: tuple[Assignment, ...] = ()
-    restitution: int = -1
-    gradient: int = -1
-    mode: int = -1
-    value: int = -1
-    least_interval: float = 0.0
-    description: str = ""
-
-
-@dataclass(frozen=True)
-class Mode:
-    """A number that only events change; ``parameter``: the tunable parameter that holds its value at the start."""
-
-    name: str
-    parameter: int
-
-
-def mode_parameter(mode: str) -> str:
-    """Return the name of the tunable parameter that holds the value of a mode at the start of a run."""
-    return f"mode_{mode}"
-
 
 #: Prefix of the number of a variable in the name of its parameter.
 _VARIABLE = "z"
@@ -288,64 +222,6 @@ class Output:
         kinds = {value.kind if isinstance(value, Symbol) else "" for value in self.values}
         kind = kinds.pop() if len(kinds) == 1 else ""
         return kind if kind in ("position", "velocity", "acceleration") else ""
-
-
-#: Of the polynomials: three conditions at both ends.
-DEGREE = 5
-
-
-def motion_parameters(name: str) -> tuple[str, ...]:
-    """Return the names of the tunable parameters of a motion: the start of a piece, s, then its coefficients."""
-    return (f"{name}_begin", *(f"{name}_{k}" for k in range(DEGREE + 1)))
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A named motion; ``initial``: value at rest until a caller moves the motion."""
-
-    name: str
-    initial: float = 0.0
-    unit: str = ""
-    description: str = ""
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of its tunable parameters."""
-        return motion_parameters(self.name)
-
-
-def piece(start: Array, end: Array, duration: float | Array) -> Array:
-    """Return the coefficients c_0, ..., c_5, (6, ...), of the quintics between two ends.
-
-    Parameters
-    ----------
-    start, end : (3, ...) position, rate and acceleration
-    duration : (...) s, positive
-    """
-    T = duration
-    (x, v, a), (X, V, A) = start, end
-    gap, lag, gain = X - x - T * (v + 0.5 * T * a), (V - v - T * a) * T, (A - a) * T**2
-    return np.array(
-        [
-            x,
-            v,
-            0.5 * a,
-            (10.0 * gap - 4.0 * lag + 0.5 * gain) / T**3,
-            (-15.0 * gap + 7.0 * lag - gain) / T**4,
-            (6.0 * gap - 3.0 * lag + 0.5 * gain) / T**5,
-        ]
-    )
-
-
-def at_time(coefficients: Array, since: float | Array) -> Array:
-    """Return position, rate and acceleration, (3, ...), of pieces with coefficients (6, ...), times (...) in s after
-    they began."""
-    value, rate, acceleration = np.zeros((3, *np.shape(since)))
-    for coefficient in coefficients[::-1]:
-        acceleration = acceleration * since + 2.0 * rate
-        rate = rate * since + value
-        value = value * since + coefficient
-    return np.array([value, rate, acceleration])
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,8 @@ from eomgen.symbolic.periodic import Columns, harmonics_in, periodic_inputs
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.blocks import SecondBlocks, second_blocks
 from eomgen.system.display import equation, html, line
-from eomgen.system.signals import EventRow, Mode, SampledController, SampleRow
+from eomgen.system.events import EventRow, Mode
+from eomgen.system.signals import SampledController, SampleRow
 from eomgen.system.terms import TERMS, nearest_term
 
 if TYPE_CHECKING:

@@ -21,9 +21,9 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
-from eomgen.base.concurrency import abandoned, claimed, hold
 from eomgen.base.data import dataclass
 from eomgen.base.files import temporary_file
+from eomgen.base.locks import abandoned, claimed, hold
 from eomgen.errors import FileError, Problem
 
 #: Bytes that the cache may hold; the least recently used entries go first.

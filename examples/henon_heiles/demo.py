@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import eomgen
-from eomgen.base.files import write_table
+from eomgen.base.csv_tables import write_table
 
 Array = NDArray[np.float64]
 SYSTEM = Path(__file__).parent / "system" / "henon_heiles.toml"

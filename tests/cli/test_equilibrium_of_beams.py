@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from matplotlib.image import imread
 
-from eomgen.base import display
+from eomgen.base import figures
 from eomgen.cli import main
 from eomgen.results import shapes
 
@@ -50,7 +50,7 @@ def test_equilibrium_tells_what_an_engineer_looks_for(
     scene.write_text(SCENE, encoding="utf-8")
     arguments = ["equilibrium", str(scene), "--profile", "quick", "--plot", str(figure), "--out", str(rest)]
     drawn: list[Any] = []
-    monkeypatch.setattr(shapes, "saved", lambda figure, path: drawn.append(figure) or display.saved(figure, path))
+    monkeypatch.setattr(shapes, "saved", lambda figure, path: drawn.append(figure) or figures.saved(figure, path))
     assert main(arguments) == 0
     legend = drawn[0].legends[0].get_window_extent()
     assert not any(legend.overlaps(axis.get_window_extent()) for axis in drawn[0].axes)

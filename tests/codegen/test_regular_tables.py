@@ -14,7 +14,7 @@ from eomgen.codegen.scheduling.matrices import added_products
 from eomgen.codegen.scheduling.stretches import counted, ranges, stretches
 from eomgen.codegen.targets.c.printer import Printer
 from eomgen.codegen.targets.c.tables import Lookup, nonzeros, places_of_fronts, repeated
-from eomgen.codegen.targets.c.target import environment
+from eomgen.codegen.targets.c.templates import environment
 
 #: Places of six entries in each of 40 elements, where the ends of the chain differ.
 CHAIN = [3, 1, 4, *[10 * k + place for k in range(1, 40) for place in (0, 7, 2, 3, 5, 9)], 900, 17]

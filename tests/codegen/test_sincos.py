@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.codegen.targets.c.target import environment
+from eomgen.codegen.targets.c.templates import environment
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape
 from eomgen.system.system import Block, Function

@@ -7,7 +7,7 @@ from pathlib import Path
 import jinja2
 import pytest
 
-from eomgen.codegen.targets.c.target import TemplateBytecode
+from eomgen.codegen.targets.c.templates import TemplateBytecode
 
 
 class Counting(jinja2.Environment):

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eomgen.codegen.targets.c.target import environment
+from eomgen.codegen.targets.c.templates import environment
 from eomgen.products.ensembles.lane_code import NotInLanes, translated
 from eomgen.toolchain.compiler import find_compiler, preprocessed
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from eomgen.base.files import Journal
+from eomgen.base.journal import Journal
 from eomgen.errors import FileError
 
 

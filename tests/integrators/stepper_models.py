@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.codegen.targets.c.stepper import stepper_names
-from eomgen.codegen.targets.c.target import environment, stepper_template
+from eomgen.codegen.targets.c.templates import environment, stepper_template
 from eomgen.integrators.families.register import Method
 from eomgen.integrators.newton.matrix import dense
 from eomgen.integrators.newton.sample_matrices import Samples

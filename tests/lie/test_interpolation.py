@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from eomgen.lie import product
-from eomgen.lie.product import Factor, cubic, group_curve
+from eomgen.lie.interpolation import cubic, group_curve
+from eomgen.lie.product import Factor
 
 
 def motion(group):

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 import eomgen
 from eomgen.results.animation import animation_page
-from eomgen.results.scenery import frames_along, outline, pieces_of, stations
+from eomgen.results.beam_curves import frames_along, outline, pieces_of, stations
 from tests.browser.chromium import Browser, chromium
 from tests.mechanics.test_cosserat_beams import logarithm
 from tests.models.cosserat import beam_scene

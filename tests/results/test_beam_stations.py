@@ -12,7 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.results.animation import animation_page
-from eomgen.results.scenery import axes_of, stations
+from eomgen.results.beam_curves import axes_of, stations
 from tests.models.scenes import pendulum
 from tests.results.test_animation import data_of, stored
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from eomgen.base.arrays import Array
-from eomgen.scene.geometry import Inertia, about_axis, combined, entries_of, steiner, tensor, turned
+from eomgen.scene.geometry import about_axis
+from eomgen.scene.inertia import Inertia, combined, entries_of, steiner, tensor, turned
 
 RNG = np.random.default_rng(7)
 

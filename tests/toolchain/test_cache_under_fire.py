@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eomgen.base import concurrency as claims_module
-from eomgen.base.concurrency import hold
+from eomgen.base import locks
+from eomgen.base.locks import hold
 from eomgen.errors import FileError, ToolchainError
 from eomgen.toolchain import cache as cache_module
 from eomgen.toolchain.builder import Builder
@@ -111,7 +111,7 @@ def test_who_waits_for_a_process_that_is_killed_builds_himself(tmp_path: Path) -
 
 
 def test_without_locks_everybody_builds_for_himself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(claims_module, "fcntl", None)
+    monkeypatch.setattr(locks, "fcntl", None)
     cache = Cache(tmp_path)
     with cache.claim("key"), cache.claim("key"):
         assert cache.put("key", lambda folder: None).files == ()

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from eomgen.toolchain.library import ENOUGH, OnLargeStack, thread_time_ns, with_stack
+from eomgen.toolchain.large_stack import ENOUGH, OnLargeStack, thread_time_ns, with_stack
 
 MEGABYTES = 40
 DEEP = """

@@ -10,7 +10,8 @@ from typing import Any, TypedDict
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.display import axes_of_caller, page, pyplot_figure, table
+from eomgen.base.display import page, table
+from eomgen.base.figures import axes_of_caller, pyplot_figure
 from eomgen.linear.control.margins import Margins
 from eomgen.linear.state_space import KINDS, StateSpace
 

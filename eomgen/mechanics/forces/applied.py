@@ -18,97 +18,16 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
-from eomgen.base.data import dataclass
 from eomgen.errors import Problem, UsageError
-from eomgen.formula.nodes import Symbol
-from eomgen.mechanics.forces.loads import Law, Loads, add_effort, no_loads
+from eomgen.mechanics.forces.joint_forces import add_joint
+from eomgen.mechanics.forces.loads import Law, Loads, no_loads
 from eomgen.mechanics.forces.symbols import Offers, Quantities
-from eomgen.mechanics.laws.derived import LAWS
 from eomgen.mechanics.tree.beam_body import ElasticBody, deformations
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.joints.model import Friction, Joint, Stop
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Algebra, Scalar, dot
-
-
-@dataclass(frozen=True)
-class Contact:
-    """Contact force against a penetration, and its conservative part."""
-
-    force: Scalar
-    elastic: Scalar
-    potential: Scalar
-
-
-def contact(
-    algebra: Algebra, penetration: Scalar, rate: Scalar, *, stiffness: Scalar, damping: Scalar, onset: Scalar
-) -> Contact:
-    """Record the contact force from the penetration, m (negative without contact), and its rate, m/s."""
-    depth = algebra.call(Op.MAX, penetration, algebra.zero)
-    within = algebra.call(Op.MIN, depth, onset)
-    rise, stored = LAWS["onset_of_contact"].instantiate(algebra, {"u": within / onset})
-    linear = stiffness * depth
-    elastic = rise * linear
-    potential = stiffness * (onset * onset * stored + 0.5 * (depth * depth - within * within))
-    if damping.is_zero:
-        return Contact(elastic, elastic, potential)
-    force = rise * algebra.call(Op.MAX, linear + damping * rate, algebra.zero)
-    return Contact(force, elastic, potential)
-
-
-def add_joint(loads: Loads, joint: Joint, quantities: Quantities) -> None:
-    """Add all forces of one joint's springs, dampers, stops and friction."""
-    tape = quantities.algebra.tape
-    _add_spring_and_damper(loads, joint, quantities)
-    for stop in joint.stops:
-        with tape.block(f"stops of joint {joint.name}"):
-            _add_stop(loads, joint.name, stop, quantities)
-    for friction in joint.friction:
-        with tape.block(f"dry friction of joint {joint.name}"):
-            rate = quantities(Symbol("v", joint.name, friction.index))
-            effort = friction_effort(friction, rate, quantities)
-            add_effort(loads, quantities, joint.name, -effort, friction.index)
-            loads.power = loads.power - effort * rate
-
-
-def _add_spring_and_damper(loads: Loads, joint: Joint, quantities: Quantities) -> None:
-    of_coordinates = zip(joint.each(joint.stiffness), joint.each(joint.damping), joint.each(joint.rest), strict=True)
-    for index, formulas in enumerate(of_coordinates):
-        stiffness, damping, rest = (quantities.formula(formula) for formula in formulas)
-        if stiffness.is_zero and damping.is_zero:
-            continue
-        with quantities.algebra.tape.block(f"spring and damper of joint {joint.name}"):
-            stretch = quantities(Symbol("q", joint.name, index)) - rest
-            rate = quantities(Symbol("v", joint.name, index))
-            add_effort(loads, quantities, joint.name, -(stiffness * stretch + damping * rate), index)
-            loads.potential = loads.potential + 0.5 * (stiffness * (stretch * stretch))
-            loads.power = loads.power - damping * (rate * rate)
-
-
-def _add_stop(loads: Loads, joint: str, stop: Stop, quantities: Quantities) -> None:
-    """Add the stops at both ends of a coordinate; they dissipate the difference of their force to the elastic one."""
-    q, v = (quantities(Symbol(kind, joint, stop.index)) for kind in "qv")
-    constants = {name: quantities.formula(getattr(stop, name)) for name in ("stiffness", "damping", "onset")}
-    for bound, sign in ((stop.lower, -1.0), (stop.upper, 1.0)):
-        if bound is None:
-            continue
-        law = contact(quantities.algebra, (q - quantities.formula(bound)) * sign, v * sign, **constants)
-        add_effort(loads, quantities, joint, law.force * -sign, stop.index)
-        loads.potential = loads.potential + law.potential
-        loads.power = loads.power - (law.force - law.elastic) * (v * sign)
-
-
-def friction_effort(friction: Friction, rate: Scalar, quantities: Quantities) -> Scalar:
-    """Record the friction effort: Coulomb plus optional Stribeck term, times a tanh of the joint's rate."""
-    algebra, formula = quantities.algebra, quantities.formula
-    level = formula(friction.coulomb)
-    if friction.static is not None and friction.stribeck is not None:
-        share = rate / formula(friction.stribeck)
-        level = level + (formula(friction.static) - level) * algebra.call(Op.EXP, -(share * share))
-    return level * algebra.call(Op.TANH, rate / formula(friction.velocity))
-
+from eomgen.symbolic.scalar import Scalar, dot
 
 Rows = list[list[Scalar]]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
-from eomgen.mechanics.forces.applied import Contact, contact
+from eomgen.mechanics.forces.contacts import Contact, contact
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.scene.forces.tyres import Slip, Tyre

@@ -24,7 +24,7 @@ import numpy as np
 import scipy.linalg
 
 from eomgen.base.data import dataclass, replace
-from eomgen.mechanics.shape_functions.families import BITS, ONE, WORKING, Fixed, array, polynomial, times, unfixed
+from eomgen.mechanics.shape_functions.fixed_point import BITS, ONE, WORKING, Fixed, array, polynomial, times, unfixed
 from eomgen.mechanics.shape_functions.uniform_beams import Coefficients, differentiated, integrated, product, shifted
 from eomgen.scene.bodies.model import Beam, Deformation
 

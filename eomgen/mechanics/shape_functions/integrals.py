@@ -18,14 +18,12 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.mechanics.shape_functions import uniform_beams
 from eomgen.mechanics.shape_functions.elements import elements
-from eomgen.mechanics.shape_functions.families import (
+from eomgen.mechanics.shape_functions.families import Family, Grid, Scaled
+from eomgen.mechanics.shape_functions.fixed_point import (
     BITS,
     ONE,
     WORKING,
-    Family,
     Fixed,
-    Grid,
-    Scaled,
     array,
     fixed,
     polynomial,

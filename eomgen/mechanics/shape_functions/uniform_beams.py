@@ -25,7 +25,7 @@ import mpmath
 import numpy as np
 
 from eomgen.base.data import dataclass
-from eomgen.mechanics.shape_functions.families import WORKING, Fixed, fixed, polynomial, unfixed
+from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, fixed, polynomial, unfixed
 from eomgen.scene.bodies.model import DeformationKind, Ends
 
 #: Coefficients, constant first.

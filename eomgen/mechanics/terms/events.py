@@ -14,7 +14,8 @@ from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ZERO
-from eomgen.system.signals import Assignment, EventRow, Mode, SampleRow, Sampling, mode_parameter
+from eomgen.system.events import Assignment, EventRow, Mode, mode_parameter
+from eomgen.system.signals import SampleRow, Sampling
 from eomgen.system.system import Block
 
 #: Quantities without a recorded rate along the motion, on which functions may depend.

@@ -17,7 +17,7 @@ from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor
 from eomgen.products.derivatives.linear_steps import routine
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.toolchain.library import with_stack
+from eomgen.toolchain.large_stack import with_stack
 
 _FILES = tuple(f"discontinuous_galerkin/{name}.c" for name in ("passes", "tangents", "adjoints"))
 _CDEF = """\

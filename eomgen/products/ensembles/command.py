@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.base.files import read_cells
+from eomgen.base.csv_tables import read_cells
 from eomgen.base.progress import terminal_bar
 from eomgen.base.text import counted, shown
 from eomgen.cli import INTERRUPTED

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
+from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass, field, replace
-from eomgen.base.display import new_figure, saved
-from eomgen.base.files import make_folder, write_table, write_text
+from eomgen.base.figures import new_figure, saved
+from eomgen.base.files import make_folder, write_text
 from eomgen.base.text import json_text, nearest, shown
 from eomgen.compiled.arguments import count_of, numbers
 from eomgen.errors import Problem, UsageError

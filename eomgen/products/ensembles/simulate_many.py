@@ -17,8 +17,9 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import with_options_of
-from eomgen.base.concurrency import sole_use, thread_count
+from eomgen.base.concurrency import thread_count
 from eomgen.base.files import make_folder
+from eomgen.base.locks import sole_use
 from eomgen.base.progress import Progress, shown
 from eomgen.base.text import nearest
 from eomgen.base.text import shown as quoted

@@ -26,7 +26,7 @@ from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.beam_schema import Keys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.geometry import NO_INERTIA, impossible
+from eomgen.scene.inertia import NO_INERTIA, impossible
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 

@@ -20,7 +20,8 @@ from eomgen.scene.section import Reading, Section, Unused
 from eomgen.scene.signals.sections import CURVES
 from eomgen.scene.tree.beam_attachments import check_places
 from eomgen.scene.tree.sections import Tree
-from eomgen.system.signals import mode_parameter, motion_parameters
+from eomgen.system.events import mode_parameter
+from eomgen.system.motions import motion_parameters
 
 
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:

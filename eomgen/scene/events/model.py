@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from eomgen.base.data import dataclass
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.system.signals import Action, Direction
+from eomgen.system.events import Action, Direction
 
 
 @dataclass(frozen=True)

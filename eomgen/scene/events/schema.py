@@ -10,7 +10,7 @@ from pydantic import model_validator
 from eomgen.scene.formula.scope import EVERYTHING
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, optional, shown_power
 from eomgen.scene.reading.kinds import Description, Finite, Value
-from eomgen.system.signals import LEAST_INTERVAL
+from eomgen.system.events import LEAST_INTERVAL
 
 
 class Event(Table):

@@ -18,7 +18,8 @@ from eomgen.scene.reading import report
 from eomgen.scene.reading.requirements import Row, from_zero_to_one
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.section import Entries, Reading, Section
-from eomgen.system.signals import Parameter, mode_parameter
+from eomgen.system.events import mode_parameter
+from eomgen.system.signals import Parameter
 
 #: Quantities that a reset may set.
 _TARGETS = Scope('coordinates, velocities and internal states: "q.joint", "v.joint"', frozenset({"q", "v", "state"}))

@@ -17,7 +17,7 @@ from eomgen.scene.formula.definitions import check_extent, expanded, mentioned
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import DRIVEN, PARAMETERS, REACTING, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
-from eomgen.system.signals import mode_parameter
+from eomgen.system.events import mode_parameter
 
 Entry = TypeVar("Entry")
 _NOTHING_KNOWN = Symbol("parameter", "")

@@ -12,7 +12,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.text import key_of
 from eomgen.formula.nodes import Formula
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.geometry import NO_INERTIA, dot, singular, steiner, times, turned
+from eomgen.scene.inertia import NO_INERTIA, dot, singular, steiner, times, turned
 from eomgen.scene.joint_types import AXIS, JOINTS, Connection
 from eomgen.scene.joints.model import Joint
 

@@ -15,7 +15,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.text import listed
 from eomgen.lie.numeric import skew
-from eomgen.scene.geometry import Inertia
+from eomgen.scene.inertia import Inertia
 from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.moved_inertia import led_or_following

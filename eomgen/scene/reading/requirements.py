@@ -15,7 +15,7 @@ import numpy as np
 
 from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.data import dataclass
-from eomgen.scene.geometry import NO_INERTIA, impossible, not_physical, singular, tensor
+from eomgen.scene.inertia import NO_INERTIA, impossible, not_physical, singular, tensor
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,8 @@ from eomgen.scene.section import Entries, Reading, Section, Unused
 from eomgen.scene.signals import schema
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.sampling import read_sampled_state
-from eomgen.system.signals import Definition, Input, Motion, Output, Parameter, State, motion_parameters
+from eomgen.system.motions import Motion, motion_parameters
+from eomgen.system.signals import Definition, Input, Output, Parameter, State
 
 
 def units_of_symbols(formulas: Sequence[Formula], joints: Mapping[str, str]) -> str:

@@ -16,31 +16,23 @@ all terms, constraints and reactions of bodies hold. Between nodes a frame would
 
 from __future__ import annotations
 
-import math
-from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import key_of, nearest, shown
+from eomgen.base.text import key_of
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import ZERO, Formula, Number, Symbol, Vector
-from eomgen.scene.bodies.cosserat import SECTION_PARTS, SECTION_ROW, Cosserat
+from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.model import AT_END, Beam, Body, Deformation
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.geometry import ALIKE
 from eomgen.scene.joint_types import GROUPS
-from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.model import Constraint, Joint
 from eomgen.scene.joints.tree import displaced
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
-from eomgen.scene.section import AttachByKey, Reading, in_reading_order
-from eomgen.scene.signals.schema import Output
-from eomgen.system.description import BASE, FixedFrame, Point
+from eomgen.system.description import FixedFrame, Point
 
 
 def check_places(
@@ -184,158 +176,3 @@ def _motions(joint: Joint) -> Array:
     if joint.kind.group in GROUPS.values():
         neutral[0] = 1.0
     return displaced(joint.kind, joint.axis, joint.second_axis, neutral)[2]
-
-
-AnyPoint = TypeVar("AnyPoint", bound=Point)
-
-
-def attached_joint(joint: Joint, attach: AttachByKey) -> Joint:
-    """Return a joint whose parent is a node if it is on a geometrically exact beam."""
-    parent, position = attach(key_of("joints", joint.name, "position"), joint.parent, joint.position)
-    return replace(joint, parent=parent, position=position)
-
-
-def attached_point(section: str, point: AnyPoint, attach: AttachByKey) -> AnyPoint:
-    """Return a point, or a frame, of a node if it is on a geometrically exact beam."""
-    body, position = attach(key_of(section, point.name, "position"), point.body, point.position)
-    return replace(point, body=body, position=position)
-
-
-def attached_constraint(constraint: Constraint, attach: AttachByKey) -> Constraint:
-    """Return a constraint whose frames are of nodes if they are on geometrically exact beams."""
-    moved = {}
-    for side, frame in (("first", constraint.first), ("second", constraint.second)):
-        body, position = attach(key_of("constraints", constraint.name, side, "position"), frame.body, frame.position)
-        moved[side] = replace(frame, body=body, position=position)
-    return replace(constraint, first=moved["first"], second=moved["second"])
-
-
-class BeamNodes:
-    """Moves attachments of geometrically exact beams to their nodes; a place beyond a beam is reported.
-
-    Parameters
-    ----------
-    beams : by name
-    """
-
-    def __init__(self, beams: Mapping[str, Cosserat], values: Values) -> None:
-        self.beams = beams
-        self.values = values
-
-    def joints(self) -> dict[str, Joint]:
-        """Return the joints of the nodes: all but the first one are free to move against the base."""
-        names = [name for beam in self.beams.values() for name in beam.nodes[1:]]
-        neutral = (1.0, *(0.0,) * 6)
-        return {
-            name: Joint(name, "free", BASE, name, initial_position=neutral, initial_velocity=(0.0,) * 6)
-            for name in names
-        }
-
-    def check_names(self, joints: Mapping[str, written.Joint]) -> None:
-        """Report joints that call nodes by name, which are none of the scene's: places on the beam are."""
-        places = {
-            node: (beam, x) for beam in self.beams.values() for node, x in zip(beam.nodes, beam.places, strict=True)
-        }
-        for name, joint in joints.items():
-            if joint.parent in places and joint.parent not in self.beams:
-                beam, x = places[joint.parent]
-                fault = f"{joint.parent} is a node of the beam {beam.name}, which a scene calls by its place"
-                hint = f'parent = "{beam.name}" and position = [{x:.6g}, 0, 0]'
-                self.values.report.add(key_of("joints", name, "parent"), fault, hint)
-            if joint.child in places and joint.child not in self.beams:
-                beam, x = places[joint.child]
-                fault = f"{joint.child} is a node of the beam {beam.name}, whose elements carry it"
-                hint = f'child = "{beam.name}" at its first end, or a constraint at x = {x:.6g}'
-                self.values.report.add(key_of("joints", name, "child"), fault, hint)
-
-    def at(self, key: str, body: str, position: Vector) -> tuple[str, Vector]:
-        """Return the node at a place on a beam, and the place in its frame; places on other bodies stay unchanged."""
-        beam, report = self.beams.get(body), self.values.report
-        if beam is None or report.concerns(key) or report.concerns(key_of("beams", body)):
-            return body, position
-        tunable = sorted(
-            symbol.name for symbol in symbols(position[0]) if self.values.names.parameters.get(symbol.name)
-        )
-        if tunable:
-            fault = (
-                f"x on the beam {body} depends on the tunable parameter {tunable[0]}, and the nodes of a beam are fixed"
-            )
-            report.add(f"{key}[0]", fault, f"{tunable[0]} without tunable, or a number")
-            return body, position
-        x = self.values.value(position[0])
-        if math.isnan(x):
-            return body, position
-        if not -AT_END * beam.length <= x <= (1.0 + AT_END) * beam.length:
-            fault = f"x = {x:.6g} m is beyond the beam {beam.name}, which goes from 0 m to {beam.length:.6g} m"
-            report.add(f"{key}[0]", fault, "a place on the beam, or a body fixed to its end")
-            return body, position
-        node = min(range(len(beam.places)), key=lambda number: abs(beam.places[number] - x))
-        return beam.nodes[node], (ZERO, *position[1:])
-
-
-def stations_of(beams: Sequence[str], reading: Reading) -> Mapping[str, Sequence[float]]:
-    """Return x of every station, m, by beam, NaN if it is not known.
-
-    Parameters
-    ----------
-    beams : names of the beams that are geometrically exact
-    reading : before anything is attached; all of it is read again with the nodes that follow
-    """
-    stations: dict[str, list[float]] = {name: [] for name in beams}
-    if not beams:
-        return stations
-
-    def note(key: str, body: str, position: Vector) -> tuple[str, Vector]:
-        if body in stations and not aside.report.concerns(key):
-            stations[body].append(aside.values.value(position[0]))
-        return body, position
-
-    aside = reading.aside(note)
-    for row in in_reading_order(reading.rows):
-        if row.attached:
-            aside.items[row.key] = row.read(aside)
-    return stations
-
-
-#: How far beyond an end a place may be by rounding, of the length.
-_ROUNDING = 1e-9
-
-
-def section_formulas(
-    beams: Mapping[str, Cosserat], values: Values, key: str, kind: str, output: Output
-) -> tuple[Formula, ...]:
-    """Return the three components of an output of a section; none if there is a fault.
-
-    Loads are linear between both ends of an element, and at a node the loads of the element beyond.
-    """
-    name, report = str(getattr(output, kind)), values.report
-    beam = beams.get(name)
-    if beam is None and report.concerns(key_of("beams", name)):
-        return ()
-    if beam is None:
-        other = name in values.names.beams
-        fault = f"the beam {name} is no geometrically exact one" if other else f"there is no beam {shown(name)}"
-        report.add(f"{key}.{kind}", fault, 'model = "cosserat"' if other else nearest(name, beams))
-        return ()
-    if output.at is None:
-        report.add(key, f"{kind} needs the place of the section", f"at = {0.5 * beam.length:.6g}, its x in m")
-        return ()
-    x = values.constant(f"{key}.at", output.at)
-    if math.isnan(x):
-        return ()
-    if not -_ROUNDING * beam.length <= x <= (1.0 + _ROUNDING) * beam.length:
-        fault = f"x = {x:.6g} m is not on the beam {name}, which goes from 0 m to {beam.length:.6g} m"
-        report.add(f"{key}.at", fault, "a place on the beam")
-        return ()
-    element = min(bisect_right(beam.places, x + _ROUNDING * beam.length) - 1, beam.elements - 1)
-    start, end = beam.places[element : element + 2]
-    share = min(max((x - start) / (end - start), 0.0), 1.0)
-    first, second = (
-        [Symbol("section_load", name, element * SECTION_ROW + start + part) for part in range(3)]
-        for start in SECTION_PARTS[kind]
-    )
-    if first == second or share == 0.0:
-        return tuple(first)
-    if share == 1.0:
-        return tuple(second)
-    return tuple(Number(1.0 - share) * one + Number(share) * other for one, other in zip(first, second, strict=True))

@@ -24,24 +24,24 @@ from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, r
 from eomgen.scene.design_poses import DesignPoses, Placement
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.geometry import Inertia, tensor
+from eomgen.scene.inertia import Inertia, tensor
 from eomgen.scene.joint_types import JOINTS as TYPES
 from eomgen.scene.joints import schema as joints
+from eomgen.scene.joints.constraint_reading import check_closings, read_constraint
 from eomgen.scene.joints.model import Constraint, Joint, Reaction
 from eomgen.scene.joints.moved_inertia import check_motion
-from eomgen.scene.joints.reading import check_closings, read_constraint, read_joint, read_reaction
+from eomgen.scene.joints.reading import read_joint, read_reaction
 from eomgen.scene.joints.tree import Link, check_mimics, ordered
 from eomgen.scene.joints.unresisted import unresisted_motions
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, read_placement
 from eomgen.scene.section import Entries, Reading, Section
-from eomgen.scene.tree.beam_attachments import (
+from eomgen.scene.tree.beam_attachments import check_frames, check_not_absolute
+from eomgen.scene.tree.beam_nodes import (
     BeamNodes,
     attached_constraint,
     attached_joint,
     attached_point,
-    check_frames,
-    check_not_absolute,
     section_formulas,
     stations_of,
 )

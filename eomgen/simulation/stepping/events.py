@@ -14,7 +14,7 @@ from eomgen.lie import product
 from eomgen.results.events import Events
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.stepper import Stepper, entry_type
-from eomgen.system.signals import mode_parameter
+from eomgen.system.events import mode_parameter
 
 if TYPE_CHECKING:
     from eomgen.simulation.stepping.run import Run

@@ -11,35 +11,24 @@ A complex model takes and gives pairs of doubles; strides count doubles.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
-import os
 import sys
-import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cache
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
-import jinja2
-from jinja2.bccache import Bucket
-
-from eomgen.base.data import dataclass, field, replace
-from eomgen.base.files import template_folder
-from eomgen.base.version import __version__
+from eomgen.base.data import replace
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
-from eomgen.codegen.scheduling.matrices import added_products
-from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, file_name, local_names
+from eomgen.codegen.targets.c.curve_tables import curve_tables
+from eomgen.codegen.targets.c.naming import NAMES, CNames, comment, local_names
 from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folded, indented, number
+from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
 from eomgen.codegen.targets.c.stepper import stepper_names
-from eomgen.codegen.targets.c.tables import Lookup, curve_tables, nonzeros, places_of_fronts, repeated
 from eomgen.codegen.targets.c.tape_code import OPERATIONS, Tape, literal
+from eomgen.codegen.targets.c.templates import TemplateBytecode, environment, stepper_template
 from eomgen.codegen.targets.target import Target
-from eomgen.integrators.families.register import family_named
 from eomgen.integrators.stepper_layout import STEPPER_CDEF
-from eomgen.system.description import LARGEST_ANGLE
 
 #: Signatures that never change from scene to scene, so that the wrapper around them is compiled once per machine.
 INTERFACE_CDEF = f"""\
@@ -48,171 +37,15 @@ const char *eomgen_number_type(void);
 long eomgen_size(int what);
 int eomgen_call(int function, long count, const double *const *inputs, const long *strides, double *const *outputs);
 {STEPPER_CDEF}"""
-
 #: Meaning of the argument of ``eomgen_size``.
 SIZES = ("functions", "q", "v", "z", "u", "p", "lam", "bodies", "base")
-
-
-#: Operations per C file, roughly; a file this long compiles in half a second, and an arm of seven joints has three.
-FILE_LIMIT = 3000
-#: Operations in a statement of a loop, roughly.
-_PER_STATEMENT = 2
-
-
-@dataclass
-class SourceFile:
-    """A C file: the loops and the parts of long functions it holds, and the functions it defines.
-
-    ``name`` has no suffix; loops are numbers of the Program's loops.
-    """
-
-    name: str
-    functions: list[ProgramFunction] = field(default_factory=list)
-    parts: list[tuple[ProgramFunction, int]] = field(default_factory=list)
-    loops: list[int] = field(default_factory=list)
-    operations: int = 0
-
-
-def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
-    """Return the files of a Program; the first has the prefix as its name and calls the parts in the others."""
-    first = SourceFile(program.prefix)
-    files = [first]
-    loops = [_PER_STATEMENT * len(loop.statements) for loop in program.loops]
-    total = sum(function.operations for function in program.functions) + sum(loops)
-    for function in program.functions:
-        if len(function.parts) > 1 and total > limit:
-            for number, part in enumerate(function.parts):
-                target = _room(files, part.operations, limit, program.prefix)
-                target.parts.append((function, number))
-                target.operations += part.operations
-            first.functions.append(function)
-        else:
-            target = _room(files, function.operations, limit, program.prefix)
-            target.functions.append(function)
-            target.operations += function.operations
-            target.parts += [(function, number) for number in range(len(function.parts)) if len(function.parts) > 1]
-    for number, operations in enumerate(loops):
-        target = min(files, key=lambda file: file.operations) if total > limit else first
-        if target.operations and target.operations + operations > limit and total > limit:
-            target = SourceFile(f"{program.prefix}_{len(files) + 1}")
-            files.append(target)
-        target.loops.append(number)
-        target.operations += operations
-    return files
-
-
-def _room(files: list[SourceFile], operations: int, limit: int, prefix: str) -> SourceFile:
-    last = files[-1]
-    if last.operations and last.operations + operations > limit:
-        last = SourceFile(f"{prefix}_{len(files) + 1}")
-        files.append(last)
-    return last
-
-
-_DIGEST = 32
-
-
-class TemplateBytecode(jinja2.BytecodeCache):
-    """Bytecode in a folder that is made at its first use; none is kept if the folder cannot be written.
-
-    A file is taken if it is whole by its digest, and of the same template, Python, Jinja and eomgen, whose filters may
-    have been applied to constants.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
-    def get_cache_key(self, name: str, filename: str | None = None) -> str:
-        """Return the name of a template's file."""
-        text = "\0".join((name, filename or "", jinja2.__version__, __version__))
-        return hashlib.sha256(text.encode()).hexdigest()
-
-    def load_bytecode(self, bucket: Bucket) -> None:
-        """Take the bytecode of a template from the folder."""
-        with contextlib.suppress(OSError):
-            kept = (self.folder / bucket.key).read_bytes()
-            if hashlib.sha256(kept[_DIGEST:]).digest() == kept[:_DIGEST]:
-                bucket.bytecode_from_string(kept[_DIGEST:])
-
-    def dump_bytecode(self, bucket: Bucket) -> None:
-        """Keep the bytecode of a template, under its name once it is whole."""
-        code = bucket.bytecode_to_string()
-        with contextlib.suppress(OSError):
-            self.folder.mkdir(exist_ok=True)
-            handle, private = tempfile.mkstemp(prefix="tmp-", dir=self.folder)
-            try:
-                with os.fdopen(handle, "wb") as file:
-                    file.write(hashlib.sha256(code).digest() + code)
-                Path(private).replace(self.folder / bucket.key)
-            except OSError:
-                Path(private).unlink()
-                raise
-
-
 #: Distance at which an argument of a curve counts as a break, relative to it, or as an end, relative to the range.
 SNAP = 8.0 * sys.float_info.epsilon
 EDGE = 1e-9
 #: Tables of numbers are private to a library: then code reads them without looking their addresses up.
 _HIDDEN = '__attribute__((visibility("hidden")))'
-#: Under ``family/<name>/`` templates are found in the folder of a family, which may be in another distribution.
-_FAMILY = "family/"
 #: Templates with lines that are long on purpose, or never.
 _NOT_FOLDED = ("c/main/README.md.jinja", "c/model/tables.c.jinja", "c/model/tape.h.jinja")
-
-
-def stepper_template(family: str) -> str:
-    """Return the template of a family's ``<prefix>_step.c``."""
-    return f"{_FAMILY}{family}/stepper.c.jinja"
-
-
-def _family_path(name: str) -> Path | None:
-    """Return the file of a template ``family/<name>/<file>``, None if there is none."""
-    if not name.startswith(_FAMILY):
-        return None
-    family, _, file = name.removeprefix(_FAMILY).partition("/")
-    path = (family_named(family).templates or template_folder() / "c" / "integrators" / family) / file
-    return path if path.is_file() else None
-
-
-def _family_file(name: str) -> tuple[str, str, Callable[[], bool]] | None:
-    """Return text, path, and whether both still belong to the name."""
-    path = _family_path(name)
-    if path is None:
-        return None
-    text = path.read_text(encoding="utf-8")
-    return text, str(path), lambda: _family_path(name) == path and path.read_text(encoding="utf-8") == text
-
-
-@cache
-def environment() -> jinja2.Environment:
-    """Return the one Jinja environment: undefined names are errors, blocks leave no blank lines."""
-    env = jinja2.Environment(
-        loader=jinja2.ChoiceLoader([jinja2.FileSystemLoader(template_folder()), jinja2.FunctionLoader(_family_file)]),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,
-    )
-    env.globals["largest_angle"] = LARGEST_ANGLE
-    env.globals["lookup"] = Lookup
-    env.globals["repeated"] = repeated
-    env.globals["nonzeros"] = nonzeros
-    env.globals["products"] = _products
-    env.globals["places_of_fronts"] = places_of_fronts
-    env.filters["comment"] = comment
-    env.filters["c_string"] = c_string
-    env.filters["file_name"] = file_name
-    env.filters["number"] = number
-    env.tests["contains"] = lambda container, item: item in container
-    return env
-
-
-def _products(rows: Sequence[Mapping[str, Any]], name: str, vector: str) -> str:
-    """Return loops that add a matrix times a vector to ``right``, empty if a table of its entries is as short."""
-    terms = [(row["row"], number, column) for row in rows for number, column, _ in row[name]]
-    inputs = {"right": "right[{}]", "numbers": "w[{}]", "vector": f"{vector}[{{}}]", "gain": ["gain"]}
-    return indented(Printer(inputs, ["right"]).lines(added_products(terms, "" if name == "M" else "gain")), 1)
 
 
 class _Context:

@@ -15,7 +15,7 @@ from typing import Any
 
 from pycparser import CParser
 
-from eomgen.codegen.targets.c.target import environment
+from eomgen.codegen.targets.c.templates import environment
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import MOST, STOPPED
 from eomgen.products.ensembles.lane_code.routine import RoutineText

@@ -12,9 +12,10 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls, not_unpacked, unknown_attribute
+from eomgen.base.csv_tables import write_table
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.display import new_figure, saved
-from eomgen.base.files import write_arrays, write_table
+from eomgen.base.figures import new_figure, saved
+from eomgen.base.files import write_arrays
 from eomgen.errors import Problem, UsageError
 
 #: Tolerated distance of the observed order from the method's, and the part of the motion that counts as rounding.

@@ -19,7 +19,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.text import NAME_RULE, is_legal, shown
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
 from eomgen.codegen.targets.c.printer import Printer, folded, indented
-from eomgen.codegen.targets.c.target import environment
+from eomgen.codegen.targets.c.templates import environment
 from eomgen.errors import DescriptionError, ModelError, Problem
 from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
-from eomgen.base.files import nearby, read_table
+from eomgen.base.files import nearby
 from eomgen.base.text import counted, listed, nearest
 from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch, symbols

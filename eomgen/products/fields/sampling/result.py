@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass
-from eomgen.base.display import new_figure, saved
-from eomgen.base.files import make_folder, write_arrays, write_table, write_text
+from eomgen.base.figures import new_figure, saved
+from eomgen.base.files import make_folder, write_arrays, write_text
 from eomgen.base.text import counted, json_text
 from eomgen.products.fields.documents.document import Chains
 from eomgen.products.fields.posteriors import Samples, autocorrelation_time, split_r_hat

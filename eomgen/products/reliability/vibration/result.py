@@ -13,9 +13,10 @@ import numpy as np
 from scipy import special
 
 from eomgen.base.arrays import Array
+from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass
-from eomgen.base.display import new_figure, saved
-from eomgen.base.files import make_folder, write_table, write_text
+from eomgen.base.figures import new_figure, saved
+from eomgen.base.files import make_folder, write_text
 from eomgen.base.text import json_text
 from eomgen.results.error_estimate import SampleErrors
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
-from eomgen.base.files import read_table
 from eomgen.base.text import listed, nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.system.description import component_names

@@ -11,9 +11,10 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName
+from eomgen.base.csv_tables import write_rows, write_table
 from eomgen.base.data import dataclass
-from eomgen.base.display import new_figure, saved
-from eomgen.base.files import make_folder, write_rows, write_table, write_text
+from eomgen.base.figures import new_figure, saved
+from eomgen.base.files import make_folder, write_text
 from eomgen.base.text import json_text
 from eomgen.products.studies.identification.estimation import Combination
 

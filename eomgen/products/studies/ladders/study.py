@@ -14,7 +14,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.files import Journal
+from eomgen.base.journal import Journal
 from eomgen.base.text import nearest, shown
 from eomgen.base.version import __version__
 from eomgen.errors import Problem, UsageError

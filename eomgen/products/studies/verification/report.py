@@ -10,9 +10,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from eomgen.base.csv_tables import write_rows
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.display import new_figure, saved
-from eomgen.base.files import write_rows, write_text
+from eomgen.base.figures import new_figure, saved
+from eomgen.base.files import write_text
 from eomgen.base.text import json_text
 from eomgen.errors import FileError, Problem
 from eomgen.products.studies.verification.differences import LADDER

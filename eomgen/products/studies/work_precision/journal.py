@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.files import Journal as Lines
 from eomgen.base.files import read_arrays, write_arrays
+from eomgen.base.journal import Journal as Lines
 from eomgen.base.text import finite
 from eomgen.base.version import __version__
 from eomgen.lie.product import Factor

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from eomgen.base.csv_tables import write_rows
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.display import new_figure, saved
-from eomgen.base.files import make_folder, write_rows, write_text
+from eomgen.base.figures import new_figure, saved
+from eomgen.base.files import make_folder, write_text
 from eomgen.base.text import json_text
 from eomgen.products.studies.work_precision.axes import Configuration
 from eomgen.products.studies.work_precision.observation import ErrorSize

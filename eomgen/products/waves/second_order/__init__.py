@@ -2,18 +2,8 @@
 
 from __future__ import annotations
 
-from eomgen.products.waves.sea_states.spectra import (
-    Components,
-    DiscreteSpectrum,
-    Jonswap,
-    PiersonMoskowitz,
-    Spectrum,
-    SpectrumTable,
-    Spreading,
-    discretized,
-    divided,
-    wave_number,
-)
+from eomgen.products.waves.sea_states.components import Components, DiscreteSpectrum, discretized, divided, wave_number
+from eomgen.products.waves.sea_states.spectra import Jonswap, PiersonMoskowitz, Spectrum, SpectrumTable, Spreading
 from eomgen.products.waves.second_order.motion import BoundWaves, Motion, Surface
 from eomgen.products.waves.second_order.pairs import WaveNumber, gravity_waves
 from eomgen.products.waves.second_order.profiles import Profile, SeaStatistics, statistics_of

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.errors import Problem, UsageError
+from eomgen.products.waves.sea_states.components import Components
 from eomgen.products.waves.sea_states.nonlinearity import beyond_second_order, breaking_height, too_steep_together
-from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, Components
+from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY
 from eomgen.products.waves.second_order.pairs import ENTRIES
 
 #: Bytes of the table of pairs at most.

@@ -19,7 +19,8 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call, checked_calls
 from eomgen.base.data import dataclass
 from eomgen.errors import Problem, UsageError
-from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, DiscreteSpectrum, check_number, check_whole
+from eomgen.products.waves.sea_states.components import DiscreteSpectrum
+from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, check_number, check_whole
 from eomgen.products.waves.second_order.profiles import Profile
 from eomgen.products.waves.second_order.sea import Sea
 

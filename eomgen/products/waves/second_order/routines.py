@@ -12,7 +12,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
 from eomgen.codegen.targets.c.printer import Printer, folded, indented
-from eomgen.codegen.targets.c.target import environment
+from eomgen.codegen.targets.c.templates import environment
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispersion, PairTape, gravity_waves
 from eomgen.symbolic.tape import Ref
 from eomgen.toolchain.builder import Builder

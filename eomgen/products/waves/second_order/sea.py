@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, Components, check_number
+from eomgen.products.waves.sea_states.components import Components
+from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, check_number
 from eomgen.products.waves.second_order.limits import check_points, check_sea, warn_of_doubtful_waves
 from eomgen.products.waves.second_order.motion import BoundWaves, Complex, Motion, Surface
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispersion, gravity_waves

@@ -25,7 +25,7 @@ from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
 from eomgen.codegen.targets.c.printer import Printer, folded, indented
-from eomgen.codegen.targets.c.target import environment
+from eomgen.codegen.targets.c.templates import environment
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named
 from eomgen.products.waves.second_order.pairs import COLUMNS

@@ -16,6 +16,7 @@ from eomgen.errors import UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.products.waves.formula.fields import WaveComponent, WaveField
+from eomgen.products.waves.sea_states.components import Components, divided, frequency_and_group_velocity, wave_number
 from eomgen.products.waves.sea_states.nonlinearity import (
     beyond_second_order,
     bound_waves,
@@ -26,15 +27,11 @@ from eomgen.products.waves.sea_states.nonlinearity import (
 )
 from eomgen.products.waves.sea_states.spectra import (
     MOST_EXPONENT,
-    Components,
     Jonswap,
     PiersonMoskowitz,
     Spectrum,
     SpectrumTable,
     Spreading,
-    divided,
-    frequency_and_group_velocity,
-    wave_number,
 )
 from eomgen.products.waves.section import schema as written
 from eomgen.scene.formula.scope import PARAMETERS

@@ -15,7 +15,8 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.text import listed, nearest, shown
-from eomgen.scene.geometry import Inertia, combined, frame_about, rows, snapped_rotation, unit_axis
+from eomgen.scene.geometry import frame_about, rows, snapped_rotation, unit_axis
+from eomgen.scene.inertia import Inertia, combined
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.tree import displaced
 from eomgen.scene.reading.report import Report

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.text import listed, shown
-from eomgen.scene.geometry import impossible
+from eomgen.scene.inertia import impossible
 from eomgen.scene.sources.urdf.reading import NEWEST, WITH_QUATERNIONS, Joint, Robot
 
 _MEANING = {

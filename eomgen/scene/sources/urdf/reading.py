@@ -16,7 +16,8 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.base.text import NAME_LENGTH, is_legal, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.scene.geometry import NOTHING, SNAP, Inertia, roll_pitch_yaw, snapped_rotation, tensor
+from eomgen.scene.geometry import SNAP, roll_pitch_yaw, snapped_rotation
+from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS, TYPES
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.xml import Element

@@ -1,0 +1,135 @@
+"""DOC OF base.csv_tables."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.files import nearby, write_file, write_text
+from eomgen.base.text import counted, shown
+from eomgen.errors import FileError, Problem
+
+#: Rows that are written at once.
+_ROWS = 4096
+
+
+def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: str = "") -> None:
+    """Write a table as ``.csv``: one row of names, numbers that read back to the same bits. Raises FileError.
+
+    ``numbered``: name of a first column with the number of each row, from 0 on; none if it is empty.
+    """
+
+    def fill(stream: IO[bytes]) -> None:
+        text = io.TextIOWrapper(stream, encoding="utf-8", newline="")
+        import csv  # noqa: PLC0415  # a run reads and writes no table
+
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow([numbered, *names] if numbered else names)
+        for start in range(0, len(columns), _ROWS):
+            for number, row in enumerate(columns[start : start + _ROWS].tolist(), start):
+                cells = ",".join(map(repr, row))  # a writer looks for characters to quote, which takes as long again
+                text.write(f"{number},{cells}\n" if numbered else f"{cells}\n")
+        text.flush()
+        text.detach()
+
+    write_file(path, 24 * columns.size, fill)
+
+
+def write_rows(path: Path, rows: Iterable[Sequence[object]]) -> None:
+    """Write texts and numbers as ``.csv``, the names of columns first. Raises FileError."""
+    text = io.StringIO()
+    import csv  # noqa: PLC0415  # a run reads and writes no table
+
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write_text(path, text.getvalue())
+
+
+_DELIMITERS = (",", ";", "\t")
+_MISSING = ("", "nan", "na", "null", "none")
+_HINT = "a first line of names, t,angle, and below it rows of numbers, 0.01,0.2"
+
+
+def read_cells(path: Path) -> tuple[list[str], list[tuple[str, list[str]]]]:
+    """Return the names of the columns, and for each row its place (file and line) and its cells without blanks.
+
+    Columns are separated by commas, semicolons or tabs; lines that are empty or begin with # do not count.
+
+    Raises
+    ------
+    FileError
+        No such file, no text, no names, a name twice, no rows, rows of another length, a quotation mark that is open.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except OSError as error:
+        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
+    except UnicodeDecodeError:
+        raise FileError(Problem(str(path), "this is no text in UTF-8, and a CSV file is needed", _HINT)) from None
+    numbered = [(f"{path}, line {k}", line) for k, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
+    if not numbered:
+        raise FileError(Problem(str(path), "the file is empty", _HINT))
+    delimiter = max(_DELIMITERS, key=numbered[0][1].count)
+    (_, names), *rows = [(where, _cells(where, line, delimiter)) for where, line in numbered]
+    _check_names(path, names)
+    if not rows:
+        raise FileError(Problem(str(path), "the table has no rows below its names", _HINT))
+    for where, cells in rows:
+        if len(cells) != len(names):
+            fault = f"the row has {counted(len(cells), 'cell')}, and there are {counted(len(names), 'name')}"
+            raise FileError(Problem(where, fault, "a cell for each name"))
+    return names, rows
+
+
+def read_table(path: Path) -> tuple[list[str], Array]:
+    """Return the names of the columns and the numbers (rows, columns); missing ones are nan.
+
+    Raises
+    ------
+    FileError
+        As of ``read_cells``, and cells that are no numbers.
+    """
+    names, rows = read_cells(path)
+    result = [[_number(where, name, cell) for name, cell in zip(names, cells, strict=True)] for where, cells in rows]
+    return names, np.array(result)
+
+
+def _cells(where: str, line: str, delimiter: str) -> list[str]:
+    import csv  # noqa: PLC0415  # a run reads and writes no table
+
+    try:  # line by line, so that an open quotation mark cannot swallow the lines below it
+        (row,) = csv.reader([line], delimiter=delimiter, strict=True)
+    except csv.Error as error:
+        raise FileError(Problem(where, f"this is no CSV: {error}", "plain cells between delimiters")) from None
+    return [cell.strip() for cell in row]
+
+
+def _check_names(path: Path, names: Sequence[str]) -> None:
+    if all(_is_number(name) for name in names):
+        raise FileError(Problem(str(path), "the first line has numbers in place of names", _HINT))
+    twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
+    if twice is not None:
+        raise FileError(Problem(str(path), f"the column {shown(twice)} is there twice", "one column for each name"))
+
+
+def _number(where: str, name: str, cell: str) -> float:
+    if cell.lower() in _MISSING:
+        return math.nan
+    try:
+        return float(cell)
+    except ValueError:
+        hint = "a decimal point in place of the comma" if "," in cell else "numbers alone, without units"
+        raise FileError(Problem(f"{where}, column {name}", f"{shown(cell)} is no number", hint)) from None
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,105 @@
+"""DOC OF base.journal."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from eomgen.base.files import make_folder, write_text
+from eomgen.errors import FileError, Problem
+
+Row = TypeVar("Row")
+
+
+class Journal(Generic[Row]):
+    """Rows of work that are done, and the file for further rows.
+
+    The first line identifies the work; a last line without its end, as a killed process leaves it, is dropped.
+
+    Parameters
+    ----------
+    folder : Path or None
+        None: rows are not written.
+    file : str
+        Name of the file.
+    held : str
+        Noun of the rows in messages, for instance ``points of a study``.
+    identity : str
+        Text that is equal for equal work.
+    others : str
+        Description of other work in messages, for instance ``another scene``.
+    row_of : callable
+        Makes a row of a line; KeyError, TypeError or ValueError tell that it is none.
+    resume : bool
+        Whether the rows of an existing file are taken.
+
+    Attributes
+    ----------
+    rows : list
+        Rows of the file at the start.
+
+    Raises
+    ------
+    FileError
+        The file exists and ``resume`` is False, belongs to other work, or cannot be read or written.
+    """
+
+    def __init__(
+        self,
+        folder: Path | None,
+        file: str,
+        held: str,
+        *,
+        identity: str,
+        others: str,
+        row_of: Callable[[Mapping[str, Any]], Row],
+        resume: bool,
+    ) -> None:
+        self.rows: list[Row] = []
+        self._path = None if folder is None else make_folder(folder) / file
+        if self._path is None:
+            return
+        if not self._path.exists():
+            self.append({"study": identity})
+        elif resume:
+            self._read(self._path, held, identity, others, row_of)
+        else:
+            hint = "--resume, which goes on with it, or another folder"
+            raise FileError(Problem(str(folder), f"holds the {held}, {file}", hint))
+
+    def append(self, line: Mapping[str, Any]) -> None:
+        """Write a line. Raises FileError."""
+        if self._path is None:
+            return
+        try:
+            with self._path.open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps(line) + "\n")
+        except OSError as error:
+            raise self._fault(f"cannot be written: {error.strerror or error}") from None
+
+    def _read(
+        self, path: Path, held: str, identity: str, others: str, row_of: Callable[[Mapping[str, Any]], Row]
+    ) -> None:
+        try:
+            text = path.read_text(encoding="utf-8")
+        except OSError as error:
+            raise self._fault(f"cannot be read: {error.strerror or error}") from None
+        except ValueError:
+            raise self._fault(f"these are not the {held}") from None
+        whole = text[: text.rfind("\n") + 1]
+        try:
+            lines = [json.loads(line) for line in whole.splitlines()]
+            same = lines[0]["study"] == identity
+            if same:
+                self.rows = [row_of(line) for line in lines[1:]]
+        except (ValueError, KeyError, IndexError, TypeError):
+            raise self._fault(f"these are not the {held}") from None
+        if not same:
+            raise FileError(Problem(str(path.parent), f"holds the {held} of {others}", "another folder"))
+        if whole != text:
+            write_text(path, whole)
+
+    def _fault(self, fault: str) -> FileError:
+        return FileError(Problem(str(self._path), fault, "another folder"))

@@ -1,0 +1,122 @@
+"""DOC OF codegen.targets.c.templates."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from jinja2.bccache import Bucket
+
+from eomgen.base.files import template_folder
+from eomgen.base.version import __version__
+from eomgen.codegen.scheduling.matrices import added_products
+from eomgen.codegen.targets.c.naming import c_string, comment, file_name
+from eomgen.codegen.targets.c.printer import Printer, indented, number
+from eomgen.codegen.targets.c.tables import Lookup, nonzeros, places_of_fronts, repeated
+from eomgen.integrators.families.register import family_named
+from eomgen.system.description import LARGEST_ANGLE
+
+_DIGEST = 32
+
+
+class TemplateBytecode(jinja2.BytecodeCache):
+    """Bytecode in a folder that is made at its first use; none is kept if the folder cannot be written.
+
+    A file is taken if it is whole by its digest, and of the same template, Python, Jinja and eomgen, whose filters may
+    have been applied to constants.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def get_cache_key(self, name: str, filename: str | None = None) -> str:
+        """Return the name of a template's file."""
+        text = "\0".join((name, filename or "", jinja2.__version__, __version__))
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        """Take the bytecode of a template from the folder."""
+        with contextlib.suppress(OSError):
+            kept = (self.folder / bucket.key).read_bytes()
+            if hashlib.sha256(kept[_DIGEST:]).digest() == kept[:_DIGEST]:
+                bucket.bytecode_from_string(kept[_DIGEST:])
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        """Keep the bytecode of a template, under its name once it is whole."""
+        code = bucket.bytecode_to_string()
+        with contextlib.suppress(OSError):
+            self.folder.mkdir(exist_ok=True)
+            handle, private = tempfile.mkstemp(prefix="tmp-", dir=self.folder)
+            try:
+                with os.fdopen(handle, "wb") as file:
+                    file.write(hashlib.sha256(code).digest() + code)
+                Path(private).replace(self.folder / bucket.key)
+            except OSError:
+                Path(private).unlink()
+                raise
+
+
+#: Under ``family/<name>/`` templates are found in the folder of a family, which may be in another distribution.
+_FAMILY = "family/"
+
+
+def stepper_template(family: str) -> str:
+    """Return the template of a family's ``<prefix>_step.c``."""
+    return f"{_FAMILY}{family}/stepper.c.jinja"
+
+
+def _family_path(name: str) -> Path | None:
+    """Return the file of a template ``family/<name>/<file>``, None if there is none."""
+    if not name.startswith(_FAMILY):
+        return None
+    family, _, file = name.removeprefix(_FAMILY).partition("/")
+    path = (family_named(family).templates or template_folder() / "c" / "integrators" / family) / file
+    return path if path.is_file() else None
+
+
+def _family_file(name: str) -> tuple[str, str, Callable[[], bool]] | None:
+    """Return text, path, and whether both still belong to the name."""
+    path = _family_path(name)
+    if path is None:
+        return None
+    text = path.read_text(encoding="utf-8")
+    return text, str(path), lambda: _family_path(name) == path and path.read_text(encoding="utf-8") == text
+
+
+@cache
+def environment() -> jinja2.Environment:
+    """Return the one Jinja environment: undefined names are errors, blocks leave no blank lines."""
+    env = jinja2.Environment(
+        loader=jinja2.ChoiceLoader([jinja2.FileSystemLoader(template_folder()), jinja2.FunctionLoader(_family_file)]),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    env.globals["largest_angle"] = LARGEST_ANGLE
+    env.globals["lookup"] = Lookup
+    env.globals["repeated"] = repeated
+    env.globals["nonzeros"] = nonzeros
+    env.globals["products"] = _products
+    env.globals["places_of_fronts"] = places_of_fronts
+    env.filters["comment"] = comment
+    env.filters["c_string"] = c_string
+    env.filters["file_name"] = file_name
+    env.filters["number"] = number
+    env.tests["contains"] = lambda container, item: item in container
+    return env
+
+
+def _products(rows: Sequence[Mapping[str, Any]], name: str, vector: str) -> str:
+    """Return loops that add a matrix times a vector to ``right``, empty if a table of its entries is as short."""
+    terms = [(row["row"], number, column) for row in rows for number, column, _ in row[name]]
+    inputs = {"right": "right[{}]", "numbers": "w[{}]", "vector": f"{vector}[{{}}]", "gain": ["gain"]}
+    return indented(Printer(inputs, ["right"]).lines(added_products(terms, "" if name == "M" else "gain")), 1)

@@ -1,0 +1,58 @@
+"""DOC OF mechanics.shape_functions.fixed_point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+from numpy.typing import NDArray
+
+BITS = 128
+#: Binary digits of results of mpmath: some more, for digits lost on the way.
+WORKING = BITS + 32
+ONE = 1 << BITS
+#: Whole numbers of any size.
+Fixed = NDArray[np.object_]
+
+
+def fixed(number: Any) -> int:
+    """Return a number of mpmath, a fraction or a double in units of 2^-BITS."""
+    if isinstance(number, mpmath.mpf):
+        return int(mpmath.floor(mpmath.ldexp(number, BITS)))
+    fraction = Fraction(number)
+    return (fraction.numerator << BITS) // fraction.denominator
+
+
+def array(numbers: Iterable[Any]) -> Fixed:
+    """Return an array of numbers in units of 2^-BITS."""
+    return np.array([fixed(number) for number in numbers], dtype=object)
+
+
+def unfixed(number: int) -> Any:
+    """Return a number of mpmath."""
+    return mpmath.ldexp(mpmath.mpf(number), -BITS)
+
+
+def times(*factors: Any) -> Fixed:
+    """Return the product of arrays, or numbers, in units of 2^-BITS."""
+    product = factors[0]
+    for factor in factors[1:]:
+        product = (product * factor) >> BITS
+    return np.asarray(product, dtype=object)
+
+
+def polynomial(coefficients: Iterable[Any], s: Fixed) -> Fixed:
+    """Return the values of a polynomial, constant first."""
+    result = np.zeros(s.shape, dtype=object)
+    for entry in reversed(list(coefficients)):
+        result = times(result, s) + fixed(entry)
+    return result
+
+
+def rounded(values: Fixed, scale: Fraction = Fraction(1)) -> NDArray[np.float64]:
+    """Return the nearest doubles of values times a scale."""
+    flat = [float(Fraction(int(value)) * scale / ONE) for value in np.ravel(values)]
+    return np.array(flat, dtype=float).reshape(np.shape(values))

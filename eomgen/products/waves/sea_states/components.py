@@ -1,0 +1,266 @@
+"""DOC OF products.waves.sea_states.components."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_call, checked_calls
+from eomgen.base.data import dataclass
+from eomgen.base.random_inputs import WAVES, standard_normals
+from eomgen.errors import Problem, UsageError
+from eomgen.products.waves.sea_states.spectra import (
+    MOST_WAVES,
+    STANDARD_GRAVITY,
+    Spectrum,
+    SpectrumTable,
+    Spreading,
+    check_number,
+    check_whole,
+)
+
+
+@checked_calls("Components(vectors, amplitude, phase)")
+@dataclass(frozen=True)
+class Components:
+    """Sinusoidal components A cos(kx x + ky y - w t + phase).
+
+    Attributes
+    ----------
+    vectors : (n, 2) array
+        Wave vectors in rad/m, in the direction in which the waves run.
+    amplitude : (n,) array, m
+    phase : (n,) array, rad
+    """
+
+    vectors: Array
+    amplitude: Array
+    phase: Array
+
+
+#: Frequencies at which a spectrum is divided, in parts of the peak's.
+BAND = (0.5, 3.0)
+#: Wave lengths of the peak after which a sea of one direction repeats itself.
+REPEATED_AFTER = 32.0
+#: Name of the variables of wave directions.
+_DIRECTIONS = "directions of waves"
+#: Gauss-Legendre's nodes in each of the pieces into which parts of a band are cut.
+_NODES, _PIECES = 4, 4
+
+
+@checked_calls()
+@dataclass(frozen=True)
+class DiscreteSpectrum:
+    """Wave vectors (n, 2) in rad/m with the variance of elevation of each, (n,) in m^2.
+
+    ``band`` has the lowest and the highest frequency in rad/s: moments of slope and curvature grow with the latter;
+    ``depth`` is the depth of the water in m. Each wave number has ``directions`` consecutive waves.
+    """
+
+    vectors: Array
+    energy: Array
+    band: tuple[float, float]
+    depth: float = math.inf
+    directions: int = 1
+
+    def check_deep(self, where: str, hint: str) -> None:
+        """Raise UsageError if the waves at the peak feel the bottom: in less water than half of their length."""
+        k = float(np.hypot(*self.vectors[np.argmax(self.energy)]))
+        if k * self.depth < math.pi:
+            fault = f"closed forms are of deep water, and waves of {2.0 * math.pi / k:.4g} m feel the bottom at"
+            raise UsageError(Problem(where, f"{fault} {self.depth:.6g} m", hint))
+
+    @property
+    def height(self) -> float:
+        """Significant height, four times the standard deviation, in m."""
+        return 4.0 * math.sqrt(float(self.energy.sum()))
+
+    def realisation(self, seed: int, amplitudes: Literal["gaussian", "fixed"] = "gaussian") -> Components:
+        """Return components by seed: ``gaussian`` cosine and sine amplitudes, which the tails of a sea need, or
+        ``fixed`` amplitudes sqrt(2 E) with phases alone at random.
+
+        Of fixed amplitudes each wave number has one direction, drawn by its share of the energy, and all of the energy:
+        elevations at every place then have the variance of the spectrum over time, which waves of one frequency and
+        several directions do not (Jefferys, Applied Ocean Research 9 (1987) 186).
+        """
+        if amplitudes not in ("gaussian", "fixed"):
+            raise UsageError(Problem("realisation: amplitudes", f"there is no {amplitudes!r}", "gaussian, or fixed"))
+        check_whole("realisation: seed", seed, 0, 2**63)
+        n = len(self.energy)
+        normal = standard_normals(seed, 2 * n, WAVES).reshape(n, 2)
+        radius, phase = np.hypot(*normal.T), np.arctan2(normal[:, 1], normal[:, 0])
+        if amplitudes == "gaussian":
+            return Components(self.vectors, np.sqrt(self.energy) * radius, phase)
+        energy = self.energy.reshape(-1, self.directions)
+        kept = np.arange(len(energy)) * self.directions + self._drawn_directions(seed, energy)
+        return Components(self.vectors[kept], np.sqrt(energy.sum(axis=1)) * math.sqrt(2.0), phase[kept])
+
+    def _drawn_directions(self, seed: int, energy: Array) -> NDArray[np.int64]:
+        """Return the place of the direction of each wave number, (n,), by seed.
+
+        As many wave numbers take a direction as its share of the energy says: quantiles of equal parts of the
+        distribution, in random order.
+        """
+        if self.directions == 1:
+            return np.zeros(len(energy), dtype=np.int64)
+        rank = np.argsort(np.argsort(standard_normals(seed, len(energy), _DIRECTIONS)))
+        below = np.cumsum(energy, axis=1) / energy.sum(axis=1, keepdims=True)
+        return np.asarray(np.sum(below[:, :-1] < ((rank + 0.5) / len(energy))[:, None], axis=1))
+
+
+@checked_call()
+def discretized(
+    spectrum: Spectrum,
+    *,
+    depth: float = math.inf,
+    gravity: float = STANDARD_GRAVITY,
+    length: float | None = None,
+    band: tuple[float, float] = BAND,
+    spreading: Spreading | None = None,
+    heading: float = 0.0,
+    height: float | None = None,
+) -> DiscreteSpectrum:
+    """Return a spectrum as components of equally spaced wave numbers 2 pi j/length within a band.
+
+    Parameters
+    ----------
+    length : float, m
+        After which a sea of one direction repeats itself; 32 wave lengths of the peak by default.
+    band : lowest and highest frequency in parts of the peak's
+    spreading : Spreading
+        Without one all waves run along ``heading`` (rad from x).
+    height : float, m
+        Significant height that the components are scaled to; by default the spectrum's within the band.
+
+    Raises
+    ------
+    UsageError
+        A band without components, or without energy.
+    """
+    if not 0.0 < band[0] < band[1]:
+        raise UsageError(Problem("discretized: band", f"{band} does not increase from above 0", f"{BAND}"))
+    if not depth > 0.0:
+        fault = f"{depth:.6g} m is not above 0"
+        raise UsageError(Problem("discretized: depth", fault, "math.inf for water without a bottom"))
+    _check_scales("discretized", gravity, heading, height)
+    if length is not None:
+        check_number("discretized: length", length, "m", "500", above_zero=True)
+    low, high = (wave_number(spectrum.peak * part, depth, gravity) for part in band)
+    step = wave_number(spectrum.peak, depth, gravity) / REPEATED_AFTER if length is None else 2.0 * math.pi / length
+    first, last = math.floor(low / step * (1.0 + 1e-12)) + 1, math.ceil(high / step * (1.0 - 1e-12)) - 1
+    if last < first:
+        fault = f"no wave number 2 pi j/length is from {low:.6g} to {high:.6g} rad/m"
+        raise UsageError(Problem("discretized: length", fault, f"a length above {2.0 * math.pi / (high - low):.6g} m"))
+    if last - first >= MOST_WAVES:
+        fault = f"{last - first + 1:.4g} wave numbers 2 pi j/length are within the band, more than {MOST_WAVES}"
+        raise UsageError(Problem("discretized: length", fault, "a shorter length"))
+    k = step * np.arange(first, last + 1)
+    w, group = frequency_and_group_velocity(np.asarray(k), depth, gravity)
+    energy = spectrum.density(w) * group * step
+    if not energy.sum() > 0.0:
+        raise UsageError(Problem("discretized: band", f"the spectrum is zero from {w[0]:.6g} to {w[-1]:.6g} rad/s"))
+    if height is not None:
+        energy *= height**2 / (16.0 * energy.sum())
+    angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
+    vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
+    return DiscreteSpectrum(
+        vectors.reshape(-1, 2), np.outer(energy, shares).ravel(), (float(w[0]), float(w[-1])), depth, len(angles)
+    )
+
+
+def _check_scales(where: str, gravity: float, heading: float, height: float | None) -> None:
+    check_number(f"{where}: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
+    check_number(f"{where}: heading", heading, "rad")
+    if height is not None:
+        check_number(f"{where}: height", height, "m", "the significant height", above_zero=True)
+
+
+def frequency_and_group_velocity(k: Array, depth: float, gravity: float = STANDARD_GRAVITY) -> tuple[Array, Array]:
+    """Return sqrt(g k tanh k h) in rad/s and its derivative by k in m/s."""
+    if math.isinf(depth):
+        w = np.sqrt(gravity * k)
+        return w, 0.5 * w / k
+    t = np.tanh(k * depth)
+    w = np.sqrt(gravity * k * t)
+    return w, 0.5 * w / k * (1.0 + k * depth * (1.0 - t * t) / t)
+
+
+@checked_call()
+def wave_number(frequency: float, depth: float = math.inf, gravity: float = STANDARD_GRAVITY) -> float:
+    """Return the wave number in rad/m of an angular frequency, by Newton's method."""
+    check_number("wave_number: frequency", frequency, "rad/s", above_zero=True)
+    check_number("wave_number: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
+    if not depth > 0.0:
+        fault = f"{depth:.6g} m is not above 0"
+        raise UsageError(Problem("wave_number: depth", fault, "math.inf for water without a bottom"))
+    deep = frequency**2 / gravity
+    if math.isinf(depth):
+        return deep
+    k = deep / math.sqrt(math.tanh(deep * depth))  # within 10 % in every depth
+    for _ in range(20):
+        w, group = frequency_and_group_velocity(np.array([k]), depth, gravity)
+        change = float((w[0] - frequency) / group[0])
+        k -= change
+        if abs(change) <= 1e-15 * k:
+            break
+    return k
+
+
+@checked_call()
+def divided(
+    spectrum: Spectrum,
+    components: int,
+    *,
+    depth: float = math.inf,
+    gravity: float = STANDARD_GRAVITY,
+    band: tuple[float, float] = BAND,
+    spreading: Spreading | None = None,
+    heading: float = 0.0,
+    height: float | None = None,
+) -> DiscreteSpectrum:
+    """Return a spectrum as components whose frequencies are a constant factor apart: motion at a place does not repeat
+    itself, and few components resolve the peak.
+
+    Each stands for the energy of its part of the band, at the mean frequency of that energy. Arguments other than
+    ``components`` are arguments of ``discretized``.
+
+    Raises
+    ------
+    UsageError
+        A band without energy.
+    """
+    if not 0.0 < band[0] < band[1]:
+        raise UsageError(Problem("divided: band", f"{band} does not increase from above 0", f"{BAND}"))
+    if not depth > 0.0:
+        fault = f"{depth:.6g} m is not above 0"
+        raise UsageError(Problem("divided: depth", fault, "math.inf for water without a bottom"))
+    _check_scales("divided", gravity, heading, height)
+    check_whole("divided: components", components, 1, MOST_WAVES)
+    edges = spectrum.peak * np.geomspace(band[0], band[1], components + 1)
+    # Gauss-Legendre's rule over each part, in pieces, since a spectrum may bend at its peak; a table does at its points
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    fine = np.concatenate([np.linspace(a, b, _PIECES, endpoint=False) for a, b in itertools.pairwise(edges)])
+    if isinstance(spectrum, SpectrumTable):
+        points = spectrum.frequencies
+        fine = np.union1d(fine, points[(points > edges[0]) & (points < edges[-1])])
+    widths = np.diff(np.append(fine, edges[-1]))
+    w = fine[:, None] + 0.5 * widths[:, None] * (1.0 + nodes)
+    pieces = spectrum.density(w) * weights * 0.5 * widths[:, None]
+    starts = np.searchsorted(fine, edges[:-1])
+    energy, first = (np.add.reduceat(part.sum(axis=1), starts) for part in (pieces, pieces * w))
+    if not energy.sum() > 0.0:
+        raise UsageError(Problem("divided: band", f"the spectrum is zero from {edges[0]:.6g} to {edges[-1]:.6g} rad/s"))
+    kept = energy > 0.0
+    frequencies, energy = first[kept] / energy[kept], energy[kept]
+    if height is not None:
+        energy *= height**2 / (16.0 * energy.sum())
+    k = np.array([wave_number(float(frequency), depth, gravity) for frequency in frequencies])
+    angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
+    vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
+    result = np.outer(energy, shares).ravel()
+    return DiscreteSpectrum(vectors.reshape(-1, 2), result, (float(edges[0]), float(edges[-1])), depth, len(angles))

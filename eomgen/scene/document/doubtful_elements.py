@@ -1,0 +1,240 @@
+"""DOC OF scene.document.doubtful_elements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.text import key_of
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Symbol, Vector
+from eomgen.lie.numeric import rotation_matrix
+from eomgen.scene.bodies.beam_schema import Section
+from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
+from eomgen.scene.bodies.cross_sections import SHAPES
+from eomgen.scene.bodies.model import Body
+from eomgen.scene.document.schema import Document
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
+from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.tyres import Tyre
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.geometry import about_axis
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.reading.values import Values
+from eomgen.system.description import BASE, Point
+
+#: Doubtful ratio of length to the largest size of a section: a slenderness of 1e5 for a round section.
+_SLENDEREST = 2.5e4
+#: Doubtful distance of a place from the axis, relative to the beam's length.
+_BESIDE = 0.25
+#: Rounding of lengths, as a part of them, and the part of a beam's loads that forces by it may be.
+_ROUNDING, _NOISE = 1e-16, 1e-3
+#: m/s^2, for the order of magnitude of loads.
+_GRAVITY = 9.81
+
+
+def doubtful_beams(
+    document: Document,
+    bodies: Iterable[Body],
+    points: Iterable[Point],
+    elements: Iterable[ForceElement],
+    values: Values,
+) -> list[str]:
+    """Return notes on doubtful descriptions of beams.
+
+    Parameters
+    ----------
+    bodies, points, elements : of the scene; geometrically exact beams are represented by their nodes
+    """
+    elements = list(elements)
+    exact = {element.beam.name: element.beam for element in elements if isinstance(element, CosseratBeam)}
+    lengths = {name: beam.length for name, beam in exact.items()}
+    axes = {node: name for name, beam in exact.items() for node in beam.nodes}
+    for body in bodies:
+        if body.beam is not None:
+            lengths[body.name], axes[body.name] = body.beam.length, body.name
+    return [
+        *_sizes(document, lengths, values),
+        *(note for beam in exact.values() for note in _stiff_stretch(beam, document, values)),
+        *_rigid_arms(document, axes, lengths, points, elements, values),
+    ]
+
+
+def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> Iterator[str]:
+    """Yield a note on sections larger than the length of their beam, or negligible against the length."""
+    for name, length in lengths.items():
+        entry, key = document.section("beams")[name], key_of("beams", name)
+        tables = [(f"{key}.section", entry.section)]
+        tables += [(f"{key}.parts[{number}].section", part.section) for number, part in enumerate(entry.parts)]
+        sizes = [size for place, section in tables if section is not None for size in _of(place, section, values)]
+        for place, size in sizes:
+            if size >= length:
+                note = f"{size:.6g} m is more than the length of the beam, {length:.6g} m"
+                yield f"{place}: {note}; {1e-3 * size:.6g} if it is in mm"
+        place, largest = max(sizes, key=lambda pair: pair[1], default=("", math.inf))
+        if 0.0 < largest < length / _SLENDEREST:
+            note = f"the beam is {length:.6g} m long, {length / largest:.3g} times as long as its sections are thick"
+            yield f"{key}: {note} ({place} {largest:.3g} m); numbers without a unit are in m"
+
+
+def _of(key: str, section: Section, values: Values) -> Iterator[tuple[str, float]]:
+    """Yield the largest size of a section, m, with its key; the root of its area if no shape is given."""
+    there = values.at(0.5)
+    fields = ("area",) if section.shape is None else SHAPES[section.shape].sizes
+    given = [(f"{key}.{field}", getattr(section, field)) for field in fields]
+    sizes = [(place, there.value(there.formula(place, one, PARAMETERS))) for place, one in given if one is not None]
+    sizes = [(place, math.sqrt(size) if section.shape is None else size) for place, size in sizes if size > 0.0]
+    if sizes:
+        yield max(sizes, key=lambda pair: pair[1])
+
+
+def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterator[str]:
+    """Yield a note on a stiffness of stretch by which rounding of positions exerts forces of the size of loads."""
+    stretch, bend = (STRAINS.index(strain) for strain in ("stretch", "bending_z"))
+    if stretch in beam.constrained:
+        return
+    sections = dict.fromkeys(part.section for part in beam.parts)
+    largest = max(values.value(section.stiffness[stretch][stretch]) for section in sections)
+    bending = max(
+        values.value(section.stiffness[k][k]) for section in sections for k in (bend, STRAINS.index("bending_y"))
+    )
+    weight = max(values.value(section.mass_per_length) for section in sections) * beam.length * _GRAVITY
+    noise, loads = _ROUNDING * largest, max(bending / beam.length**2, weight)
+    if noise > _NOISE * loads:
+        note = f"the stiffness of stretch is {largest:.3g} N, by which rounding of positions exerts {noise:.2g} N, and"
+        size = f"its bending and its weight exert {loads:.2g} N"
+        field = ".stiffness.stretch" if document.section("beams")[beam.name].stiffness is not None else ""
+        yield f'{key_of("beams", beam.name)}{field}: {note} {size}; model = "inextensible" does not stretch at all'
+
+
+def _rigid_arms(
+    document: Document,
+    axes: Mapping[str, str],
+    lengths: Mapping[str, float],
+    points: Iterable[Point],
+    elements: Iterable[ForceElement],
+    values: Values,
+) -> Iterator[str]:
+    """Yield a note on each place doubtfully far from the axis of its beam, to which a rigid arm connects it."""
+    places: list[tuple[str, str, Vector]] = [
+        (
+            key_of("points" if point.name in document.section("points") else "frames", point.name, "position"),
+            point.body,
+            point.position,
+        )
+        for point in points
+    ]
+    for element in elements:
+        places += [
+            (key_of(element.section, element.name, *parts), body, position)
+            for parts, body, position in element.places()
+        ]
+    for key, body, position in places:
+        if body in axes:
+            beam = axes[body]
+            off = math.hypot(*(values.value(part) for part in position[1:]))
+            if off > _BESIDE * lengths[beam]:
+                note = f"{off:.4g} m beside the axis of the beam {beam}, which is {lengths[beam]:.4g} m long"
+                yield f"{key}: {note}: a rigid arm reaches from its sections to there"
+
+
+_SPRUNG = ("joints", "springs", "torsion_springs")
+
+
+def negative_laws(document: Document) -> list[str]:
+    """Return a note on each joint and spring whose damping or stiffness is a number below zero."""
+    return [
+        *(
+            f"{key}.damping: the damping {value:.6g} is negative, and adds energy to every motion;"
+            f" {-value:.6g} takes it away"
+            for key, value in _below_zero(document, "damping")
+        ),
+        *(
+            f"{key}.stiffness: the stiffness {value:.6g} is negative, and pushes away from where the spring is slack;"
+            f" {-value:.6g} pulls back"
+            for key, value in _below_zero(document, "stiffness")
+        ),
+    ]
+
+
+def _below_zero(document: Document, field: str) -> Iterator[tuple[str, float]]:
+    for section in _SPRUNG:
+        for name, entry in document.section(section).items():
+            written = getattr(entry, field)
+            for value in written if isinstance(written, tuple) else (written,):
+                if isinstance(value, int | float) and value < 0.0:
+                    yield key_of(section, name), value
+
+
+def springs_within_bodies(document: Document) -> list[str]:
+    """Return a note on each spring between two points of one body, which has no effect on its motion."""
+    notes = []
+    points = {**document.section("frames"), **document.section("points")}
+    for name, spring in document.section("springs").items():
+        first, second = points.get(spring.first), points.get(spring.second)
+        if first is None or second is None:
+            continue
+        if first.body == second.body and first.body not in document.section("beams"):
+            note = f"both its points are fixed in {first.body}, so the spring moves nothing"
+            notes.append(f"{key_of('springs', name)}: {note}")
+    return notes
+
+
+def tyres_in_the_road(
+    tyres: Sequence[Tyre], points: Sequence[Point], places: Mapping[str, tuple[Array, Array]], values: Values
+) -> list[str]:
+    """Return a note on each tyre that starts deep in its road; inputs are zero there, and t is."""
+    by_name, notes = {point.name: point for point in points}, []
+    for tyre in tyres:
+        point = by_name.get(tyre.center)
+        if point is None or point.body not in places:
+            continue
+        turned, origin = places[point.body]
+        place = origin + turned @ np.array([values.value(part) for part in point.position])
+
+        def value_of(symbol: Symbol, place: Array = place) -> float:
+            if symbol.kind == "position":
+                return float(place[symbol.index])
+            return values.parameters[symbol.name] if symbol.kind == "parameter" else 0.0
+
+        try:
+            road = evaluate(tyre.road, value_of)
+        except (ArithmeticError, KeyError):
+            continue
+        radius, stiffness = values.value(tyre.radius), values.value(tyre.stiffness)
+        if note := tyre.drawn().deep(float(place[2]), radius, road, stiffness):
+            notes.append(f"{key_of('tyres', tyre.name)}: {note}")
+    return notes
+
+
+def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[Array, Array]]:
+    """Return orientation and position of the bodies at the start, as far as joints alone decide them."""
+    result: dict[str, tuple[Array, Array]] = {BASE: (np.eye(3), np.zeros(3))}
+    for joint in joints:
+        moved = _moved(joint)
+        if joint.parent not in result or moved is None or joint.mimic is not None or joint.drive:
+            continue
+        turned, origin = result[joint.parent]
+        offset = np.array([values.value(part) for part in joint.position])
+        axes = turned @ np.array(joint.orientation)
+        place = origin + turned @ offset + axes @ moved[1]
+        if np.all(np.isfinite(place)):
+            result[joint.child] = axes @ moved[0], place
+    return {name: place for name, place in result.items() if name != BASE}
+
+
+def _moved(joint: Joint) -> tuple[Array, Array] | None:
+    """Return rotation and translation of a joint at its initial position; None for types that are not checked."""
+    q, axis = joint.initial_position, np.array(joint.axis)
+    if not any(q):
+        return np.eye(3), np.zeros(3)
+    if joint.type == "free":
+        return rotation_matrix(np.array(q[:4])), np.array(q[4:])
+    if joint.type == "prismatic":
+        return np.eye(3), q[0] * axis
+    if joint.type == "revolute":
+        return about_axis(axis, q[0]), np.zeros(3)
+    return None

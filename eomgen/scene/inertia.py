@@ -1,0 +1,172 @@
+"""DOC OF scene.inertia."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array, Flags, Numbers
+from eomgen.base.data import dataclass
+
+_RELATIVE = 1e-6  # inertias are written with few digits; a violation below this is rounding
+_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+#: A moment of inertia below this part of the largest is none.
+NO_INERTIA = 1e-12
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """Mass, centre of mass (3,) and inertia (3, 3) about the centre of mass, in one frame."""
+
+    mass: float
+    center: Array
+    about_center: Array
+
+    def moved(self, orientation: Array, position: Array) -> Inertia:
+        """Return the inertia in a frame in which the present one sits at ``position`` and ``orientation``."""
+        about = tensor(turned(orientation, entries_of(self.about_center)))
+        return Inertia(self.mass, orientation @ self.center + position, about)
+
+    def about_origin(self) -> Array:
+        """Return the (3, 3) inertia about the frame's origin (Steiner)."""
+        return self.about_center + tensor(steiner(self.mass, self.center.tolist()))
+
+
+NOTHING = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
+
+
+def tensor(entries: Sequence[Numbers]) -> Array:
+    """Return the (3, 3) matrix of (xx, yy, zz, xy, xz, yz)."""
+    xx, yy, zz, xy, xz, yz = entries
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def entries_of(matrix: Array) -> list[Numbers]:
+    """Return (xx, yy, zz, xy, xz, yz) of a symmetric (3, 3) matrix."""
+    return [matrix[i, j].item() for i, j in _ENTRIES]
+
+
+def turned(rotation: Array, entries: Sequence[Numbers]) -> list[Numbers]:
+    """Return the entries of R I R^T for a symmetric I by its entries (xx, yy, zz, xy, xz, yz), numbers or batches."""
+    rows = rotation.tolist()
+    along = [times(entries, row) for row in rows]
+    return [dot(rows[i], along[j]) for i, j in _ENTRIES]
+
+
+def times(entries: Sequence[Numbers], vector: Sequence[float]) -> tuple[Numbers, Numbers, Numbers]:
+    """Return the product of a symmetric matrix by its entries (xx, yy, zz, xy, xz, yz) and a vector."""
+    xx, yy, zz, xy, xz, yz = entries
+    x, y, z = vector
+    return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
+
+
+def dot(first: Sequence[Numbers], second: Sequence[Numbers]) -> Numbers:
+    """Return the product of two vectors of three components, numbers or batches."""
+    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
+
+
+def steiner(mass: Numbers, arm: Sequence[Numbers]) -> list[Numbers]:
+    """Return the entries (xx, yy, zz, xy, xz, yz) of m (|r|^2 1 - r r^T) for a mass at r, numbers or batches."""
+    x, y, z = arm
+    return [mass * part for part in (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)]
+
+
+def combined(parts: Sequence[Inertia]) -> Inertia:
+    """Return the inertia of several bodies fixed to one another, about their common centre of mass."""
+    present = [part for part in parts if part.mass != 0.0 or part.about_center.any()]
+    if len(present) == 1:
+        return present[0]
+    mass = sum(part.mass for part in present)
+    if mass == 0.0:
+        return Inertia(0.0, np.zeros(3), sum((part.about_center for part in present), np.zeros((3, 3))))
+    center = sum((part.mass * part.center for part in present), np.zeros(3)) / mass
+    about = np.zeros((3, 3))
+    for part in present:
+        about = about + part.about_center + tensor(steiner(part.mass, (part.center - center).tolist()))
+    return Inertia(mass, center, about)
+
+
+def impossible(mass: float, about_center: Array) -> str:
+    """Return the reason why no real body has this mass and inertia; empty for a possible one."""
+    if mass < 0.0:
+        return f"the mass {mass:.6g} is negative"
+    moments = np.linalg.eigvalsh(about_center)
+    not_positive, one_sided = _impossible_moments(moments)
+    listed = ", ".join(f"{moment:.6g}" for moment in moments)
+    if not_positive:
+        return f"the inertia is not positive semidefinite: its principal moments are {listed}"
+    if one_sided:
+        return (
+            f"the principal moments {listed} violate the triangle inequality: the largest exceeds the sum of the"
+            " other two"
+        )
+    return ""
+
+
+def _impossible_moments(moments: NDArray[np.floating[Any]]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Tell whether principal moments (..., 3), increasing, are negative, and whether they violate the triangle
+    inequality."""
+    smallest, middle, largest = moments[..., 0], moments[..., 1], moments[..., 2]
+    rounding = _RELATIVE * np.max(np.abs(moments), axis=-1)
+    return np.asarray(smallest < -rounding), np.asarray(smallest + middle < largest - rounding)
+
+
+def not_physical(entries: Sequence[Numbers]) -> Flags:
+    """Tell of inertias (xx, yy, zz, xy, xz, yz) about a centre of mass, numbers or batches, whether no real body has
+    them.
+
+    Both conditions are that half the trace less the inertia, the second moments of the density, is positive
+    semidefinite.
+    """
+    xx, yy, zz, xy, xz, yz = entries
+    second_moments = (0.5 * (yy + zz - xx), 0.5 * (xx + zz - yy), 0.5 * (xx + yy - zz), -xy, -xz, -yz)
+
+    def exactly(matrices: Array) -> Flags:
+        not_positive, one_sided = _impossible_moments(np.linalg.eigvalsh(matrices))
+        return not_positive | one_sided
+
+    return _unless(smallest_moment_above(second_moments, 0.0), exactly, entries)
+
+
+def singular(entries: Sequence[Numbers]) -> Flags:
+    """Tell of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches, whether the smallest moment is none."""
+    trace = entries[0] + entries[1] + entries[2]
+
+    def exactly(matrices: Array) -> Flags:
+        moments = np.linalg.eigvalsh(matrices)
+        return np.asarray(moments[..., 0] <= NO_INERTIA * moments[..., -1])
+
+    return _unless(smallest_moment_above(entries, 2.0 * NO_INERTIA * trace), exactly, entries)
+
+
+def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
+    """Tell of symmetric matrices whether their smallest eigenvalue is surely above ``least``; False is inconclusive.
+
+    If the leading minors are positive, the product of the two larger eigenvalues is below the square of half the
+    trace.
+    """
+    xx, yy, zz, xy, xz, yz = entries
+    with np.errstate(over="ignore", invalid="ignore"):  # an overflow proves no bound
+        minor = xx * yy - xy * xy
+        determinant = zz * minor - xx * yz * yz - yy * xz * xz + 2.0 * xy * xz * yz
+        trace = xx + yy + zz
+        above = 4.0 * determinant > least * trace * trace
+    return np.logical_and(
+        np.logical_and(np.greater(xx, 0.0), np.greater(minor, 0.0)), np.logical_and(determinant > 0.0, above)
+    )
+
+
+def _unless(sure: Flags, exactly: Callable[[Array], Flags], entries: Sequence[Numbers]) -> Flags:
+    """Return ``exactly`` of matrices (n, 3, 3); False for matrices that are ``sure`` or not finite."""
+    sure = np.asarray(sure)
+    result = np.zeros(sure.shape, dtype=bool)
+    if not sure.all():
+        judged = np.logical_not(sure)
+        for entry in entries:
+            judged = judged & np.isfinite(entry)
+        xx, yy, zz, xy, xz, yz = (np.broadcast_to(entry, sure.shape)[judged] for entry in entries)
+        result[judged] = exactly(np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3))
+    return result

@@ -1,0 +1,337 @@
+"""DOC OF scene.joints.constraint_reading."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+
+from eomgen.base.text import key_of
+from eomgen.formula.discontinuities import applications
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.features import changes
+from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Application, Formula, Operation, Symbol
+from eomgen.scene.formula.scope import BETWEEN_FRAMES, PARAMETERS, POSITIONS, VELOCITIES
+from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
+from eomgen.scene.joints import schema as written
+from eomgen.scene.joints.drives import read_law, read_length, read_smoothing
+from eomgen.scene.joints.frames import check_two_bodies, read_frame
+from eomgen.scene.joints.model import (
+    Constraint,
+    EquationUnit,
+    Frame,
+    Joint,
+    Shape,
+)
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.values import UNKNOWN, Values, unit_of
+from eomgen.system.description import BASE, WORLD, Point
+
+#: Keys of some types only, in the order in which they are looked at.
+_CONSTRAINT_KEYS = (
+    "drive",
+    "length",
+    "radius",
+    "shape",
+    "semi_axes",
+    "tube_radius",
+    "pitch",
+    "equation",
+    "velocity_equation",
+    "unit",
+)
+#: Keys that surfaces need beside their shape.
+_OF_SHAPES: Mapping[str, Mapping[str, str]] = {
+    "disc": {"radius": "1.0"},
+    "sphere": {"radius": "1.0"},
+    "ellipsoid": {"semi_axes": "[0.2, 0.03, 0.02]"},
+    "torus": {"radius": "0.3", "tube_radius": "0.05"},
+}
+_EQUATION = 'equation = "q.rod - lift(q.cam)", which is 0 on the constraint'
+_VELOCITIES = ("v", "velocity")
+#: Functions that jump or have a corner, with the noun of it.
+_ROUGH = {"abs": "a corner", "min": "a corner", "max": "a corner", "sign": "a jump", "lt": "a jump", "le": "a jump"}
+_COUNTS = {1: "one derivative", 2: "two derivatives"}
+#: Degree in velocities of formulas that are not linear.
+_NONLINEAR = 2
+_EXAMPLES = {"length": "1.0", "pitch": "0.01"}
+
+
+def read_constraint(
+    name: str, entry: written.Constraint, bodies: Collection[str], points: Mapping[str, Point], values: Values
+) -> Constraint:
+    """Return a checked constraint; faults go to the report of ``values``."""
+    key = key_of("constraints", name)
+    for field in _CONSTRAINT_KEYS:
+        given, types = (
+            getattr(entry, field) is not None,
+            [row.name for row in TYPES.values() if field in row.constraint_keys],
+        )
+        if given and entry.type not in types:
+            values.report.add(
+                f"{key}.{field}", f"a {entry.type} constraint has no {field}", f"type = {' or '.join(types)}"
+            )
+        elif not given and entry.type in types and field in _EXAMPLES:
+            values.report.add(key, f"a {entry.type} constraint needs a {field}", f"{field} = {_EXAMPLES[field]}")
+    shape = entry.shape or Constraint.shape
+    if "shape" in CONSTRAINTS[entry.type].keys:
+        _check_shape(key, shape, entry, values)
+    framed = entry.type != "formula" or entry.first is not None or entry.second is not None
+    first, second = (
+        _frame(f"{key}.{side}", entry, getattr(entry, side), need, bodies, points, values) if framed else Frame(BASE)
+        for side, need in zip(("first", "second"), _needs(entry), strict=True)
+    )
+    equation, unit = read_equation(key, entry, points, values) if entry.type == "formula" else (None, Constraint.unit)
+    law = "length" if entry.type == "distance" else "drive"
+    smooth = read_smoothing(key, entry.smooth, law if getattr(entry, law) is None else "", values)
+    return Constraint(
+        name=name,
+        type=entry.type,
+        first=first,
+        second=second,
+        drive=None if entry.drive is None else read_law(f"{key}.drive", entry.drive, values, smooth),
+        length=ZERO if entry.length is None else read_length(f"{key}.length", entry.length, values, smooth),
+        radius=_number(f"{key}.radius", entry.radius, values),
+        shape=shape,
+        pitch=_number(f"{key}.pitch", entry.pitch, values),
+        semi_axes=ZERO_VECTOR
+        if entry.semi_axes is None
+        else values.vector(f"{key}.semi_axes", entry.semi_axes, PARAMETERS),
+        tube_radius=_number(f"{key}.tube_radius", entry.tube_radius, values),
+        equation=equation,
+        at_velocity=entry.velocity_equation is not None,
+        unit=unit,
+        framed=framed,
+    )
+
+
+def _frame(
+    key: str,
+    entry: written.Constraint,
+    frame: written.Frame | None,
+    need: Need,
+    bodies: Collection[str],
+    points: Mapping[str, Point],
+    values: Values,
+) -> Frame:
+    """Return the first or the second frame of a joint; a missing frame is reported."""
+    if frame is None:
+        side = key.rpartition(".")[2]
+        values.report.add(key, f"the key {side} is missing", f"{side} = ...")
+        return Frame("")
+    return read_frame(key, f"{_kind(entry)} constraint", frame, need, bodies, points, values)
+
+
+def _check_shape(key: str, shape: Shape, entry: written.Constraint, values: Values) -> None:
+    """Report keys that a shape needs, and keys that it does not have."""
+    for field in ("radius", "semi_axes", "tube_radius"):
+        given, example = getattr(entry, field) is not None, _OF_SHAPES[shape].get(field)
+        if example is not None and not given:
+            article = "an" if shape == "ellipsoid" else "a"
+            fault = (
+                f"a {entry.type} constraint needs a {field}"
+                if field == "radius"
+                else f"{article} {shape} needs {field}"
+            )
+            values.report.add(key, fault, f"{field} = {example}")
+        elif given and example is None:
+            having = [f'"{name}"' for name, keys in _OF_SHAPES.items() if field in keys]
+            values.report.add(f"{key}.{field}", f"the shape {shape} has no {field}", f"shape = {' or '.join(having)}")
+
+
+def _needs(entry: written.Constraint) -> tuple[Need, Need]:
+    if CONSTRAINTS[entry.type].drive == "angle" and entry.drive is not None:
+        return "x and z", "x and z"
+    if "shape" in CONSTRAINTS[entry.type].keys and entry.shape in ("sphere", "ellipsoid"):
+        return "z", "nothing" if entry.shape == "sphere" else "any"
+    return CONSTRAINTS[entry.type].uses
+
+
+def _number(key: str, value: float | str | None, values: Values) -> Formula:
+    return ZERO if value is None else values.formula(key, value, PARAMETERS)
+
+
+def _kind(entry: written.Constraint) -> str:
+    return f"driven {entry.type}" if entry.drive is not None and CONSTRAINTS[entry.type].drive else entry.type
+
+
+def read_equation(
+    key: str, entry: written.Constraint, points: Mapping[str, Point], values: Values
+) -> tuple[Formula | None, EquationUnit]:
+    """Return the equation of a constraint and its unit; faults go to the report of ``values``.
+
+    Returns
+    -------
+    tuple
+        The formula, ``UNKNOWN`` for a refused one and None for a missing one, and its unit in SI.
+    """
+    report, at_velocity = values.report, entry.velocity_equation is not None
+    text = entry.velocity_equation if at_velocity else entry.equation
+    if text is None or (at_velocity and entry.equation is not None):
+        got = "both" if at_velocity else "none"
+        report.add(key, f"a formula constraint needs one of equation and velocity_equation, not {got}", _EQUATION)
+        return None, "m"
+    framed = entry.first is not None or entry.second is not None
+    if at_velocity and framed:
+        hint = "velocities of points and joints, and no first and second"
+        report.add(f"{key}.velocity_equation", "an equation between two frames holds positions alone", hint)
+        return UNKNOWN, "m"
+    place = f"{key}.velocity_equation" if at_velocity else f"{key}.equation"
+    formula = values.formula(place, text, VELOCITIES if at_velocity else BETWEEN_FRAMES if framed else POSITIONS)
+    if formula is UNKNOWN:
+        return UNKNOWN, "m"
+    still = {name for name, point in points.items() if point.body in (BASE, WORLD)}
+    if not _holds(place, formula, values, still, framed=framed, at_velocity=at_velocity):
+        return UNKNOWN, "m"
+    _check_smooth(place, formula, values, 1 if at_velocity else 2)
+    return formula, _unit(key, formula, entry.unit, values, at_velocity=at_velocity)
+
+
+def _holds(
+    place: str, formula: Formula, values: Values, still: Collection[str], *, framed: bool, at_velocity: bool
+) -> bool:
+    """Return whether an equation holds a motion, linear in velocities; faults are reported.
+
+    Parameters
+    ----------
+    still : points that never move
+    """
+    kinds = {symbol.kind for symbol in symbols(formula)}
+    report = values.report
+    if at_velocity and not kinds.intersection(_VELOCITIES):
+        if kinds.intersection(("q", "position")):
+            report.add(place, "the equation names no velocity", "equation = ... for positions")
+        else:
+            report.add(place, "the equation names no velocity, so it holds no motion", "v.JOINT or velocity.POINT[0]")
+        return False
+    if at_velocity and degree(formula) >= _NONLINEAR:
+        hint = "a sum of velocities times factors of positions and time"
+        report.add(place, "the equation is not linear in velocities", hint)
+        return False
+    if not at_velocity and not kinds.intersection(("q", "position", "local")):
+        hint = "x, y or z" if framed else "q.JOINT or position.POINT[0]"
+        report.add(place, "the equation names no coordinate, so it holds no motion", hint)
+        return False
+    named = {symbol for symbol in symbols(formula) if symbol.kind in ("q", "v", "position", "velocity", "local")}
+    if all(symbol.kind in ("position", "velocity") and symbol.name in still for symbol in named):
+        fault = "the equation names points of the base and of the world alone, so it holds no motion"
+        report.add(place, fault, "a point of a moving body")
+        return False
+    return True
+
+
+def _check_smooth(place: str, formula: Formula, values: Values, derivatives: int) -> None:
+    """Report curves and functions without so many derivatives; note choices, whose branches have to fit."""
+    needs = f"a constraint needs {_COUNTS[derivatives]} of its equation"
+    for used in applications(formula):
+        rough = [
+            (at, order - used.derivative) for at, order in used.curve.kinks() if order - used.derivative < derivatives
+        ]
+        if rough:
+            at, order = rough[0]
+            does = "jumps" if order <= 0 else "bends"
+            name = used.curve.name if not used.derivative else f"a derivative of {used.curve.name}"
+            fault = f"{needs}, and {name} {does} at {at:.6g}"
+            values.report.add(place, fault, 'interpolation = "quintic"')
+    for name in dict.fromkeys(_rough(formula)):
+        if derivatives == 1 and _ROUGH[name] == "a corner":
+            continue
+        hint = "a smooth function, such as sqrt(x**2 + d**2) for abs(x), or two constraints"
+        fault = f"{needs}, and {_words(name)} has {_ROUGH[name]}"
+        values.report.add(place, fault, hint)
+    if any(part.name == "select" and changes(part.arguments[0]) for part in _operations(formula)):
+        equal = "values, slopes and curvatures" if derivatives > 1 else "values and slopes"
+        values.note([f"{place}: the equation has an if, whose branches have to meet with equal {equal}"])
+
+
+def _words(name: str) -> str:
+    return "a comparison" if name in ("lt", "le") else name
+
+
+def _rough(formula: Formula) -> Iterator[str]:
+    """Yield the functions with jumps and corners in the motion, but for the comparisons of choices."""
+    if isinstance(formula, Application):
+        yield from _rough(formula.argument)
+    elif isinstance(formula, Operation):
+        if formula.name in _ROUGH and changes(formula):
+            yield formula.name
+        for argument in formula.arguments[1:] if formula.name == "select" else formula.arguments:
+            yield from _rough(argument)
+
+
+def _operations(formula: Formula) -> Iterator[Operation]:
+    if isinstance(formula, Application):
+        yield from _operations(formula.argument)
+    elif isinstance(formula, Operation):
+        yield formula
+        for argument in formula.arguments:
+            yield from _operations(argument)
+
+
+def degree(formula: Formula) -> int:
+    """Return the degree of a formula in velocities: 0, 1, or 2 for all that is not linear."""
+    if isinstance(formula, Symbol):
+        return int(formula.kind in _VELOCITIES)
+    if isinstance(formula, Application):
+        return _NONLINEAR if degree(formula.argument) else 0
+    if not isinstance(formula, Operation):
+        return 0
+    degrees = [degree(argument) for argument in formula.arguments]
+    match formula.name:
+        case "add" | "sub" | "neg":
+            return max(degrees)
+        case "mul":
+            return min(sum(degrees), _NONLINEAR)
+        case "div":
+            return _NONLINEAR if degrees[1] else degrees[0]
+        case "select":
+            return _NONLINEAR if degrees[0] else max(degrees[1:])
+    return _NONLINEAR if any(degrees) else 0
+
+
+def _unit(key: str, formula: Formula, given: EquationUnit | None, values: Values, *, at_velocity: bool) -> EquationUnit:
+    """Return the unit of an equation; a missing or a wrong one is reported, and a sum of several units."""
+    report, joints = values.report, values.names.joints
+    choice: tuple[EquationUnit, EquationUnit] = ("m/s", "rad/s") if at_velocity else ("m", "rad")
+    place = f"{key}.velocity_equation" if at_velocity else f"{key}.equation"
+    added = next(_added(formula, joints), None)
+    if added is not None:
+        report.add(place, f"the equation adds {added[0]} and {added[1]}", "factors that turn one unit into the other")
+        return given or choice[0]
+    known = unit_of(formula, joints)
+    by_choice = {unit: unit for unit in choice}
+    if given is not None and given not in choice:
+        level = "velocities" if at_velocity else "positions"
+        report.add(f"{key}.unit", f"an equation of {level} is in {' or '.join(choice)}, not in {given}", choice[0])
+    elif known and known not in choice:
+        report.add(place, f"the equation is in {known}", f"an equation in {' or '.join(choice)}")
+    elif given is not None and known and given != known:
+        report.add(f"{key}.unit", f"the equation is in {known}, not in {given}", f'"{known}"')
+    elif given is None and not known:
+        fault = "the unit of the equation does not follow from its text"
+        report.add(key, fault, f'unit = "{choice[0]}", or "{choice[1]}" of angles and numbers')
+    return given or by_choice.get(known, choice[0])  # type: ignore[call-overload]  # known is any text
+
+
+def _added(formula: Formula, joints: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Yield pairs of different units that a formula adds or subtracts."""
+    for part in _operations(formula):
+        if part.name in ("add", "sub"):
+            first, second = (unit_of(argument, joints) for argument in part.arguments)
+            if first and second and first != second:
+                yield first, second
+
+
+def check_closings(
+    constraints: Iterable[Constraint], joints: Sequence[Joint], beams: Collection[str], report: Report
+) -> None:
+    """Report constraints between two places of one rigid body, which fixed joints make of several.
+
+    Parameters
+    ----------
+    joints : sequence of Joint
+        Parents first.
+    beams : collection of str
+        Bodies that are not rigid.
+    """
+    for constraint in constraints:
+        if constraint.framed:
+            check_two_bodies("constraints", constraint.name, constraint.first, constraint.second, joints, beams, report)

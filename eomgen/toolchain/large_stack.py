@@ -1,0 +1,69 @@
+"""DOC OF toolchain.large_stack."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+#: Bytes that any thread of Python has left.
+ENOUGH = 4_000_000
+#: Functions of a library that need no more than that.
+_FLAT = ("eomgen_size", "eomgen_stepper_size", "eomgen_number_type", "eomgen_fingerprint", "eomgen_status_text")
+#: Reserve, and size given in any case; untouched pages take no memory.
+_RESERVE, _LEAST = 4, 1 << 25
+_STARTING = threading.Lock()
+#: Of each thread, the processor's time of the threads that it called functions on, ns.
+_CALLED = threading.local()
+
+
+def thread_time_ns() -> int:
+    """Return the processor time of this thread, with the time of functions it called on stacks of their own."""
+    return time.thread_time_ns() + int(getattr(_CALLED, "spent", 0))
+
+
+def with_stack(lib: Any, needed: int) -> Any:
+    """Return the functions of a library such that each has as many bytes of stack as it needs."""
+    return lib if needed <= ENOUGH else OnLargeStack(lib, max(_LEAST, _RESERVE * needed))
+
+
+class OnLargeStack:
+    """The functions of a library, on stacks of so many bytes."""
+
+    def __init__(self, lib: Any, size: int) -> None:
+        self._lib, self._size = lib, size
+
+    def __getattr__(self, name: str) -> Any:
+        function = getattr(self._lib, name)
+        return function if name in _FLAT else partial(self._called, function)
+
+    def _called(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        results: list[Any] = []
+        failures: list[BaseException] = []
+        spent: list[int] = []
+
+        def work() -> None:
+            began = time.thread_time_ns()
+            try:
+                results.append(function(*arguments))
+            except BaseException as error:  # it is raised again in the caller's thread
+                failures.append(error)
+            spent.append(time.thread_time_ns() - began)
+
+        with _STARTING:  # the size is one of the process
+            before = threading.stack_size(self._size)
+            try:
+                thread = threading.Thread(target=work)
+                thread.start()
+            finally:
+                threading.stack_size(before)
+        try:
+            thread.join()
+        finally:
+            thread.join()  # Ctrl-C ends the wait, but the memory is in use until the function is done
+        _CALLED.spent = getattr(_CALLED, "spent", 0) + sum(spent)
+        if failures:
+            raise failures[0]
+        return results[0]
