@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.concurrency import THREADS_VARIABLE
+from eomgen.base.threads import THREADS_VARIABLE
 from eomgen.fields import FieldPosterior, Sampler, autocorrelation_time
 from tests.fields.density import counted
 

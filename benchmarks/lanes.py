@@ -24,7 +24,7 @@ import numpy as np
 import eomgen
 from benchmarks.measure import figure, machine, table
 from benchmarks.robots import ROBOTS, Array, scene
-from eomgen.base.concurrency import THREADS_VARIABLE
+from eomgen.base.threads import THREADS_VARIABLE
 from eomgen.compiled.functions import LANES_VARIABLE, Functions
 from eomgen.pipeline.model import Model
 from eomgen.toolchain.compiler import Running

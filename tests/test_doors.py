@@ -208,7 +208,8 @@ OF_PRODUCTS: dict[str, set[str]] = {
 #: For rooms with an inner order: their parts, each of which imports only from parts of lines before its own.
 ORDER: dict[str, tuple[str, ...]] = {
     "scene": (
-        "geometry joint_types",
+        "joint_types rotations",
+        "inertia",
         "design_poses formula",
         "reading",
         "section",
@@ -232,9 +233,9 @@ ORDER: dict[str, tuple[str, ...]] = {
         "discontinuities tree",
         "kinematics",
         "forces",
-        "beam_data constraints dynamics rates",
+        "beam_axes constraints dynamics named_constants rates",
         "reactions",
-        "derivation",
+        "scene_tape",
         "initial_coordinates terms",
         "derive",
         "savings",
@@ -298,7 +299,6 @@ ORDER: dict[str, tuple[str, ...]] = {
         "axes formulations observation",
         "running",
         "reference result",
-        "journal",
         "study",
     ),
     "products.studies.identification": (

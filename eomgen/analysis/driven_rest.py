@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.analysis.state_warnings import Measures, off_axis_hint
 from eomgen.base.arrays import Array
-from eomgen.base.text import distinct
+from eomgen.base.messages import distinct
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.lie.product import update

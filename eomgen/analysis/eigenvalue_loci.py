@@ -13,9 +13,9 @@ from eomgen.analysis.linearize import linearize
 from eomgen.analysis.operating_point import EquilibriumState
 from eomgen.analysis.steady_motion import motion_along
 from eomgen.analysis.symmetries import KnownSymmetries
+from eomgen.base.messages import nearest, shown
 from eomgen.base.progress import Progress
 from eomgen.base.progress import shown as shown_progress
-from eomgen.base.text import nearest, shown
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem, UsageError

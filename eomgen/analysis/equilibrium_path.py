@@ -14,7 +14,8 @@ from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass, field
 from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.base.files import write_text
-from eomgen.base.text import json_text, nearest, shown
+from eomgen.base.json_text import json_text
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}

@@ -24,7 +24,7 @@ from eomgen.analysis.sparse_partials import sparse_partials, whole_partials
 from eomgen.analysis.state_warnings import Measures
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from eomgen.base.text import listed
+from eomgen.base.messages import listed
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import affine, applications

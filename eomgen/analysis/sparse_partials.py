@@ -28,7 +28,7 @@ from eomgen.errors import ModelError, Problem
 from eomgen.linear.sampling import SampledPart
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest, sparse
 from eomgen.solvers.tangent_stiffness import ROUNDING
-from eomgen.system.blocks import Places, unpacked_places
+from eomgen.system.sparsity import Places, unpacked_places
 
 #: Changes for differences, relative to values or to 1; the weights of f(h) - f(-h) and f(2 h) - f(-2 h).
 _CHANGE, _WEIGHTS = 1e-3, (2.0 / 3.0, -1.0 / 12.0)

@@ -29,7 +29,7 @@ from eomgen.analysis.steady_search import Given, Linear, Search, linear_conditio
 from eomgen.analysis.symmetries import Fields, KnownSymmetries
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.base.text import distinct, shown
+from eomgen.base.messages import distinct, shown
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of, numbers
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters

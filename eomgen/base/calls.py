@@ -18,8 +18,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import FrozenInstanceError
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
+from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_absent
-from eomgen.base.text import nearest, shown
 from eomgen.base.verbs import methods
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import meant_term

@@ -1,4 +1,5 @@
-"""DOC OF base.csv_tables."""
+"""Tables as CSV: written with numbers that read back to the same bits, and read with names of columns, separators,
+decimal commas and missing values; errors name file and line."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.files import nearby, write_file, write_text
-from eomgen.base.text import counted, shown
+from eomgen.base.messages import counted, shown
 from eomgen.errors import FileError, Problem
 
 #: Rows that are written at once.

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""DOC OF base.figures."""
+"""Figures of matplotlib without a window: new ones, the axes of a caller, and files."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Files that eomgen writes: text, tables as CSV, archives of arrays, journals; whole or not at all. Tables that it
-reads, and its own files that are not Python."""
+"""Files that eomgen writes, whole or not at all: texts, bytes, archives of arrays (``.npz``); hints of names for files
+that are missing; digests of the files that a reading took, and the folder of templates."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.errors import FileError, Problem
 
 if TYPE_CHECKING:

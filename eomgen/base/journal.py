@@ -1,4 +1,4 @@
-"""DOC OF base.journal."""
+"""A journal: rows of finished work in a file, line by line, from which a study resumes."""
 
 from __future__ import annotations
 

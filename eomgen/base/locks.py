@@ -1,4 +1,8 @@
-"""DOC OF base.locks."""
+"""Advisory file locks of processes: on cache entries under construction, and on folders to which one run writes.
+
+The kernel releases a lock when its process ends. Without file locks (by the file system or the operating system),
+processes build independently: slower, but correct.
+"""
 
 from __future__ import annotations
 

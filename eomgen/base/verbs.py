@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass, field, without_search_for_circles
 from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.messages import shown
 from eomgen.base.products import placed, rows_of
-from eomgen.base.text import shown
 from eomgen.errors import UsageError
 
 if TYPE_CHECKING:

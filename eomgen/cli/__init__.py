@@ -44,8 +44,8 @@ class _Verbs(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and not args[0].startswith("-") and _verb_named(args[0]) is None:
+            from eomgen.base.messages import shown  # noqa: PLC0415
             from eomgen.base.products import fault_of_absent  # noqa: PLC0415
-            from eomgen.base.text import shown  # noqa: PLC0415
             from eomgen.cli.mistakes import of_verb  # noqa: PLC0415  # for a mistake only
 
             because, hint = fault_of_absent(args[0]) or ("", of_verb(args[0], _every_verb()))

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from eomgen.base.text import counted
+from eomgen.base.messages import counted
 from eomgen.cli.options import (
     assignments,
     check_assigned,

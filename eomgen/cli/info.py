@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.base.data import dataclass
+from eomgen.base.messages import counted
 from eomgen.base.products import rows_of
-from eomgen.base.text import counted
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
 from eomgen.cli.printing import console, print_json, print_table
 from eomgen.cli.running import say_stand_in

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.base.data import dataclass
+from eomgen.base.json_text import json_text
+from eomgen.base.messages import counted
 from eomgen.base.progress import waiting
-from eomgen.base.text import counted, json_text
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import (
     any_kind_option,

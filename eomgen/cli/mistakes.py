@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 import click
 
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 
 #: Names of verbs in other tools.
 _VERBS: Mapping[str, str] = {

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
 
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity

@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from eomgen.base.json_text import json_text
 from eomgen.base.progress import told_by
-from eomgen.base.text import json_text
 
 _PLAIN_WIDTH = 120
 

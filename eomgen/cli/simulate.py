@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.base.text import counted, json_text
+from eomgen.base.json_text import json_text
+from eomgen.base.messages import counted
 from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
 from eomgen.cli.printing import print_json, print_table, say
 from eomgen.cli.running import outcome_code, read_scene, run

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from eomgen.base.data import fields, is_dataclass, replace
 from eomgen.codegen.program import Program
-from eomgen.codegen.scheduling.matrices import with_assembly
-from eomgen.system.blocks import packed_places, unpacked_places
+from eomgen.codegen.scheduling.matrix_loops import with_assembly
+from eomgen.system.sparsity import packed_places, unpacked_places
 
 #: Three samples, of n, n + d and n + 2 d equal parts.
 Samples = tuple[Any, Any, Any]

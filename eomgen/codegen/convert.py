@@ -27,7 +27,7 @@ from eomgen.errors import ModelError
 from eomgen.integrators.events import jump_data
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map
 from eomgen.symbolic.operations import CurveLike, Op
-from eomgen.system.blocks import packed_places
+from eomgen.system.sparsity import packed_places
 from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
 
 #: Elements side by side if they depend only on constants and shared values: two vectors of four doubles.

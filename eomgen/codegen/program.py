@@ -222,7 +222,7 @@ class Program:
     start : str
         A note on the initial state, unless it is simply the joints' own.
     patterns : mapping from str to str
-        Positions of the nonzeros of ``iteration``, by the names of its outputs; see ``system.blocks``.
+        Positions of the nonzeros of ``iteration``, by the names of its outputs; see ``system.sparsity``.
     """
 
     prefix: str

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.compiled.arguments import check_name, check_place, components
 from eomgen.compiled.terms import Evaluated, Extensible, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError

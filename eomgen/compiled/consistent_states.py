@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import distinct
+from eomgen.base.messages import distinct
 from eomgen.solvers.beams import STRAINED
-from eomgen.solvers.consistency import Assembly
-from eomgen.solvers.consistent_states import Chosen, ConsistentStates, ConstrainedSamples, consistent_states
+from eomgen.solvers.consistency import Assembly, Chosen, ConsistentStates, ConstrainedSamples, consistent_states
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:

@@ -1,4 +1,5 @@
-"""Names and units of the components of q and v, as formulas spell them, and how a Model shows itself in a notebook."""
+"""Components of q and v: names and units as formulas spell them, ranges for random draws, rates of q, quaternions of
+unit length."""
 
 from __future__ import annotations
 

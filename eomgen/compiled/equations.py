@@ -17,8 +17,8 @@ from eomgen.base.calls import ByName
 from eomgen.compiled.arguments import numbers
 from eomgen.compiled.terms import Evaluated, Inputs, Parameters, States, check_derivatives
 from eomgen.errors import NumericalError
-from eomgen.system.blocks import unpacked_places
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, relative_error
+from eomgen.system.sparsity import unpacked_places
 
 #: States of a batch that are looked at, and sets of parameters that are remembered.
 _STATES, _REMEMBERED = 4, 1000

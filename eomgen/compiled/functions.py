@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.concurrency import share, thread_count
+from eomgen.base.threads import share, thread_count
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.toolchain.compiler import Running, in_background

@@ -9,7 +9,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, measured, numbers
 from eomgen.compiled.beams import placed_nodes
 from eomgen.errors import Problem, UsageError

@@ -1,12 +1,12 @@
-"""DOC OF compiled.notebook."""
+"""How a Model shows itself in a notebook: coordinates, parameters, functions, and the equations of motion as LaTeX."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from eomgen.base.display import formula, page, paragraph, table
-from eomgen.system.display import equation
+from eomgen.base.html import formula, page, paragraph, table
+from eomgen.system.notebook import equation
 
 
 def html(

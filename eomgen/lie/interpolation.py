@@ -1,4 +1,10 @@
-"""DOC OF lie.interpolation."""
+"""Quintic Hermite interpolation in the Lie algebra between two states with velocities and accelerations; cubics between
+two values.
+
+q(s) = q_0 o exp(theta(s)) and v = T(theta) theta', so theta'(0) = v_0, theta''(0) = a_0, theta'(1) = T^-1 v_1 and
+theta''(1) = T^-1 (a_1 - T' theta'). Hermite, J. reine angew. Math. 84 (1878) 64; charts of a group by exp and T:
+Iserles, Munthe-Kaas, Norsett and Zanna, Acta Numerica 9 (2000) 215.
+"""
 
 from __future__ import annotations
 

@@ -1,12 +1,5 @@
-"""The configuration, a product of groups: steps, differences and tangents of flat vectors q and v, also in batches,
-factor by factor, and quintic Hermite interpolation between two states.
-
-Quintic Hermite interpolation in the Lie algebra between two states with velocities and accelerations.
-
-q(s) = q_0 o exp(theta(s)) and v = T(theta) theta', so theta'(0) = v_0, theta''(0) = a_0, theta'(1) = T^-1 v_1 and
-theta''(1) = T^-1 (a_1 - T' theta'). Hermite, J. reine angew. Math. 84 (1878) 64; charts of a group by exp and T:
-Iserles, Munthe-Kaas, Norsett and Zanna, Acta Numerica 9 (2000) 215.
-"""
+"""The configuration, a product of groups: steps (``update``), differences and tangents of flat vectors q and v, also in
+batches, factor by factor."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import pade
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import listed
+from eomgen.base.messages import listed
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.sampling import seconds
 from eomgen.linear.state_space import KINDS, StateSpace

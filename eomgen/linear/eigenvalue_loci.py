@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass, field
-from eomgen.base.display import page, table
+from eomgen.base.html import page, table
 from eomgen.errors import EomgenError, Problem
 from eomgen.linear.linearization import Linearization
 from eomgen.linear.plots import plot_campbell, plot_root_locus

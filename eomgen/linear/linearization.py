@@ -20,9 +20,9 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.linear.display import linearization_html
 from eomgen.linear.freedom import Freedom, Partials
 from eomgen.linear.modes import Modes, modes
+from eomgen.linear.notebook import linearization_html
 from eomgen.linear.plots import plot_response
 from eomgen.linear.random_response import densities, root_mean_squares, white_noise_road
 from eomgen.linear.sampling import SampledPart, over_a_period

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass
-from eomgen.linear.display import modes_html
+from eomgen.linear.notebook import modes_html
 from eomgen.linear.plots import plot_modes
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.errors import Problem, UsageError
-from eomgen.linear.display import ShownModes
+from eomgen.linear.notebook import ShownModes
 from eomgen.linear.spectra import PowerSpectrum
 
 #: DrawnModes and coordinates in one figure: more of them cannot be told apart.

@@ -18,10 +18,10 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.linear.display import state_space_html
 from eomgen.linear.freedom import Freedom, Partials
+from eomgen.linear.notebook import state_space_html
 
 #: Kinds of signals of a linear model.
 KINDS = ("states", "inputs", "disturbances", "outputs")

@@ -1,4 +1,8 @@
-"""DOC OF mechanics.beam_axes."""
+"""Axes of beams for pictures: frames along each beam as functions of its elastic coordinates, as numbers.
+
+They are the stations of ``tree.beam_stations`` at evenly spaced places and wherever something is attached. Whoever
+draws a motion knows the coordinates and the beam's frame, so no function is compiled for them.
+"""
 
 from __future__ import annotations
 

@@ -6,14 +6,14 @@ from collections.abc import Collection, Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.beam_axes import beam_axes
-from eomgen.mechanics.beam_data import described, named_constants, slopes
 from eomgen.mechanics.constraints.joints import angle_labels
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.describe import extent
 from eomgen.mechanics.discontinuities import discontinuities, overshoots, validity
 from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
+from eomgen.mechanics.named_constants import described, named_constants, slopes
 from eomgen.mechanics.rates.jets import base_rates, input_rates
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.events import event_rows, modes, needs_impulse, sample_rows
 from eomgen.mechanics.terms.rates import rate_blocks
 from eomgen.mechanics.terms.recorders import RECORDERS

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain, pairwise
 
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
 from eomgen.formula.prescribed_motion import Law, constant
 from eomgen.lie.product import Factor

@@ -15,12 +15,12 @@ from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor, difference
 from eomgen.mechanics.constraints.joints import counted_angles
-from eomgen.mechanics.derivation import Derivation
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.model import Beam
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
-from eomgen.scene.geometry import quaternion_of_matrix
+from eomgen.scene.rotations import quaternion_of_matrix
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 

@@ -9,7 +9,7 @@ from eomgen.formula.nodes import Number, Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.tree.build import attached_along
 from eomgen.scene.bodies.model import KINDS, Base, Beam, Body, Deformation
-from eomgen.scene.geometry import Rotation
+from eomgen.scene.rotations import Rotation
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import Parameter
 

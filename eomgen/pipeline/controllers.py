@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.text import NAME_LENGTH, nearest, shown
+from eomgen.base.messages import NAME_LENGTH, nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.control.output_feedback import OutputFeedback
 from eomgen.linear.control.regulator import Regulator

@@ -16,8 +16,8 @@ from eomgen.codegen.continuation import Irregular, Samples, continued_program
 from eomgen.codegen.convert import check_workspace
 from eomgen.codegen.program import Program
 from eomgen.formula.nodes import Symbol
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.initial_coordinates import joint_start
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 from eomgen.base.calls import checked_call
 from eomgen.base.data import replace, without_search_for_circles
 from eomgen.base.extensions import extensions, loaded
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
 from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, other_document

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from eomgen.base.arrays import Array
     from eomgen.codegen.program import Program
     from eomgen.compiled.model import Gains, Start
-    from eomgen.mechanics.derivation import Derivation
+    from eomgen.mechanics.scene_tape import Derivation
     from eomgen.scene.scene import Scene
     from eomgen.solvers.constraint_rows import EveryRow
     from eomgen.system.description import Description
@@ -96,7 +96,7 @@ class AbsoluteStart:
         return absolute_start_slopes(self._derivation(parameters), names)
 
     def _derivation(self, parameters: Mapping[str, float]) -> Derivation:
-        from eomgen.mechanics.derivation import Derivation  # noqa: PLC0415  # imports SymPy
+        from eomgen.mechanics.scene_tape import Derivation  # noqa: PLC0415  # imports SymPy
 
         scene = self.scene
         changed = tuple(replace(item, value=parameters.get(item.name, item.value)) for item in scene.parameters)

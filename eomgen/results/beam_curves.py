@@ -1,4 +1,9 @@
-"""DOC OF results.beam_curves."""
+"""Bent beams in pictures: frames along their axes, as exact as the model, outlines of sections, and the frame nearest
+to a place.
+
+A pose between two nodes is H_A exp(share log(H_A^-1 H_B)) on SE(3): Sonneville, Cardona and Bruls, Comput. Methods
+Appl. Mech. Engrg. 268 (2014) 451.
+"""
 
 from __future__ import annotations
 

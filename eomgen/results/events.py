@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.files import write_text
-from eomgen.base.text import nearest
+from eomgen.base.messages import nearest
 from eomgen.errors import Problem, UsageError
 from eomgen.system.description import component_names
 

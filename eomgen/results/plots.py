@@ -14,7 +14,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
-from eomgen.base.text import listed, shown
+from eomgen.base.messages import listed, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
 from eomgen.lie.groups import SO3

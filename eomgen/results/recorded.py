@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.display import page, paragraph, table
+from eomgen.base.html import page, paragraph, table
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.results.finding import Finding

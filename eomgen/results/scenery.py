@@ -1,14 +1,5 @@
-"""Scenery of a picture as plain data: solids, links between joints, points, springs, bent beams, and the vertical.
-
-Bent beams in pictures: frames along their axes, as exact as the model, and outlines.
-
-A pose between two nodes is H_A exp(share log(H_A^-1 H_B)) on SE(3): Sonneville, Cardona and Bruls, Comput. Methods
-Appl. Mech. Engrg. 268 (2014) 451.
-
-Scenery of a picture as plain data: solids, links between joints, points, springs, and the vertical.
-
-Equivalent solid of a body for pictures: the homogeneous solid of the same mass, centre and inertia.
-"""
+"""Scenery of a picture as plain data: links between joints, points, springs, the vertical, and for each body the
+homogeneous solid of equal mass, centre and inertia; with the poses of a run."""
 
 from __future__ import annotations
 

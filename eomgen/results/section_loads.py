@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
-from eomgen.base.text import listed, nearest, shown
+from eomgen.base.messages import listed, nearest, shown
 from eomgen.compiled.beams import SectionLoads
 from eomgen.compiled.coordinates import State
 from eomgen.compiled.initial_state import initial_state

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName, UnknownAttribute, checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field, replace
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.beams import SectionLoads
 from eomgen.compiled.coordinates import State

@@ -17,7 +17,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import UnknownName
 from eomgen.base.csv_tables import write_table
 from eomgen.base.files import read_arrays, write_arrays, write_bytes
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.results.error_estimate import ErrorEstimate

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.base.text import listed
+from eomgen.base.messages import listed
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.spectra import PowerSpectrum
 from eomgen.results.plots import chosen_curves

@@ -9,7 +9,7 @@ from types import MethodType
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from eomgen.base.calls import checked_call, checked_calls, unknown_attribute
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.errors import Problem
 from eomgen.scene.builder_methods import (
     Rotations,  # noqa: F401  # in the types of signatures, which get_type_hints looks for here

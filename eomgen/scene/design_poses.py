@@ -14,7 +14,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Vector
-from eomgen.scene.geometry import rows, snapped_rotation
+from eomgen.scene.rotations import rows, snapped_rotation
 from eomgen.system.description import BASE, WORLD
 
 Axes = tuple[tuple[float, float, float], ...]

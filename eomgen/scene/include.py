@@ -13,7 +13,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from eomgen.base.text import NAME_RULE, is_legal, key_of, nearest, shown
+from eomgen.base.messages import NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.errors import DescriptionError, EomgenError, FileError, Problem
 from eomgen.formula.units.labels import number_in_label
 from eomgen.formula.units.parser import UnitError, is_quantity

@@ -1,4 +1,9 @@
-"""DOC OF scene.inertia."""
+"""Mass properties of bodies as numbers: inertias turned, moved to another point (Steiner) and combined, and whether
+they are physical or singular.
+
+Conditions on the second moments of a density: Wensing, Kim, Slotine, "Linear matrix inequalities for physically
+consistent inertial parameter identification", IEEE RA-L 3(1), 2018.
+"""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.formula.namespaces import Part
 from eomgen.scene.reading.report import Report

@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from typing import Any
 
-from eomgen.base.text import NAME_RULE, is_legal, key_of, listed, nearest, shown
+from eomgen.base.messages import NAME_RULE, is_legal, key_of, listed, nearest, shown
 from eomgen.formula.evaluate import evaluate
 from eomgen.scene.document.schema import document_for, section_keys
 from eomgen.scene.formula.parser import read_formula

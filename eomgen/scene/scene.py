@@ -18,8 +18,8 @@ import numpy as np
 
 from eomgen.base.calls import checked_calls, not_assigned_to, unknown_attribute
 from eomgen.base.data import dataclass, field, fields, is_dataclass
-from eomgen.base.display import page, paragraph, table
 from eomgen.base.extensions import code_stamp
+from eomgen.base.html import page, paragraph, table
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number, Vector, infix

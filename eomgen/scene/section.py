@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from eomgen.base.data import dataclass, field, fields
-from eomgen.base.text import NAME_LENGTH
+from eomgen.base.messages import NAME_LENGTH
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.formula.scope import Names
 from eomgen.scene.reading.key_metadata import Table

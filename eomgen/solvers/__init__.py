@@ -5,7 +5,6 @@ __all__ = [
     "bordered_newton",
     "buckling",
     "consistency",
-    "consistent_states",
     "constraint_rows",
     "critical_points",
     "equilibrium_path",

@@ -1,15 +1,16 @@
 """The contract between front ends and back ends: System, Description, and the register of terms."""
 
 __all__ = [
-    "blocks",
     "branches",
     "cancellation",
     "description",
-    "display",
+    "events",
     "motions",
+    "notebook",
     "samples",
     "selection",
     "signals",
+    "sparsity",
     "system",
     "terms",
 ]

@@ -1,4 +1,4 @@
-"""DOC OF system.events."""
+"""Events of a system and their actions: roots of formulas, with directions, resets, impacts and modes."""
 
 from __future__ import annotations
 

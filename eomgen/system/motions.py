@@ -1,4 +1,8 @@
-"""DOC OF system.motions."""
+"""Motions that a caller prescribes while a model runs: their tunable parameters, and quintic pieces between two ends.
+
+A piece of the motion s is c_0 + c_1 (t - begin) + ... + c_5 (t - begin)^5, which meets position, rate and acceleration
+at both of its ends: Hermite's quintic. So all driven coordinates have rates and accelerations, as of any law of time.
+"""
 
 from __future__ import annotations
 

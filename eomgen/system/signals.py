@@ -1,16 +1,5 @@
-"""Signals and events of a system: parameters, inputs, also as series of standard normal variables, internal states,
-outputs; sampled states with their functions, motions that a caller gives while a model runs, and events by their
-formulas.
-
-Signals of a system: parameters, inputs, also as series of standard normal variables, internal states, outputs;
-sampled states with their functions, and motions that a caller gives while a model runs.
-
-Signals of a system: parameters, inputs, internal states, outputs; sampled states with their functions, and motions
-that a caller gives while a model runs.
-
-A piece of the motion s is c_0 + c_1 (t - begin) + ... + c_5 (t - begin)^5, which meets position, rate and acceleration
-at both of its ends: Hermite's quintic. So all driven coordinates have rates and accelerations, as of any law of time.
-"""
+"""Signals of a system: parameters, inputs (also as series of standard normal variables), internal states, outputs,
+named expressions; sampled states and the C functions of sampled controllers."""
 
 from __future__ import annotations
 

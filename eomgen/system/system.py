@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Mapping
 from functools import cached_property
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field
@@ -23,9 +23,8 @@ from eomgen.lie.product import Factor
 from eomgen.symbolic.operations import Counts, InputSymbol
 from eomgen.symbolic.periodic import Columns, harmonics_in, periodic_inputs
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system.blocks import SecondBlocks, second_blocks
-from eomgen.system.display import equation, html, line
 from eomgen.system.events import EventRow, Mode
+from eomgen.system.notebook import equation, html, line
 from eomgen.system.signals import SampledController, SampleRow
 from eomgen.system.terms import TERMS, nearest_term
 
@@ -79,6 +78,35 @@ def base_component(position: int) -> str:
             return f"{name}[{position}]"
         position -= size
     raise ValueError("the base struct has no such component")
+
+
+class SecondBlocks(NamedTuple):
+    """Numbers of components by name, in order.
+
+    Attributes
+    ----------
+    weights : of the residual ``r``, ``zdot``, holonomic constraints ``Phi``, rates ``w`` and accelerations ``wdot`` of
+        all constraints, outputs ``y``
+    direction : of ``q`` (left-trivialised), ``v``, ``a``, ``z``, ``lam``, ``p``, ``u``
+    """
+
+    weights: Mapping[str, int]
+    direction: Mapping[str, int]
+
+    def places(self, block: str) -> dict[str, slice]:
+        """Return the slices of the parts of ``weights`` or ``direction``."""
+        result, first = {}, 0
+        for name, size in getattr(self, block).items():
+            result[name], first = slice(first, first + size), first + size
+        return result
+
+
+def second_blocks(
+    *, nv: int, nz: int, nu: int, holonomic: int, rows: int, outputs: int, parameters: int
+) -> SecondBlocks:
+    """Return the blocks of a system with so many of each; ``rows``: of all constraints."""
+    weights = {"r": nv, "zdot": nz, "Phi": holonomic, "w": rows, "wdot": rows, "y": outputs}
+    return SecondBlocks(weights, {"q": nv, "v": nv, "a": nv, "z": nz, "lam": rows, "p": parameters, "u": nu})
 
 
 @dataclass(frozen=True)

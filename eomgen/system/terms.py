@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 from eomgen.base.data import dataclass, replace
-from eomgen.base.text import nearest
+from eomgen.base.messages import nearest
 
 Inputs = tuple[str, ...]
 

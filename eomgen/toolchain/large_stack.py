@@ -1,4 +1,9 @@
-"""DOC OF toolchain.large_stack."""
+"""Calls of C on a stack that is large enough, on threads of their own, and the processor time of such calls.
+
+Generated C allocates no memory: states and workspaces are its caller's, intermediate values on the stack. Models of
+thousands of bodies need more than the 8 MB that systems give, so calls that need more stack than a thread has go on
+threads of their own with enough of it.
+"""
 
 from __future__ import annotations
 

@@ -1,10 +1,5 @@
 """Loaded libraries: functions on NumPy arrays, sizes checked once, a bound call costs 0.2 us besides the C; steppers of
-several trajectories side by side.
-
-Generated C allocates no memory: states and workspaces are its caller's, intermediate values on the stack. Models of
-thousands of bodies need more than the 8 MB that systems give, so calls that need more stack than a thread has go on
-threads of their own with enough of it.
-"""
+several trajectories side by side, and the compiled successor of a library on the tape engine."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from eomgen.errors import NumericalError
 from eomgen.lie.product import update
 from eomgen.pipeline.model import Model
 from eomgen.solvers.bordered_newton import whole
-from eomgen.system.blocks import packed_places, unpacked_places
+from eomgen.system.sparsity import packed_places, unpacked_places
 from tests.mechanics.test_cosserat_beams import elastica
 from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.oracles.evaluation import Array

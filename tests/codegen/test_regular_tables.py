@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from eomgen.codegen.program import Statement
-from eomgen.codegen.scheduling.matrices import added_products
+from eomgen.codegen.scheduling.matrix_loops import added_products
 from eomgen.codegen.scheduling.stretches import counted, ranges, stretches
 from eomgen.codegen.targets.c.printer import Printer
 from eomgen.codegen.targets.c.tables import Lookup, nonzeros, places_of_fronts, repeated

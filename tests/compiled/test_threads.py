@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.base.concurrency import share
+from eomgen.base.threads import share
 from eomgen.compiled import functions
 from eomgen.errors import UsageError
 from tests.models.scenes import pendulum_scene

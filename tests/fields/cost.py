@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from eomgen.base.concurrency import THREADS_VARIABLE
+from eomgen.base.threads import THREADS_VARIABLE
 from eomgen.fields import FieldPosterior
 from eomgen.products.fields.posteriors.mesh import transforms
 from tests.fields.density import counted

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from eomgen.base.arrays import Array
-from eomgen.base.concurrency import share
+from eomgen.base.threads import share
 from eomgen.errors import EomgenError
 from eomgen.fields import FieldPosterior, Mesh, Sampler, amplitude, difference, follow, mask, white
 from eomgen.integrators.compositions import composition_named

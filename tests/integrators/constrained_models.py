@@ -18,8 +18,8 @@ from eomgen.integrators.families.register import Method
 from eomgen.integrators.stepper_data import method_data
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Base, Body
-from eomgen.scene.geometry import Rotation
 from eomgen.scene.joints.model import Constraint, Frame, Joint
+from eomgen.scene.rotations import Rotation
 from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from tests.integrators.stepper_models import Stepper, rotation, skew

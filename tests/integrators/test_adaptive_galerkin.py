@@ -11,7 +11,7 @@ import pytest
 from numpy.polynomial import polynomial
 
 import eomgen
-from eomgen.integrators.families.adaptive_discontinuous_galerkin import largest_between
+from eomgen.integrators.families.discontinuous_galerkin import largest_between
 from eomgen.integrators.families.register import method_named
 from tests.integrators.test_discontinuous_galerkin import exact, frame, made
 from tests.integrators.test_taylor import error, model, pushed

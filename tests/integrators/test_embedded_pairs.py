@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.integrators.families import embedded_pair, partitioned_pair, register
+from eomgen.integrators.families import embedded_pair, partitioned, register
 from eomgen.integrators.families.embedded_pair import DORMAND_PRINCE
 from eomgen.integrators.families.register import method_named
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
@@ -43,7 +43,7 @@ BOGACKI_SHAMPINE = EmbeddedPair(
 
 @pytest.fixture
 def registered(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
-    for module in (embedded_pair, partitioned_pair):
+    for module in (embedded_pair, partitioned):
         monkeypatch.setattr(module, "PAIRS", (DORMAND_PRINCE, BOGACKI_SHAMPINE))
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
     register._own_rows.cache_clear()

@@ -16,8 +16,8 @@ from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Base
 from eomgen.scene.forces.forces import Effort, Force
 from eomgen.scene.forces.springs import Spring
-from eomgen.scene.geometry import Rotation
 from eomgen.scene.joints.model import Joint
+from eomgen.scene.rotations import Rotation
 from eomgen.scene.scene import Scene
 from eomgen.system.description import Point
 from eomgen.system.signals import Input

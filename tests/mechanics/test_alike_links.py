@@ -12,7 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.codegen.convert import to_program
-from eomgen.mechanics import derivation
+from eomgen.mechanics import scene_tape
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.tree import alike
 from eomgen.studies import check
@@ -90,7 +90,7 @@ def test_all_functions_are_those_of_links_written_one_by_one(
     kind: str, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(alike, "MANY", 6)
-    monkeypatch.setattr(derivation, "MANY", 6)
+    monkeypatch.setattr(scene_tape, "MANY", 6)
     of_links = [
         "inverse_dynamics",
         "forward_dynamics",
@@ -104,7 +104,7 @@ def test_all_functions_are_those_of_links_written_one_by_one(
     ]
     made = derive(chain(kind, 12), of_links)
     monkeypatch.setattr(alike, "is_irregular", lambda *_: False)
-    monkeypatch.setattr(derivation, "is_irregular", lambda *_: False)
+    monkeypatch.setattr(scene_tape, "is_irregular", lambda *_: False)
     alone = derive(chain(kind, 12), of_links)
     assert generics(made.tape) > 50
     state = random_states(made, 3, rng)
@@ -117,7 +117,7 @@ def test_all_functions_are_those_of_links_written_one_by_one(
 @pytest.mark.long
 def test_the_extended_system_of_such_a_chain_agrees(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(alike, "MANY", 6)
-    monkeypatch.setattr(derivation, "MANY", 6)
+    monkeypatch.setattr(scene_tape, "MANY", 6)
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))
     report = check(chain("mixed", 8), states=2, only=["iteration", "energy"], profile="quick")
     assert report.passed, [(form.name, str(form.worst)) for form in report.failures]

@@ -10,8 +10,8 @@ import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Base, Beam, Body, Deformation, DeformationKind
-from eomgen.scene.geometry import Rotation
 from eomgen.scene.joints.model import Joint
+from eomgen.scene.rotations import Rotation
 from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from tests.oracles.beams import WORLD, Frame, ManyPoints, Points, demanded

@@ -16,8 +16,8 @@ from eomgen.mechanics.derive import derive
 from eomgen.mechanics.shape_functions import integrals as of_shapes
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Station
 from eomgen.scene.bodies.model import Base, Beam, Body, Deformation
-from eomgen.scene.geometry import Rotation
 from eomgen.scene.joints.model import Joint
+from eomgen.scene.rotations import Rotation
 from eomgen.scene.scene import Scene
 from tests.oracles.beam_on_moving_frame import (
     AXIAL,

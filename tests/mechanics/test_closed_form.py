@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.rates.jets import base_rates
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.rates import closed_block, inverse_dynamics_rates
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.load import load

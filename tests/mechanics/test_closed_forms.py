@@ -8,8 +8,8 @@ import pytest
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.bodies.model import Base, Body
-from eomgen.scene.geometry import Rotation
 from eomgen.scene.joints.model import Joint
+from eomgen.scene.rotations import Rotation
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import TIME, number, rigid_body, times, vector

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.implicit_step import extended_iteration
 from eomgen.scene.forces.tyres import Slip, Tyre
 from eomgen.scene.scene import Scene

@@ -8,8 +8,8 @@ import itertools
 import numpy as np
 import pytest
 
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.rates import inverse_dynamics_rates, motion_jets
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate

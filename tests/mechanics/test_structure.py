@@ -16,9 +16,9 @@ from scipy.spatial.transform import Rotation
 
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.kinematics.bodies import constant_quaternion
-from eomgen.scene.geometry import coordinate_axis, frame_about, unit_axis
 from eomgen.scene.joint_types import JointType
 from eomgen.scene.load import from_data, load_urdf
+from eomgen.scene.rotations import coordinate_axis, frame_about, unit_axis
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape

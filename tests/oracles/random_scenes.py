@@ -11,9 +11,9 @@ from eomgen.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.forces.forces import Effort, Force
 from eomgen.scene.forces.springs import Spring, TorsionSpring
-from eomgen.scene.geometry import Rotation
 from eomgen.scene.joint_types import JOINTS, JointType
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
+from eomgen.scene.rotations import Rotation
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE, Point
 from eomgen.system.signals import Input, Output, Parameter

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from eomgen.base.arrays import Array
-from eomgen.scene.geometry import about_axis
 from eomgen.scene.inertia import Inertia, combined, entries_of, steiner, tensor, turned
+from eomgen.scene.rotations import about_axis
 
 RNG = np.random.default_rng(7)
 

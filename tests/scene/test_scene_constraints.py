@@ -16,11 +16,11 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Number, Operation, Symbol
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import json_schema
-from eomgen.scene.geometry import frame_about, is_rotation
 from eomgen.scene.joints.frames import check_two_bodies
 from eomgen.scene.joints.model import Constraint, Frame, Joint
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.reading.report import Report
+from eomgen.scene.rotations import frame_about, is_rotation
 from eomgen.scene.scene import Scene
 
 FOUR_BAR = """\

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.geometry import about_axis
 from eomgen.scene.load import load, load_urdf
+from eomgen.scene.rotations import about_axis
 from eomgen.scene.scene import Scene
 from tests.scene.test_urdf import ROBOTS
 

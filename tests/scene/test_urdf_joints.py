@@ -11,8 +11,8 @@ import pytest
 
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.geometry import about_axis, snapped_rotation
 from eomgen.scene.load import from_data, load, load_urdf
+from eomgen.scene.rotations import about_axis, snapped_rotation
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import value_of

@@ -278,15 +278,15 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 def sign_of_partials(patch: pytest.MonkeyPatch) -> None:
-    from eomgen.mechanics import derivation
+    from eomgen.mechanics import scene_tape
 
-    original = derivation.inertial_partials
+    original = scene_tape.inertial_partials
 
     def wrong(*arguments: object) -> object:
         K, C, M = original(*arguments)  # type: ignore[arg-type]
         return K, [[C[0][0], -C[0][1]], C[1]], M
 
-    patch.setattr(derivation, "inertial_partials", wrong)
+    patch.setattr(scene_tape, "inertial_partials", wrong)
 
 
 def factor_of_coupling(patch: pytest.MonkeyPatch) -> None:
@@ -302,8 +302,8 @@ def missing_base_motion(patch: pytest.MonkeyPatch) -> None:
 def late_rates(patch: pytest.MonkeyPatch) -> None:
     original = derive_module._blocks
 
-    def wrong(derivation: object, name: str) -> object:
-        blocks = list(original(derivation, name))  # type: ignore[arg-type]
+    def wrong(scene_tape: object, name: str) -> object:
+        blocks = list(original(scene_tape, name))  # type: ignore[arg-type]
         last = blocks[-1]
         late = replace(last, refs=(-last.refs[0], *last.refs[1:])) if name == "rates" else last
         return [*blocks[:-1], late]

@@ -17,7 +17,7 @@ from scipy.stats import norm
 import eomgen
 from eomgen import RandomVibration, random_vibration
 from eomgen.base.arrays import Array
-from eomgen.base.text import told_apart
+from eomgen.base.messages import told_apart
 from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
 from eomgen.products.reliability.tails import JUMPING, MostProbablePoint, Unreached

@@ -2,4 +2,4 @@
 
 __all__ = ["scheduler"]
 #: Open to the other parts of ``codegen`` as well.
-WITHIN = ["matrices", "scheduler", "stretches"]
+WITHIN = ["matrix_loops", "scheduler", "stretches"]

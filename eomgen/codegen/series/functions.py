@@ -1,16 +1,9 @@
-"""Functions of the Taylor recurrence as parts of a Program: scales of rounding errors, breakpoints in time, and
-accelerations with their rates at one state.
+"""Functions of the Taylor recurrence as parts of a Program: start, next order, scales of rounding errors, and the times
+at which a series must end (breakpoints).
 
-Breakpoints in time: instants at which the equations on a tape are not analytic.
-
-Low-order methods step over the breaks of smooth splines without loss of order (see ``formula.discontinuities``), and so
-do steps by accelerations and their rates; a Taylor series must end at every break.
-
-Accelerations and their rates at one state, for steps that take no higher coefficients of the motion.
-
-The recurrence at k = 1 with empty inner sums is one function, without storage between order 0 and 1. Steps
-evaluate it several times at the same time, so the part of time, inputs and parameters alone is a separate
-function: a road of many harmonics is nearly all of the work.
+Breakpoints are instants at which the equations on a tape are not analytic. Low-order methods step over the breaks of
+smooth splines without loss of order (see ``formula.discontinuities``), and so do steps by accelerations and their
+rates; a Taylor series must end at every break.
 """
 
 from __future__ import annotations

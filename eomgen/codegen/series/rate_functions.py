@@ -1,4 +1,10 @@
-"""DOC OF codegen.series.rate_functions."""
+"""Functions for accelerations and their rates at one state, for Hermite steps, which take no higher coefficients of the
+motion.
+
+The recurrence at k = 1 with empty inner sums is one function, without storage between order 0 and 1. Steps evaluate it
+several times at the same time, so the part of time, inputs and parameters alone is a separate function: a road of many
+harmonics is nearly all of the work.
+"""
 
 from __future__ import annotations
 

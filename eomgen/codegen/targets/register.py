@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from eomgen.base.extensions import broken, extensions, loaded
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.codegen.targets.c.target import C
 from eomgen.codegen.targets.target import Target
 from eomgen.errors import Problem, UsageError

@@ -13,7 +13,7 @@ from typing import Any
 import pint
 from pint.util import UnitsContainer
 
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.formula.units.parser import Factors, Quantity, UnitError, read_unit
 from eomgen.formula.units.table import NAMED, PREFIXES, UNITS, names
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.parser import UnitError, is_quantity, read_quantity, read_unit
 

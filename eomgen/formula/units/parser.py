@@ -15,7 +15,7 @@ from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from eomgen.base.data import dataclass
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.units.table import REFUSED, names
 from eomgen.formula.words import RESERVED, WORDS

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from decimal import Decimal, localcontext
 
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.compositions.composition import Composition, Part
 

@@ -1,17 +1,27 @@
 """Runge-Kutta-Munthe-Kaas with coordinate partitioning: dependent coordinates are eliminated at each stage.
 
+Runge-Kutta-Munthe-Kaas with coordinate partitioning: dependent coordinates are eliminated at each stage.
+
 Partitioning: Wehage and Haug, J. Mech. Des. 104 (1982) 247. The field of one stage is the Runge-Kutta method's own
 made continuous off the constraints by a smooth correction, so the order stays the method's: Hairer, Lubich, Wanner,
 Geometric Numerical Integration (2006), section IV.4.
+
+Embedded explicit Runge-Kutta pairs with coordinate partitioning, with adaptive steps.
+
+Pairs are rows of ``embedded_pair``, in the Lie algebra; stages are brought onto the
+constraints as in ``partitioned``: Wehage and Haug, J. Mech. Des. 104 (1982) 247.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
+from eomgen.integrators.families.adaptive import STEP_GROUPS, step_state, step_statistics, step_statuses
+from eomgen.integrators.families.embedded_pair import PAIRS, EmbeddedRungeKutta
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     KINEMATIC,
@@ -26,11 +36,12 @@ from eomgen.integrators.families.family import (
     rotation_too_large,
     velocities,
 )
-from eomgen.integrators.families.needs import constrained
+from eomgen.integrators.families.needs import Need, constrained
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4, RungeKuttaMuntheKaas
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
+
 
 #: Corrections of positions by Newton's method at most.
 MOST_CORRECTIONS = 16
@@ -168,3 +179,59 @@ PARTITIONED_RUNGE_KUTTA_4 = PartitionedRungeKutta(
     commutators=RUNGE_KUTTA_MUNTHE_KAAS_4.commutators,
     source="Munthe-Kaas 1999; Wehage and Haug 1982",
 )
+
+
+@dataclass(frozen=True)
+class PartitionedEmbeddedRungeKutta(EmbeddedRungeKutta):
+    """An embedded pair with stages brought onto the constraints along dependent components.
+
+    Parameters
+    ----------
+    tolerance : float
+        Bound of the local error of the embedded solution, relative to the motion within the step, by kinetic energy;
+        internal states each relative to its own change. Raises UsageError outside 1e-14..0.1.
+    pair : EmbeddedPair
+        Coefficients.
+    """
+
+    family = "partitioned_pair"
+    holds_constraints = True
+    passes_singularities = True
+    state_is_all = False
+    projection = PartitionedRungeKutta.projection
+    groups = (*STEP_GROUPS, *PartitionedRungeKutta.groups)
+
+    @property
+    def source(self) -> str:  # type: ignore[override]  # families without coefficients have a text here
+        return f"{super().source}; Wehage and Haug 1982"
+
+    @property
+    def needs(self) -> tuple[Need, ...]:  # type: ignore[override]
+        return (constrained(self.pair.name),)
+
+    @classmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        return tuple(MethodName(f"{pair.name}_partitioned", partial(cls, pair=pair), ("tolerance",)) for pair in PAIRS)
+
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
+        return PartitionedRungeKutta.terms(constrained, internal, mass)
+
+    def calls(self, system: System) -> set[str]:
+        return super(EmbeddedRungeKutta, self).calls(system) - (set() if system.holonomic else {"constraint"})
+
+    def title(self, constrained: bool) -> str:
+        pair, own = super().title(constrained).split(", ")
+        return f"{pair}, constraints eliminated by coordinate partitioning, {own}"
+
+    def state(self, sizes: Sizes) -> tuple[Field, ...]:
+        return (*partition_state(sizes), *step_state(sizes))
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
+        return (*PARTITION_STATISTICS, *step_statistics())
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
+        return (*partition_statuses(angles), *step_statuses())
+
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        return {**super().data(system, step, samples), **partition_data(system), "turning": []}

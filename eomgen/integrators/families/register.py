@@ -12,19 +12,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.extensions import broken, extensions, loaded
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.integrators.families.adaptive_discontinuous_galerkin import AdaptiveDiscontinuousGalerkin
 from eomgen.integrators.families.adaptive_generalized_alpha import AdaptiveGeneralizedAlpha
 from eomgen.integrators.families.composition import SymplecticComposition
 from eomgen.integrators.families.corrected_predictor import CorrectedPredictor
-from eomgen.integrators.families.discontinuous_galerkin import DiscontinuousGalerkin
+from eomgen.integrators.families.discontinuous_galerkin import AdaptiveDiscontinuousGalerkin, DiscontinuousGalerkin
 from eomgen.integrators.families.embedded_pair import EmbeddedRungeKutta
 from eomgen.integrators.families.family import Family, MethodName
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.hermite import Hermite
-from eomgen.integrators.families.partitioned import PartitionedRungeKutta
-from eomgen.integrators.families.partitioned_pair import PartitionedEmbeddedRungeKutta
+from eomgen.integrators.families.partitioned import PartitionedEmbeddedRungeKutta, PartitionedRungeKutta
 from eomgen.integrators.families.rattlie import Rattlie
 from eomgen.integrators.families.rosenbrock import Rosenbrock
 from eomgen.integrators.families.runge_kutta import RungeKuttaMuntheKaas

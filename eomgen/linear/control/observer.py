@@ -16,11 +16,11 @@ import numpy as np
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call, checked_calls, not_unpacked
 from eomgen.base.data import dataclass, replace
-from eomgen.base.display import page
-from eomgen.base.text import shown
+from eomgen.base.html import page
+from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.control.controllability import Dynamics, check_detectable, check_driven, check_observable
-from eomgen.linear.control.display import deviations_html, eigenvalues_html, gains_html
+from eomgen.linear.control.notebook import deviations_html, eigenvalues_html, gains_html
 from eomgen.linear.control.regulator import optimal_gains, placed_gains
 from eomgen.linear.control.riccati_equation import sampled_solution, without_cross_terms
 from eomgen.linear.control.weights import Weighted, Weights, controlled_by, near, number, row_of, weight

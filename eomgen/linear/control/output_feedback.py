@@ -13,10 +13,10 @@ import numpy as np
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass, replace
-from eomgen.base.display import page, paragraph
+from eomgen.base.html import page, paragraph
 from eomgen.errors import Problem, UsageError
-from eomgen.linear.control.display import eigenvalues_html, labels, margins_html, plot_margins, with_more
 from eomgen.linear.control.margins import Margins, margins_of
+from eomgen.linear.control.notebook import eigenvalues_html, labels, margins_html, plot_margins, with_more
 from eomgen.linear.control.observer import Observer
 from eomgen.linear.control.regulator import Regulator
 from eomgen.linear.state_space import StateSpace

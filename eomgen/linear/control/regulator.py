@@ -19,11 +19,11 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call, checked_calls, not_unpacked, unknown_attribute
 from eomgen.base.data import dataclass, replace
-from eomgen.base.display import page
+from eomgen.base.html import page
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.linear.control.controllability import Dynamics, check_controllable, check_stabilisable, check_weighted
-from eomgen.linear.control.display import eigenvalues_html, gains_html, labels, margins_html, plot_margins, with_more
 from eomgen.linear.control.margins import Margins, margins_of
+from eomgen.linear.control.notebook import eigenvalues_html, gains_html, labels, margins_html, plot_margins, with_more
 from eomgen.linear.control.riccati_equation import sampled_solution, solution, whitening, without_cross_terms
 from eomgen.linear.control.weights import Weighted, Weights, controlled_by, near, quadratic_cost
 from eomgen.linear.modes import balance

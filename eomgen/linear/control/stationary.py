@@ -17,8 +17,8 @@ from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.messages import shown
 from eomgen.base.random_inputs import REFERENCE_FREQUENCY, ROUGHNESS
-from eomgen.base.text import shown
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.linear.control.plant import Plant, real_matrix
 from eomgen.linear.control.weights import near, number

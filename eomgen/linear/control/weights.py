@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.control.plant import Plant, real_matrix
 from eomgen.linear.state_space import StateSpace, spelled

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass, field, replace
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.linear.spectra.road import Road

@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
-from eomgen.base.display import page, table
 from eomgen.base.figures import axes_of_caller, pyplot_figure
+from eomgen.base.html import page, table
 from eomgen.errors import Problem, UsageError
 
 

@@ -1,15 +1,5 @@
-"""Applied forces by virtual work: of force elements, by the laws that their classes name, of joints with stops and
-friction, and of beams; the law of contacts.
-
-Forces in joints: springs, dampers, compliant stops, regularised dry friction, and the law of contacts.
-
-Spring and damper under compression only: smooth at the onset, exactly linear beyond it, never pulling.
-
-With penetration d, its rate d', stiffness k, damping c and onset w the force is s(d / w) max(0, k d + c d'); s
-rises from 0 to 1 as the cubic with level ends. Force and elastic force are continuous with their first derivatives
-at the begin of contact and at the end of the onset, so methods of order 2 keep their order; only if the damper pulls
-is there a kink.
-"""
+"""All applied loads of a scene by virtual work: laws of force elements, looked up by the names that their classes give,
+forces in joints, and stiffness and damping of beams."""
 
 from __future__ import annotations
 

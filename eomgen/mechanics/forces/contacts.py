@@ -1,4 +1,11 @@
-"""DOC OF mechanics.forces.contacts."""
+"""The law of contacts, of stops and tyres: spring and damper under compression only, smooth at the onset, exactly
+linear beyond it, never pulling.
+
+With penetration d, its rate d', stiffness k, damping c and onset w the force is s(d / w) max(0, k d + c d'); s rises
+from 0 to 1 as the cubic with level ends. Force and elastic force are continuous with their first derivatives at the
+begin of contact and at the end of the onset, so methods of order 2 keep their order; only if the damper pulls is there
+a kink.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""DOC OF mechanics.forces.joint_forces."""
+"""Forces in joints: springs, dampers, compliant stops, and regularised dry friction (Coulomb and Stribeck)."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.alike import generic_rows
 from eomgen.mechanics.tree.base import quaternion_product
 from eomgen.mechanics.tree.links import CARRIER, ROOT, WORLD, Link, Mount, Tree
-from eomgen.scene.geometry import quaternion_of_matrix
+from eomgen.scene.rotations import quaternion_of_matrix
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, plus, scaled, transpose

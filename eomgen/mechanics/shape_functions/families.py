@@ -1,10 +1,4 @@
-"""Families of shape functions in fixed-point numbers, and Gauss quadrature along a beam.
-
-Fixed-point numbers: integers in units of 2^-BITS, in NumPy arrays of objects.
-
-Shape integrals become constants of the C. Sums of doubles would differ in the last digit between processors, and so
-would the C; sums of whole numbers do not, and are right to some forty digits, so each constant is rounded once.
-"""
+"""Families of shape functions, and Gauss quadrature along a beam, in fixed-point numbers."""
 
 from __future__ import annotations
 

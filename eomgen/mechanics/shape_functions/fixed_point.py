@@ -1,4 +1,9 @@
-"""DOC OF mechanics.shape_functions.fixed_point."""
+"""Fixed-point numbers: integers in units of 2^-BITS, in NumPy arrays of objects; products, polynomials, rounding to
+doubles.
+
+Shape integrals become constants of the C. Sums of doubles would differ in the last digit between processors, and so
+would the C; sums of whole numbers do not, and are right to some forty digits, so each constant is rounded once.
+"""
 
 from __future__ import annotations
 

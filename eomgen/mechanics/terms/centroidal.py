@@ -21,7 +21,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics.separated import (
     carried_loads,
     composites,
@@ -32,6 +31,7 @@ from eomgen.mechanics.dynamics.separated import (
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.kinematics.fields import Wrench, carry, summed, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.inertia import Inertia
 from eomgen.mechanics.tree.links import ROOT, no_inertia
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector

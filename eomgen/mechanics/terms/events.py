@@ -8,8 +8,8 @@ from itertools import accumulate
 
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar

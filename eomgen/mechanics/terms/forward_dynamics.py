@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.base.data import dataclass
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.elimination import solve_tree
 from eomgen.mechanics.kinematics.fields import (
@@ -30,6 +29,7 @@ from eomgen.mechanics.kinematics.fields import (
     relative,
     total_fields,
 )
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.inertia import Inertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree

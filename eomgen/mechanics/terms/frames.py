@@ -13,13 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics.elimination import factored, half_solved
 from eomgen.mechanics.dynamics.separated import mass_rows
 from eomgen.mechanics.kinematics.bodies import Orientations, jacobian_of_mount, link_columns
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.kinematics.fields import Field, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import BaseMotion, quaternion_product
 from eomgen.mechanics.tree.links import ROOT, Mount
 from eomgen.symbolic.calculus.partials import jacobian_vector

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
 from eomgen.mechanics.forces.internal_states import InternalStates
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.fields import Wrench, angular_velocities, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.links import ROOT, Tree
 from eomgen.symbolic.calculus.partials import cut_partials, forward_partials

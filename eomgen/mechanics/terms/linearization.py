@@ -33,17 +33,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from eomgen.mechanics.constraints.joints import joint_velocities
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.describe import base_disturbances
 from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import base_law
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector, weighted_gradient
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
-from eomgen.system.blocks import SecondBlocks, second_blocks
-from eomgen.system.system import BASE_LAYOUT, Block
+from eomgen.system.system import BASE_LAYOUT, Block, SecondBlocks, second_blocks
 
 #: Groups of columns: the letter of their blocks, and the quantities of the columns.
 _OF_STATE = (("q", "dq, left-trivialised"), ("v", "dv"), ("a", "da"), ("z", "dz"), ("lam", "dlam"))

@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics.elimination import solve_tree
 from eomgen.mechanics.dynamics.separated import mass_rows
 from eomgen.mechanics.kinematics.fields import Wrench
 from eomgen.mechanics.rates.closed_form import SystemMatrices, inverse_dynamics_closed, matrix_path
 from eomgen.mechanics.rates.jets import MotionJets, accelerations, base_twist
 from eomgen.mechanics.rates.recursion import Drive, Path, cross_path, in_rotating_axes, inverse_dynamics_path
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks
 from eomgen.mechanics.terms.recorders import RECORDERS
 from eomgen.symbolic.scalar import Scalar, minus, plus

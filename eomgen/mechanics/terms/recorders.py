@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from itertools import pairwise
 
-from eomgen.mechanics.derivation import Derivation
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.centroidal import CENTROIDAL_RECORDERS, momenta
 from eomgen.mechanics.terms.events import event_actions, event_impulse, events, samples
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks

@@ -13,7 +13,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from eomgen.formula.nodes import ZERO, Formula
-from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics.separated import generalized
 from eomgen.mechanics.forces.applied import applied_loads
 from eomgen.mechanics.forces.symbols import Quantities
@@ -27,6 +26,7 @@ from eomgen.mechanics.linear_parameters import (
     linear_parameters,
     moving_bodies,
 )
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.inertia import inertia_about_center
 from eomgen.mechanics.tree.links import Mount, Tree

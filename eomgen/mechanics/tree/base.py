@@ -14,7 +14,7 @@ from eomgen.formula.recording import record
 from eomgen.mechanics.tree.joints import quaternion_matrix
 from eomgen.mechanics.tree.links import parameter_scalars
 from eomgen.scene.bodies.model import Base
-from eomgen.scene.geometry import coordinate_axis
+from eomgen.scene.rotations import coordinate_axis
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.operations import InputSymbol, Op

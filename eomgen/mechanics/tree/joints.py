@@ -18,9 +18,9 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.formula.nodes import Formula
 from eomgen.lie.product import Factor
 from eomgen.mechanics.laws.derived import LAWS
-from eomgen.scene.geometry import CoordinateAxis, axis_beside, coordinate_axis, frame_about, rows
 from eomgen.scene.joint_types import GROUPS, MotionKind
 from eomgen.scene.joints.model import Joint, Mimic
+from eomgen.scene.rotations import CoordinateAxis, axis_beside, coordinate_axis, frame_about, rows
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.rotation import MatrixFactor, PlanarFactor, Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, plus, scaled

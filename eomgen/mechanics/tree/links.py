@@ -16,8 +16,8 @@ from eomgen.mechanics.tree.beam_body import ElasticBody
 from eomgen.mechanics.tree.beam_fields import StationMotion
 from eomgen.mechanics.tree.inertia import Inertia
 from eomgen.mechanics.tree.joints import Column, Coordinates, Motion
-from eomgen.scene.geometry import CoordinateAxis
 from eomgen.scene.joints.model import Joint
+from eomgen.scene.rotations import CoordinateAxis
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.rotation import Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, plus

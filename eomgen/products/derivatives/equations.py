@@ -13,7 +13,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.model import CompiledModel
 from eomgen.simulation.stepping.states import Prescribed, States
-from eomgen.system.blocks import second_blocks
+from eomgen.system.system import second_blocks
 
 #: Terms of which partials are made, as far as a scene has them.
 _TERMS = (

@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.compiled.arguments import check_name, count_of, number_of
 from eomgen.compiled.initial_state import InitialState, check_initial, initial_state
 from eomgen.compiled.model import CompiledModel

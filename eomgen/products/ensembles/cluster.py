@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.concurrency import thread_count
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.files import write_bytes
+from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.products.ensembles.parts import Part, Refusal, Shipment

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.base.csv_tables import read_cells
+from eomgen.base.messages import counted, shown
 from eomgen.base.progress import terminal_bar
-from eomgen.base.text import counted, shown
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
 from eomgen.cli.printing import building, print_json, print_table, say

@@ -15,7 +15,7 @@ from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity

@@ -15,7 +15,8 @@ from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_text
-from eomgen.base.text import json_text, nearest, shown
+from eomgen.base.json_text import json_text
+from eomgen.base.messages import nearest, shown
 from eomgen.compiled.arguments import count_of, numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.ensembles.journal import Journal

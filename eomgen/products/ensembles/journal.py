@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.files import make_folder, read_arrays, write_arrays, write_text
-from eomgen.base.text import finite
+from eomgen.base.json_text import finite
 from eomgen.errors import FileError, Problem
 from eomgen.products.ensembles.samples import Block, Failed
 from eomgen.products.ensembles.statistics import Reduction

@@ -17,12 +17,12 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import with_options_of
-from eomgen.base.concurrency import thread_count
 from eomgen.base.files import make_folder
 from eomgen.base.locks import sole_use
+from eomgen.base.messages import nearest
+from eomgen.base.messages import shown as quoted
 from eomgen.base.progress import Progress, shown
-from eomgen.base.text import nearest
-from eomgen.base.text import shown as quoted
+from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
 from eomgen.compiled.arguments import count_of
 from eomgen.compiled.model import CompiledModel

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.messages import nearest, shown
 from eomgen.base.random_inputs import WAVES, road_harmonics, standard_normals
-from eomgen.base.text import nearest, shown
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.model import CompiledModel

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.base.json_text import json_text
+from eomgen.base.messages import counted, shown
 from eomgen.base.progress import terminal_bar
-from eomgen.base.text import counted, json_text, shown
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import assignments, debug_option, folder_option, json_option
 from eomgen.cli.printing import building, print_json, print_table, say

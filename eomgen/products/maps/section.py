@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import counted, key_of, listed, shown
+from eomgen.base.messages import counted, key_of, listed, shown
 from eomgen.products.maps.surface import Surface
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Numbers, Unit

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.base.text import told_apart
+from eomgen.base.messages import told_apart
 from eomgen.cli.info import InfoPart
 from eomgen.cli.options import (
     arguments_of,

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.base.files import check_writable
+from eomgen.base.messages import counted, listed
 from eomgen.base.progress import terminal_bar
-from eomgen.base.text import counted, listed
 from eomgen.cli.options import (
     arguments_of,
     assignments,

@@ -30,7 +30,7 @@ from eomgen.pipeline.pipeline import (
 )
 from eomgen.products.studies.defaults import SAVINGS_ROUNDS
 from eomgen.scene.bodies.model import Base
-from eomgen.scene.geometry import Rotation
+from eomgen.scene.rotations import Rotation
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import Parameter
 from eomgen.system.terms import CLOSED_MATRICES, TERMS

@@ -13,7 +13,7 @@ from typing import Literal, cast
 
 import numpy as np
 
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.formula.substitution import product, times, total
 from eomgen.scene.bodies import beam_schema as written

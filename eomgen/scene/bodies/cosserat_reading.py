@@ -9,7 +9,7 @@ from fractions import Fraction
 from itertools import accumulate, pairwise
 
 from eomgen.base.data import dataclass, replace
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.formula.substitution import product, total
 from eomgen.scene.bodies import beam_schema as written

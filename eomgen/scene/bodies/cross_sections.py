@@ -19,7 +19,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass
-from eomgen.base.text import listed
+from eomgen.base.messages import listed
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Vector
 from eomgen.formula.substitution import folded, product, total
 from eomgen.scene.bodies import beam_schema as written

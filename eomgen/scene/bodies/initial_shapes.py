@@ -23,8 +23,8 @@ from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.beam_schema import Keys
-from eomgen.scene.geometry import quaternion_of, quaternion_of_matrix
 from eomgen.scene.reading.values import Values
+from eomgen.scene.rotations import quaternion_of, quaternion_of_matrix
 
 #: Steps within an element of a shape whose strains vary.
 _STEPS = 8

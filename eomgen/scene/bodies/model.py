@@ -14,7 +14,7 @@ from typing import Literal
 
 from eomgen.base.data import dataclass, field
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number, Vector
-from eomgen.scene.geometry import Rotation
+from eomgen.scene.rotations import Rotation
 
 DeformationKind = Literal["bending_y", "bending_z", "stretch", "torsion"]
 Ends = Literal["clamped_free", "free_free", "pinned_pinned"]

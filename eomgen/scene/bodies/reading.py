@@ -6,14 +6,14 @@ from collections.abc import Collection
 
 import numpy as np
 
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.scene.bodies import schema as written
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.formula.scope import MOTION, PARAMETERS
-from eomgen.scene.geometry import quaternion_of_matrix, rows
 from eomgen.scene.reading import report
 from eomgen.scene.reading.key_metadata import added_keys
 from eomgen.scene.reading.values import Values, read_orientation, read_placement
+from eomgen.scene.rotations import quaternion_of_matrix, rows
 from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.system.description import BASE, WORLD, FixedFrame, Point
 

@@ -13,7 +13,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 from eomgen.base.data import dataclass, field
-from eomgen.base.text import key_of, nearest, shown
+from eomgen.base.messages import key_of, nearest, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.control.model import Controller, StateFeedback

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from eomgen.base.data import dataclass
 from eomgen.base.files import read_bytes
-from eomgen.base.text import key_of, shown
+from eomgen.base.messages import key_of, shown
 from eomgen.formula.nodes import Symbol
 from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.formula.scope import LOAD

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from eomgen.base.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, shown
+from eomgen.base.messages import NAME_LENGTH, NAME_RULE, is_legal, key_of, shown
 from eomgen.formula.nodes import Formula
 from eomgen.scene.control.controllers import (
     Controllers,

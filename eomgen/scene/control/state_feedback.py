@@ -7,7 +7,7 @@ import operator
 from collections.abc import Collection, Mapping, Sequence
 
 from eomgen.base.data import dataclass
-from eomgen.base.text import NAME_RULE, is_legal, key_of, nearest, shown
+from eomgen.base.messages import NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.control.schema import Calibration as WrittenCalibration

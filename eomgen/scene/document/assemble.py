@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.scene.control.sampled import sources_digest
 from eomgen.scene.document.checks import CHECKS, LAST_CHECKS, check_names
 from eomgen.scene.document.notes import Facts, notes_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from itertools import takewhile
 
-from eomgen.base.text import NAME_RULE, is_legal, key_of, listed, nearest, shown
+from eomgen.base.messages import NAME_RULE, is_legal, key_of, listed, nearest, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
 from eomgen.scene.control.controllers import outputs_of_controllers, states_of_controllers

@@ -1,4 +1,5 @@
-"""DOC OF scene.document.doubtful_elements."""
+"""Notes on elements that are allowed and hardly ever meant: beams too thick or with long rigid arms, negative stiffness
+or damping, springs within one body, tyres that start in the road."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol, Vector
 from eomgen.lie.numeric import rotation_matrix
@@ -21,9 +22,9 @@ from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.geometry import about_axis
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
+from eomgen.scene.rotations import about_axis
 from eomgen.system.description import BASE, Point
 
 #: Doubtful ratio of length to the largest size of a section: a slenderness of 1e5 for a round section.

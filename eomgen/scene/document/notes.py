@@ -1,5 +1,4 @@
-"""The register of notes of a scene, one row for each kind of doubtful value, and notes on elements that are allowed
-and hardly ever meant."""
+"""The register of notes of a scene, one row for each kind of doubtful value, and the facts from which notes follow."""
 
 from __future__ import annotations
 

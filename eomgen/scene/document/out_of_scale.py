@@ -9,7 +9,7 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.formula.units.labels import several_turns
 from eomgen.scene.bodies.model import Body

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from eomgen.base.data import dataclass, field
-from eomgen.base.text import key_of, shown
+from eomgen.base.messages import key_of, shown
 from eomgen.formula.units.parser import Factors, Quantity, UnitError, is_quantity, read_quantity, read_unit
 from eomgen.formula.units.table import names
 from eomgen.scene.document.schema import document_for

@@ -10,8 +10,8 @@ from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from eomgen.base.messages import is_legal, key_of, nearest, shown
 from eomgen.base.products import fault_of_absent, rows_of
-from eomgen.base.text import is_legal, key_of, nearest, shown
 from eomgen.scene.document.schema import Document, document_for, section_keys, without_absent_sections
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.key_metadata import KeysElsewhere, added_keys

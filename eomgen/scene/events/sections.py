@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from eomgen.base.text import key_of, shown
+from eomgen.base.messages import key_of, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.events.model import Event

@@ -8,12 +8,11 @@ from typing import ClassVar
 import numpy as np
 
 from eomgen.base.data import dataclass
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.geometry import rows, sequence
 from eomgen.scene.joints.frames import read_frame
 from eomgen.scene.joints.model import Frame
 from eomgen.scene.joints.schema import Frame as FrameEntry
@@ -21,6 +20,7 @@ from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optiona
 from eomgen.scene.reading.kinds import Rotations, SixBySix, Triple
 from eomgen.scene.reading.requirements import DAMPING, STIFFNESS
 from eomgen.scene.reading.values import Values
+from eomgen.scene.rotations import rows, sequence
 
 _ZEROS = (0.0, 0.0, 0.0)
 _NOTHING = "`[0, 0, 0]`"

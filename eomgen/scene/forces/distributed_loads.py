@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import ClassVar, Literal
 
 from eomgen.base.data import dataclass
-from eomgen.base.text import key_of, nearest, shown
+from eomgen.base.messages import key_of, nearest, shown
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Vector
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
 from eomgen.scene.forces.element import ForceElement

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass, field
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.formula.scope import Offered
 from eomgen.scene.section import Reading, Section

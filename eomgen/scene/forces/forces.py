@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field
 
 from eomgen.base.data import dataclass, replace
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, LoadSymbol, Symbol, Vector
 from eomgen.formula.substitution import renamed
 from eomgen.scene.forces.element import Attach, ForceElement

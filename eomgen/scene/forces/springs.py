@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import ClassVar, Self
 
 from eomgen.base.data import dataclass, replace
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 from eomgen.base.data import dataclass
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.forces.element import ForceElement

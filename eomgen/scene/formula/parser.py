@@ -11,8 +11,8 @@ import math
 import re
 from dataclasses import replace
 
+from eomgen.base.messages import is_legal, listed, nearest, shown
 from eomgen.base.products import fault_of_absent
-from eomgen.base.text import is_legal, listed, nearest, shown
 from eomgen.formula.evaluate import apply, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, quantity_of
 from eomgen.formula.words import FUNCTIONS, Word, added_word

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from eomgen.base.data import dataclass, field
-from eomgen.base.text import is_legal, nearest, shown
+from eomgen.base.messages import is_legal, nearest, shown
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import Formula
 

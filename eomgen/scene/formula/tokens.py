@@ -8,7 +8,7 @@ import re
 import unicodedata
 from collections.abc import Mapping
 
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.units.parser import in_formula
 from eomgen.formula.words import WORDS

@@ -2,4 +2,4 @@
 
 __all__ = ["model", "reaction_model", "unresisted"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["frames", "moved_inertia", "reading", "schema", "tree"]
+WITHIN = ["constraint_reading", "frames", "moved_inertia", "reading", "schema", "tree"]

@@ -1,10 +1,15 @@
-"""DOC OF scene.joints.constraint_reading."""
+"""Reading of constraints: keys permitted for each type, the two frames, and constraints by a formula (equation), with
+its unit and its linearity in velocities.
+
+Frames never depend on the initial state, which need not close the loop. Formulas of constraints need two derivatives
+along a motion, so curves that jump or bend and functions with a corner are refused.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import changes

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from eomgen.base.text import key_of, listed
+from eomgen.base.messages import key_of, listed
 from eomgen.formula.nodes import ZERO_VECTOR
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.geometry import frame_about, rows, sequence
 from eomgen.scene.joint_types import Need
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.model import Frame, Joint
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.values import Values, read_placement
+from eomgen.scene.rotations import frame_about, rows, sequence
 from eomgen.system.description import BASE, WORLD, Point
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.inertia import NO_INERTIA, dot, singular, steiner, times, turned

@@ -1,22 +1,14 @@
-"""Reading of joints, constraints and reactions: permitted keys of each type, placement, initial state, limits
-(compliant stops) and dry friction.
-
-Reading of constraints: permitted keys of each type, and the axes of the two frames that its equations use; reading
-of reactions.
-
-Frames never depend on the initial state, which need not close the loop. Formulas of constraints need two derivatives
-along a motion, so curves that jump or bend and functions with a corner are refused.
-"""
+"""Reading of joints: keys permitted for each type, placement, axes, initial state, limits (compliant stops), dry
+friction and mimic joints; and reading of reactions."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
 
-from eomgen.base.text import key_of, shown
+from eomgen.base.messages import key_of, shown
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.geometry import frame_about, quaternion_of, rows
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.drives import driven_start, read_drives
@@ -32,6 +24,7 @@ from eomgen.scene.joints.model import (
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, read_orientation
+from eomgen.scene.rotations import frame_about, quaternion_of, rows
 from eomgen.system.description import BASE, WORLD, Point
 
 Given = tuple[float | str | None, ...] | None

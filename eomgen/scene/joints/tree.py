@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import key_of, listed, nearest, shown
+from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.lie.numeric import rotation_matrix, skew
-from eomgen.scene.geometry import about_axis
 from eomgen.scene.joint_types import JOINTS, Connection, ElementaryMotion
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
+from eomgen.scene.rotations import about_axis
 from eomgen.system.description import BASE, WORLD
 
 Vector = Sequence[float] | Array

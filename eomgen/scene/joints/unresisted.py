@@ -13,7 +13,7 @@ from itertools import compress
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import listed
+from eomgen.base.messages import listed
 from eomgen.lie.numeric import skew
 from eomgen.scene.inertia import Inertia
 from eomgen.scene.joint_types import GROUPS

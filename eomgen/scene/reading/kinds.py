@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeGuard
 from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, TIME
 from eomgen.scene.reading.key_metadata import Table, key
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Mapping
 from operator import itemgetter
 
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import DescriptionError, Problem
 
 _LAST_PART = re.compile(r"(\.[A-Za-z_][A-Za-z0-9_]*|\[\d+\]|\.?'[^']*'|\.?\"[^\"]*\")$")

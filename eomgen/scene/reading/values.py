@@ -21,12 +21,12 @@ from eomgen.scene.design_poses import Axes, DesignPoses, Placement, UnknownPoseE
 from eomgen.scene.formula.namespaces import known_there, read_included
 from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
-from eomgen.scene.geometry import Rotation, is_rotation, rows, sequence, snapped_rotation, unit_axis
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.kinds import Refused, Rotations
 from eomgen.scene.reading.kinds import Rotation as WrittenRotation
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import BOUNDS, Row, bound_of
+from eomgen.scene.rotations import Rotation, is_rotation, rows, sequence, snapped_rotation, unit_axis
 from eomgen.system.description import BASE, WORLD, Requirement, Rule
 
 #: Whole numbers from which on an angle is more than a turn.

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.messages import shown
 from eomgen.base.random_inputs import FARTHEST, FASTEST, Harmonic, road_harmonics
-from eomgen.base.text import shown
 from eomgen.errors import Problem
 from eomgen.formula.curves import AnyCurve, Bump, Curve, Interpolation, Outside, Waves
 from eomgen.formula.discontinuities import applications

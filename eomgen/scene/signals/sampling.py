@@ -7,7 +7,7 @@ import math
 from typing import Protocol
 
 from eomgen.base.data import dataclass
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, Formula, Symbol
 from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.reading.kinds import Value

@@ -10,8 +10,8 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from eomgen.base.messages import NAME_LENGTH, key_of
 from eomgen.base.random_inputs import Harmonic
-from eomgen.base.text import NAME_LENGTH, key_of
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Formula, Symbol

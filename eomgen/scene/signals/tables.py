@@ -14,7 +14,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.files import read_bytes
-from eomgen.base.text import listed, nearest, shown
+from eomgen.base.messages import listed, nearest, shown
 from eomgen.errors import Problem
 from eomgen.formula.units.parser import Factors, UnitError, read_unit
 from eomgen.formula.units.table import names

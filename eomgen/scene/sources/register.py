@@ -11,8 +11,8 @@ from typing import Any
 
 from eomgen.base.data import dataclass
 from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_absent, rows_of
-from eomgen.base.text import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.sources.source import Option, Read, Source
 from eomgen.scene.sources.urdf.source import URDF

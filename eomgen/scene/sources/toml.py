@@ -9,7 +9,7 @@ import re
 import tomllib
 from typing import Any
 
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.errors import DescriptionError, Problem
 from eomgen.scene.sources.source import Read
 

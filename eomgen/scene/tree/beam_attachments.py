@@ -1,17 +1,9 @@
-"""Attachments to beams: compatibility of their shape functions with the joint that carries them, and places on
-geometrically exact beams with their nodes and outputs.
-
-Compatibility of the shape functions of a beam with the joint that carries it.
+"""Attachments to beams with shape functions: their places, and whether the shapes are compatible with the joint that
+carries the beam.
 
 A joint holds the beam's frame. If the shapes vanish at the frame's origin, slope included, the frame is fixed in the
 material there, and any joint will do. If not, the material moves relative to the frame, so the joint has to let the
 frame move in the same direction: else it does not hold the beam (mean axes are right for a beam that floats).
-
-Places on geometrically exact beams: stations along the axis, the nodes that carry attachments, and outputs of
-sections.
-
-Elements end at every attachment (``beam_stations``), so that a load there acts on a separate frame, and
-all terms, constraints and reactions of bodies hold. Between nodes a frame would be a function of two of them.
 """
 
 from __future__ import annotations
@@ -21,17 +13,17 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.model import AT_END, Beam, Body, Deformation
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.geometry import ALIKE
 from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Constraint, Joint
 from eomgen.scene.joints.tree import displaced
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
+from eomgen.scene.rotations import ALIKE
 from eomgen.system.description import FixedFrame, Point
 
 

@@ -1,4 +1,9 @@
-"""DOC OF scene.tree.beam_nodes."""
+"""Nodes of geometrically exact beams: stations along the axis, the nodes that carry attachments (joints, points,
+constraints), and outputs of sections.
+
+Elements end at every attachment (``beam_stations``), so that a load there acts on a separate frame, and all terms,
+constraints and reactions of bodies hold. Between nodes a frame would be a function of two of them.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from eomgen.base.text import key_of, nearest, shown
+from eomgen.base.messages import key_of, nearest, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula, Number, Symbol, Vector
 from eomgen.scene.bodies.cosserat import SECTION_PARTS, SECTION_ROW, Cosserat

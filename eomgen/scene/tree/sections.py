@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.data import dataclass, replace
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.scene.bodies import schema as bodies
 from eomgen.scene.bodies.beam_reading import read_beam
 from eomgen.scene.bodies.beam_schema import Beam

@@ -12,7 +12,7 @@ import numpy as np
 
 from eomgen.analysis.state_warnings import linear_range_exceeded
 from eomgen.base.arrays import Array
-from eomgen.base.text import listed
+from eomgen.base.messages import listed
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate, Largest
 from eomgen.results.finding import FAILURE, Finding
 from eomgen.simulation.judgement.failures import FAULTS

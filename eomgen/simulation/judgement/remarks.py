@@ -17,7 +17,7 @@ from operator import itemgetter
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import counted, listed
+from eomgen.base.messages import counted, listed
 from eomgen.compiled.model import CompiledModel
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula

@@ -17,7 +17,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.text import listed, shown
+from eomgen.base.messages import listed, shown
 from eomgen.compiled.arguments import check_name
 from eomgen.errors import Problem, UsageError
 from eomgen.toolchain.library import Library

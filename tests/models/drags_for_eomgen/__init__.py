@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Symbol, Vector
 from eomgen.formula.words import Word
 from eomgen.scene.forces.element import ForceElement

@@ -1,4 +1,4 @@
-"""DOC OF codegen.targets.c.source_files."""
+"""Distribution of the functions of a large model over several C files, which compilers take side by side."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from eomgen.codegen.program import Expression, ProgramFunction, Statement
-from eomgen.codegen.scheduling.matrices import assembly
+from eomgen.codegen.scheduling.matrix_loops import assembly
 from eomgen.codegen.targets.c.printer import BranchingPrinter, Printer, indented, number
 from eomgen.codegen.targets.c.tables import Lookup
 from eomgen.integrators.newton.matrix import WEIGHTS

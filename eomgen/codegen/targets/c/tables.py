@@ -1,11 +1,5 @@
-"""Tables in C: of integers, or, for regular long ones of equal parts of a scene, counted expressions; of curves, one
-for all curves of the same rows; and texts of places in arrays.
-
-Tables of curves in C: one for all curves of the same rows, and large ones as bytes, which compile ten times faster.
-
-A compiler takes 4 us for a number in an initializer and 50 ns for a byte in a text. So tables of many numbers are texts
-in a file of their own: doubles of IEEE 754, byte by byte, the least significant first, for any byte order of machines.
-"""
+"""Tables of integers in C: regular long ones, of equal parts of a scene, become counted expressions; texts of places in
+arrays, loops over nonzeros, and the tables of fronts."""
 
 from __future__ import annotations
 

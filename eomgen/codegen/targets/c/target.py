@@ -1,12 +1,10 @@
-"""Program -> C files: one Jinja environment renders all files in memory, functions are distributed over them, then
-they are written atomically.
+"""The C target: the folder of a Program, file by file from one Jinja environment, and the files of a library with the
+interface that all compiled models share.
 
-The interface that all compiled models share: one text is both the cdef for cffi and a C header.
-
-``eomgen_call`` evaluates one function for ``count`` samples. Input ``j`` (in the order of the function's inputs) of
-sample ``i`` starts at ``inputs[j] + i * strides[j]``; a stride of 0 gives all samples the same values. Outputs are
-contiguous, sample after sample.
-A complex model takes and gives pairs of doubles; strides count doubles.
+The text of the interface is both the cdef for cffi and a C header. ``eomgen_call`` evaluates one function for ``count``
+samples. Input ``j`` (in the order of the function's inputs) of sample ``i`` starts at ``inputs[j] + i * strides[j]``; a
+stride of 0 gives all samples the same values. Outputs are contiguous, sample after sample. A complex model takes and
+gives pairs of doubles; strides count doubles.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""DOC OF codegen.targets.c.templates."""
+"""The Jinja environment of all templates: template folders of families and products, filters, and the bytecode of
+templates in the cache."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ from jinja2.bccache import Bucket
 
 from eomgen.base.files import template_folder
 from eomgen.base.version import __version__
-from eomgen.codegen.scheduling.matrices import added_products
+from eomgen.codegen.scheduling.matrix_loops import added_products
 from eomgen.codegen.targets.c.naming import c_string, comment, file_name
 from eomgen.codegen.targets.c.printer import Printer, indented, number
 from eomgen.codegen.targets.c.tables import Lookup, nonzeros, places_of_fronts, repeated

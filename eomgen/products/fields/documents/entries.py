@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from typing import Any
 
-from eomgen.base.text import NAME_RULE, is_legal, listed, nearest, shown
+from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown
 from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number

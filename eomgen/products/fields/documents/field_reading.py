@@ -11,7 +11,7 @@ from dataclasses import fields as fields_of
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.text import NAME_RULE, is_legal, listed, nearest, shown
+from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula  # ZERO: in place of refused values, which are reported

@@ -11,7 +11,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.text import NAME_RULE, is_legal, shown
+from eomgen.base.messages import NAME_RULE, is_legal, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import ZERO, Formula, Operation, Symbol

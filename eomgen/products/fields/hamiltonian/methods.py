@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import Legendre
 
 from eomgen.base.data import dataclass
-from eomgen.base.text import listed, nearest
+from eomgen.base.messages import listed, nearest
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named, names_composition
 from eomgen.integrators.compositions import compositions as every_composition

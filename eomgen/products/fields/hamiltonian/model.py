@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName, Defaults, checked_calls, unknown_attribute
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.adaptive import check_tolerance
 from eomgen.products.fields.documents.document import DEPENDENCES, NO_START, Hamiltonian

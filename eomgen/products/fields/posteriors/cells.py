@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.concurrency import share
 from eomgen.base.data import dataclass, field
-from eomgen.base.text import NAME_RULE, is_legal, shown
+from eomgen.base.messages import NAME_RULE, is_legal, shown
+from eomgen.base.threads import share
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
 from eomgen.codegen.targets.c.printer import Printer, folded, indented
 from eomgen.codegen.targets.c.templates import environment

@@ -29,9 +29,9 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
-from eomgen.base.concurrency import thread_count
 from eomgen.base.data import dataclass
-from eomgen.base.text import listed, nearest
+from eomgen.base.messages import listed, nearest
+from eomgen.base.threads import thread_count
 from eomgen.errors import ModelError, Problem, UsageError
 
 Complex = NDArray[np.complex128]

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass, replace
-from eomgen.base.text import counted, listed, nearest
+from eomgen.base.messages import counted, listed, nearest
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.fields.posteriors.cells import CellEnergy, CellRoutines, cell_tape, source
 from eomgen.products.fields.posteriors.mesh import Complex, Mesh, Reals, Transforms, check_transforms

@@ -16,7 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
 from eomgen.base.files import nearby
-from eomgen.base.text import counted, listed, nearest
+from eomgen.base.messages import counted, listed, nearest
 from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.nodes import Formula

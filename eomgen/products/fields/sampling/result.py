@@ -14,7 +14,8 @@ from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_arrays, write_text
-from eomgen.base.text import counted, json_text
+from eomgen.base.json_text import json_text
+from eomgen.base.messages import counted
 from eomgen.products.fields.documents.document import Chains
 from eomgen.products.fields.posteriors import Samples, autocorrelation_time, split_r_hat
 from eomgen.products.fields.sampling.problem import TRAJECTORY, FieldProblem

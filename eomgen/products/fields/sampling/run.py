@@ -14,9 +14,9 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.files import make_folder, read_arrays, write_arrays
+from eomgen.base.messages import listed, nearest
+from eomgen.base.messages import shown as quoted
 from eomgen.base.progress import Interrupts, Progress, shown
-from eomgen.base.text import listed, nearest
-from eomgen.base.text import shown as quoted
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.products.fields.documents.document import Chains, FieldSystem
 from eomgen.products.fields.documents.field_reading import fields_from_data, load_fields

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import curves, evaluate_batch, symbols

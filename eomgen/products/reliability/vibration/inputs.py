@@ -20,7 +20,7 @@ from scipy import signal, special
 from eomgen.base.arrays import Array
 from eomgen.base.calls import check_options
 from eomgen.base.data import dataclass
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.compiled.arguments import number_of
 from eomgen.errors import Problem, UsageError
 from eomgen.products.reliability.vibration.result import Process

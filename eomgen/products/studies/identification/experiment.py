@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError

@@ -13,7 +13,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
-from eomgen.base.text import listed, nearest, shown
+from eomgen.base.messages import listed, nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.system.description import component_names
 

@@ -15,7 +15,7 @@ from eomgen.base.csv_tables import write_rows, write_table
 from eomgen.base.data import dataclass
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_text
-from eomgen.base.text import json_text
+from eomgen.base.json_text import json_text
 from eomgen.products.studies.identification.estimation import Combination
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from eomgen.base.calls import check_options, checked_call
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import Problem, UsageError

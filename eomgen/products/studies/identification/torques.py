@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.compiled.arguments import check_name
 from eomgen.errors import Problem, UsageError
 from eomgen.products.studies.identification.estimation import (

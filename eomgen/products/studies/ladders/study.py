@@ -15,7 +15,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.journal import Journal
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.base.version import __version__
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.register import AUTO, canonical_name

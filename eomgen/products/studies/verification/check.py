@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.analysis.state_warnings import inertia_warning
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline
 from eomgen.products.studies.defaults import CHECK_SEED, CHECK_STATES

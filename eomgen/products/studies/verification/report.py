@@ -14,7 +14,7 @@ from eomgen.base.csv_tables import write_rows
 from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import write_text
-from eomgen.base.text import json_text
+from eomgen.base.json_text import json_text
 from eomgen.errors import FileError, Problem
 from eomgen.products.studies.verification.differences import LADDER
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import EomgenError, ModelError, Problem, UsageError
 from eomgen.integrators.families.family import Family, MethodName
 from eomgen.integrators.families.register import BUILT_IN, check_needs, families_of_others, method_named, row_of

@@ -8,7 +8,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import asdict, dataclass
-from eomgen.base.text import nearest, shown
+from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model

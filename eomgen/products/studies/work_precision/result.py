@@ -13,7 +13,7 @@ from eomgen.base.csv_tables import write_rows
 from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import make_folder, write_text
-from eomgen.base.text import json_text
+from eomgen.base.json_text import json_text
 from eomgen.products.studies.work_precision.axes import Configuration
 from eomgen.products.studies.work_precision.observation import ErrorSize
 from eomgen.products.studies.work_precision.running import REACHED

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Number
 from eomgen.products.waves.hulls.section import Hull
 from eomgen.scene.document.notes import Facts, Note

@@ -9,7 +9,7 @@ import numpy as np
 
 from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.data import dataclass, replace
-from eomgen.base.text import key_of
+from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Number, Vector
 from eomgen.products.waves.formula.fields import WaveField
 from eomgen.scene.forces.element import Attach, ForceElement

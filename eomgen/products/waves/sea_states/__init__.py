@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``products.waves`` as well.
-WITHIN = ["nonlinearity", "spectra"]
+WITHIN = ["components", "nonlinearity", "spectra"]

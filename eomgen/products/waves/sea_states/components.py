@@ -1,4 +1,4 @@
-"""DOC OF products.waves.sea_states.components."""
+"""Division of a sea's spectrum into sinusoidal components, realisations by seed, and the dispersion of water waves."""
 
 from __future__ import annotations
 

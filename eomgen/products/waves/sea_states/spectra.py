@@ -1,4 +1,4 @@
-"""Spectra of seas, their division into components, and realisations by seed."""
+"""Spectra of seas (JONSWAP, Pierson-Moskowitz, tables) and the spreading of directions; checks of their numbers."""
 
 from __future__ import annotations
 

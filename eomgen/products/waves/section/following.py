@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from eomgen.base.text import shown
+from eomgen.base.messages import shown
 from eomgen.formula.nodes import Operation, Vector, quantity_of
 from eomgen.products.waves.formula.fields import ELEVATION, SLOPE, WaveField
 from eomgen.scene.bodies.model import Base
-from eomgen.scene.geometry import Rotation
 from eomgen.scene.reading.key_metadata import AddedKey, Table, key, optional
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import Values
+from eomgen.scene.rotations import Rotation
 
 
 class Follow(Table):

@@ -10,8 +10,8 @@ import numpy as np
 
 from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.data import dataclass, replace
+from eomgen.base.messages import key_of
 from eomgen.base.random_inputs import WAVES, standard_normals
-from eomgen.base.text import key_of
 from eomgen.errors import UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number

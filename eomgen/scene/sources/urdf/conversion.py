@@ -14,12 +14,12 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.text import listed, nearest, shown
-from eomgen.scene.geometry import frame_about, rows, snapped_rotation, unit_axis
+from eomgen.base.messages import listed, nearest, shown
 from eomgen.scene.inertia import Inertia, combined
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.tree import displaced
 from eomgen.scene.reading.report import Report
+from eomgen.scene.rotations import frame_about, rows, snapped_rotation, unit_axis
 from eomgen.scene.sources.source import OptionError
 from eomgen.scene.sources.urdf.notes import (
     GIVE,

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.text import listed, shown
+from eomgen.base.messages import listed, shown
 from eomgen.scene.inertia import impossible
 from eomgen.scene.sources.urdf.reading import NEWEST, WITH_QUATERNIONS, Joint, Robot
 

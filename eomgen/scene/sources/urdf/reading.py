@@ -14,12 +14,12 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.base.text import NAME_LENGTH, is_legal, nearest, shown
+from eomgen.base.messages import NAME_LENGTH, is_legal, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.scene.geometry import SNAP, roll_pitch_yaw, snapped_rotation
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS, TYPES
 from eomgen.scene.reading.report import Report
+from eomgen.scene.rotations import SNAP, roll_pitch_yaw, snapped_rotation
 from eomgen.scene.sources.xml import Element
 
 #: Types of joints by name in the format.

@@ -17,7 +17,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from eomgen.base.data import dataclass
-from eomgen.base.text import listed, shown
+from eomgen.base.messages import listed, shown
 from eomgen.formula.words import RESERVED
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.urdf.reading import NUMBER, Joint, Robot, legal_name

@@ -1,13 +1,11 @@
-"""Hints of messages (the nearest name, lists of names), validation of names, formatting of user text, JSON as text."""
+"""Parts of messages: the nearest known name, lists and counts of names, a user's text in quotes, numbers in as few
+digits as tell them apart; and the rule for legal names."""
 
 from __future__ import annotations
 
 import itertools
-import json
-import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 NAME_LENGTH = 64
 NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
@@ -81,21 +79,3 @@ def nearest(name: str, known: Iterable[str]) -> str:
     if close:
         return " or ".join(close)
     return f"one of {listed(every)}" if every else ""
-
-
-def json_text(data: Any) -> str:
-    """Return data as indented JSON; numbers that JSON does not have become null."""
-    return json.dumps(finite(data), indent=2)
-
-
-#: Types without infinities: names of a beam with many elements are long lists.
-_FINITE = {str, int, bool, type(None)}
-
-
-def finite(data: Any) -> Any:
-    """Return JSON data without the infinities and NaN that JSON does not have."""
-    if isinstance(data, Mapping):
-        return {str(key): finite(value) for key, value in data.items()}
-    if isinstance(data, Sequence) and not isinstance(data, str):
-        return list(data) if set(map(type, data)) <= _FINITE else [finite(value) for value in data]
-    return None if isinstance(data, float) and not math.isfinite(data) else data

@@ -1,10 +1,4 @@
-"""Work side by side: threads that share a batch or an ensemble, and advisory locks of files that one process writes.
-
-Advisory file locks: on cache entries under construction, on folders that one run writes to.
-
-The kernel releases them when their process ends. Without file locks (by the file system or the operating system),
-processes build independently: slower, but correct.
-"""
+"""Threads that share the work of a batch or an ensemble, and how many there are (``EOMGEN_THREADS``)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a linear model shows itself in a notebook: the table of its modes."""
+"""How a linear model shows itself in a notebook: signals, independent coordinates, the table of its modes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.display import page, paragraph, table
+from eomgen.base.html import page, paragraph, table
 
 #: Damping ratios below this are rounding.
 _ROUNDING = 1e-9

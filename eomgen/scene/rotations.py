@@ -1,6 +1,5 @@
-"""Rotations and mass properties of bodies as numbers: right angles are exact, inertias are physical.
-
-Constant rotations: from axis and angle, roll-pitch-yaw and quaternions, with right angles made exact.
+"""Constant rotations of a scene as numbers: from axis and angle, roll-pitch-yaw and quaternions, with right angles made
+exact.
 
 A matrix maps the rotated frame's axes to the fixed frame's; sequences are intrinsic, in order.
 
@@ -8,11 +7,6 @@ All decisions on directions near a coordinate axis and angles near a right angle
 made exact, which changes results by no more than that; beyond, a direction is like any other. A frame that has to be
 chosen is the same for directions that differ by less than ``ALIKE``: it does not change between an axis and one a
 little off a coordinate axis, or off a diagonal between two of them.
-
-Mass properties of bodies, and whether they are physical.
-
-Conditions on the second moments of a density: Wensing, Kim, Slotine, "Linear matrix inequalities for physically
-consistent inertial parameter identification", IEEE RA-L 3(1), 2018.
 """
 
 from __future__ import annotations

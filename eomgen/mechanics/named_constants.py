@@ -1,10 +1,5 @@
-"""Numbers of beams beside the equations: named constants, and axes for pictures.
-
-Axes of beams for pictures: frames along each beam as functions of its elastic coordinates, as numbers.
-
-They are the stations of ``tree.beam_stations`` at evenly spaced places and wherever something is attached. Whoever
-draws a motion knows the coordinates and the beam's frame, so no function is compiled for them.
-"""
+"""Named constants of beams: shape integrals with mass and stiffness, by names for the C, and sentences on the effects
+that the equations of a beam contain."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from eomgen.base.display import formula, page, paragraph, table
+from eomgen.base.html import formula, page, paragraph, table
 
 #: Functions that are counted in one line.
 _COUNTED = 5

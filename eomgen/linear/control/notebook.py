@@ -1,6 +1,5 @@
-"""Regulators, observers and output feedback as users see them: parts of pages of a notebook, units and references of
-signals, open loops in the complex plane.
-"""
+"""Regulators, observers and output feedback in a notebook: parts of pages, units and references of signals; and figures
+of stability margins, open loops in the complex plane."""
 
 from __future__ import annotations
 
@@ -10,8 +9,8 @@ from typing import Any, TypedDict
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.display import page, table
 from eomgen.base.figures import axes_of_caller, pyplot_figure
+from eomgen.base.html import page, table
 from eomgen.linear.control.margins import Margins
 from eomgen.linear.state_space import KINDS, StateSpace
 

@@ -1,5 +1,5 @@
-"""Terms of one scene, each recorded on the scene's tape at its first use, and the facts that decide which terms are
-recorded: large, deep, ill-scaled."""
+"""The tape of one scene: its terms, each recorded at its first use, and the facts that decide which terms are recorded:
+large, deep, ill-scaled."""
 
 from __future__ import annotations
 

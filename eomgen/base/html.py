@@ -1,4 +1,4 @@
-"""How results show themselves: figures of matplotlib without a window, and small pieces of HTML for notebooks."""
+"""Small pieces of HTML with which objects show themselves in notebooks: headings, paragraphs, formulas, tables."""
 
 from __future__ import annotations
 

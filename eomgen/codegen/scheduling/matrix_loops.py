@@ -1,5 +1,5 @@
-"""Assembly of the iteration matrix, and products of sparse matrices with vectors, by statements or by one loop per
-kind of entry."""
+"""Loops over sparse matrices: assembly of the iteration matrix, and products with vectors, by statements or by one loop
+per kind of entry."""
 
 from __future__ import annotations
 
