@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 LOG = 64
 #: Events within one step of the time grid at most.
 MOST = LOG // 2
-#: Shortest part of a step that is stepped, as a share of it; shorter ones are two terms of a Taylor series.
+#: Shortest part of a step that is stepped, as a share of the step; shorter parts are two terms of a Taylor series.
 SHORTEST = 1e-8
 
 STOPPED = Status(
@@ -79,12 +79,12 @@ NO_VALUE = Status(
 #: Events with the state at the event.
 _AT_EVENTS = (STOPPED, ACCUMULATED, NOT_FINITE, NO_IMPULSE, OFF_CONSTRAINTS, NEGATIVE_RESTITUTION, LOG_FULL)
 STATUSES = (*_AT_EVENTS, NO_VALUE)
-#: Their numbers: the state is at the event, between points of the time grid.
+#: Numbers of these statuses: the state is at the event, between points of the time grid.
 AT_EVENTS = frozenset(status.number for status in _AT_EVENTS)
 
 
-#: Facts of each event for the templates: whether its rate is known, the action changes the motion, sets the state
-#: itself, is an impact, stops the run, or only counts.
+#: Facts of each event for the templates: whether its rate is known, whether the action changes the motion, sets the
+#: state, is an impact, stops the run, or only counts.
 _FLAGS: Mapping[str, Callable[[EventRow], bool]] = {
     "has_rate": lambda row: row.has_rate,
     "acts": lambda row: row.action not in ("record", "count"),
@@ -129,7 +129,7 @@ def event_state(rows: Sequence[EventRow], modes: Sequence[Mode]) -> tuple[Field,
 
 #: How far a sample may be moved onto a point of the time grid, as a part of the shortest period.
 CLOSEST = 1e-5
-#: Number of the status of a function that fails, and its remedy.
+#: Number of the status of a failed function, and its remedy.
 CONTROLLER_FAILED = 30
 CONTROLLER_ADVICE = "a function that gives finite values from the signals of that time, and returns 0"
 #: Record of a stepper on the last function that failed; all zero but the first: the caller gave no function.
@@ -143,9 +143,9 @@ CONTROLLER_FAILURE = (
 def sample_data(
     rows: Sequence[SampleRow], controllers: Sequence[SampledController] = (), states: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Return the sampled states as JSON types: ``clocks``, each a period and its first time in s, ``rows``, and
-    ``controllers`` if there are some. ``set_at`` of a row is the level at which the term gives its value, -1 if a
-    controller does.
+    """Return the sampled states as JSON types: ``clocks``, each a period and the first time in s, ``rows``, and
+    ``controllers`` unless empty. ``set_at`` of a row is the level at which the term gives its value, -1 if a controller
+    does.
 
     Parameters
     ----------

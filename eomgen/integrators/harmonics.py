@@ -25,17 +25,18 @@ PAIRS = 8
 LEAST = 16
 #: Inputs whose sums are taken side by side: two for each are in registers.
 _SIDE_BY_SIDE = 4
-#: Harmonics are filled up to a multiple of this by some of amplitude 0, so that loops have no ends of their own.
+#: The number of harmonics is rounded up to a multiple of this number by harmonics of amplitude 0, so that loops need no
+#: remainder.
 _MULTIPLE = 8
 #: Most harmonics between which the sums of a block wait in memory.
 _LONGEST_STRETCH = 64
 
 
 def harmonics_data(system: System) -> dict[str, Any] | None:
-    """Return the C data for inputs at the times of a grid; None if others than sums of harmonics are given, or
-    if steps may leave the grid: at jumps, samples and events.
+    """Return the C data for inputs at the times of a grid; None if any given input is no sum of harmonics, or if steps
+    may leave the grid: at jumps, samples and events.
 
-    Inputs with the same frequencies are in one group, whose sines and cosines they share.
+    Inputs with the same frequencies form a group with common sines and cosines.
     """
     if system.discontinuities or system.sampled or system.events:
         return None

@@ -20,9 +20,9 @@ class Work:
 
     Attributes
     ----------
-    what : a function of the model, or in words
+    what : name of a function of the model, or a description
     times : in one step
-    of_model : whether it is such a function, whose operations the system knows
+    of_model : whether the work is a function of the model, with operations known to the system
     additions, multiplications, divisions, functions : of one time
     """
 
@@ -66,7 +66,7 @@ def work_of_system(solver: Mapping[str, Any], size: int) -> tuple[Work, ...]:
 
 
 def _operations_of_groups(data: Mapping[str, Any]) -> tuple[int, int]:
-    """Return additions and multiplications of an elimination with sums, from its rows or from its tables."""
+    """Return additions and multiplications of an elimination with sums, from rows or from tables of the elimination."""
     if "unrolled" in data:
         rows = data["unrolled"]
         updates = sum(len(taken["updates"]) for row in rows for taken in row["taken"])

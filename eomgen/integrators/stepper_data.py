@@ -47,17 +47,17 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
     Parameters
     ----------
     system : System
-        Its facts are held against the method's needs first.
+        Checked for the needs of the method first.
     step : float
-        Default step in s; like rho_inf and the tolerances it is a setting of the compiled stepper, not part of its
-        code.
+        Default step in s; like rho_inf and the tolerances, the step is a setting of the compiled stepper, not a part of
+        the code.
     samples : newton.sample_matrices.Samples, optional
         Numbers by which the pivots are chosen; the system's tape at a few states by default.
 
     Raises
     ------
     ModelError
-        The system lacks something that the method needs, or its iteration matrix is singular at the initial state.
+        The system lacks a quantity that the method needs, or the iteration matrix is singular at the initial state.
     UsageError
         The step is not positive.
     """
@@ -190,7 +190,7 @@ def _check_functions(method: Family, system: System) -> None:
 
 
 def _lie_data(factors: Sequence[Factor], called: Sequence[GroupFunction]) -> dict[str, Any]:
-    """Return the factors as runs, neighbouring R's merged, and the group functions that they need."""
+    """Return the factors as runs, with neighbouring factors R merged, and the group functions needed."""
     runs: list[dict[str, Any]] = []
     for factor in factors:
         last = runs[-1] if runs else None

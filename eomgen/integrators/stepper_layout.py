@@ -7,7 +7,8 @@ from typing import Any
 
 from eomgen.errors import Problem, UsageError
 
-#: The stepper's part of the interface of every compiled model; ``templates/c/interface/stepper.c.jinja`` implements it.
+#: The stepper's part of the interface of every compiled model; ``templates/c/interface/stepper.c.jinja`` implements
+#: this part.
 STEPPER_CDEF = """\
 long eomgen_stepper_size(int what);
 int eomgen_initialize(const double *parameters, const double *settings, const double *u_table, double *state,
@@ -20,8 +21,8 @@ const char *eomgen_status_text(int status);
 """
 #: Status of ``eomgen_run_inputs``, without a step, if an input is not a finite number.
 INPUT_NOT_FINITE = -2
-#: Meaning of the argument of ``eomgen_stepper_size``; with events, also the places of their log and its length in the
-#: workspace, and the size of an entry, all in bytes; else -1.
+#: Meaning of the argument of ``eomgen_stepper_size``; with events, also the place of the log and of the log's length in
+#: the workspace, and the size of an entry, all in bytes; else -1.
 STEPPER_SIZES = ("state", "settings", "row", "rows_per_step", "workspace", "found", "found_count", "event")
 
 
@@ -36,7 +37,7 @@ def checked_setting(data: Mapping[str, Any], name: str, value: float) -> float:
     Raises
     ------
     UsageError
-        The method has no such setting, or this value is none of it.
+        The method has no such setting, or the value is invalid.
     """
     rows = {item["name"]: item for item in data["settings"]}
     known = [other for other in rows if other != "step" and other not in data["parameters"]]
@@ -81,8 +82,8 @@ def row_layout(data: Mapping[str, Any]) -> dict[str, slice]:
 def state_layout(data: Mapping[str, Any]) -> dict[str, slice]:
     """Return the slice of each quantity in the flat state: ``t, q, v, vdot, ...``, then the statistics by name.
 
-    ``u`` and ``p`` are the inputs and parameters with which ``vdot`` was evaluated; steps by series have theirs in the
-    workspace.
+    ``u`` and ``p`` are the inputs and parameters with which ``vdot`` was evaluated; steps by series have ``u`` and
+    ``p`` in the workspace.
     """
     return _layout((item["name"], max(item["size"], 1)) for item in data["state"])
 

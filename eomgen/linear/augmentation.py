@@ -33,8 +33,8 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     Returns
     -------
     StateSpace
-        With the states of the model, then of the source, and the source's inputs in place of the driven ones.
-        Outputs of the source are outputs of the whole too, so that they can be weighted and measured.
+        States of the model, then of the source; the source's inputs replace the driven inputs. Outputs of the source
+        are also outputs of the whole, for weights and measurements.
 
     Raises
     ------
@@ -97,15 +97,15 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
 def shaping_filter(
     numerator: ArrayLike, denominator: ArrayLike, input: str, output: str, unit: str = "", states: str = ""
 ) -> StateSpace:
-    """Return the filter output = numerator(s)/denominator(s) input, as a model to drive others by.
+    """Return the filter output = numerator(s)/denominator(s) input, as a model that can drive another model.
 
     Parameters
     ----------
     numerator, denominator : coefficients, highest power first; the numerator of no higher degree
-    input : name of its disturbance, such as white noise
+    input : name of the filter's disturbance, such as white noise
     output : name of the driven signal
     unit : of the output
-    states : name of its states, ``filter.NAME[0]``; the output's name by default
+    states : name of the filter's states, ``filter.NAME[0]``; the output's name by default
 
     Raises
     ------
@@ -125,7 +125,7 @@ def shaping_filter(
 
 
 def delay(input: str, output: str, time: float | str, order: int = 4, unit: str = "") -> StateSpace:
-    """Return a pure delay as a model to drive others by, approximated by Padé in continuous time.
+    """Return a pure delay as a model that can drive another model, approximated by Padé in continuous time.
 
     The rear axle drives over the road passed by the front axle; a sensor ahead of the vehicle sees the road ahead.
 
@@ -133,7 +133,7 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
     ----------
     input, output : names of the undelayed and of the delayed signal
     time : s, or a text with a unit
-    order : of the Padé approximation; its phase is good to about ``order`` rad
+    order : of the Padé approximation; the phase is accurate up to about ``order`` rad
     unit : of both
 
     Raises
@@ -152,7 +152,7 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
 
 
 def delay_line(input: str, output: str, samples: int, sample: float | str, unit: str = "") -> StateSpace:
-    """Return the exact delay of a sampled model by whole samples, as a model to drive others by.
+    """Return the exact delay of a sampled model by whole samples, as a model that can drive another model.
 
     Raises UsageError if the number of samples is not 1 or more.
     """
@@ -199,9 +199,9 @@ def _columns(space: StateSpace) -> dict[str, tuple[Array, Array]]:
 
 
 def _labels(kind: str, names: Sequence[str], spaces: Sequence[StateSpace]) -> list[tuple[str, float]]:
-    """Return unit and reference of signals of a kind, each from the first of the models that has it.
+    """Return unit and reference of signals of a kind, each from the first model with this signal.
 
-    A signal that drives both may be an input of one and a disturbance of the other.
+    A signal that drives both models may be an input of one model and a disturbance of the other model.
     """
     kinds = ("inputs", "disturbances") if kind in ("inputs", "disturbances") else (kind,)
     homes = [next((space, of) for space in spaces for of in kinds if name in getattr(space, of)) for name in names]

@@ -25,7 +25,7 @@ from eomgen.linear.linearization import Linearization
 
 #: Relative accuracy of critical speeds.
 _ACCURACY = 1e-12
-#: An orbit with a ratio of axes below this is a line: it whirls in no sense.
+#: Ratio of axes below which an orbit counts as a line, without a sense of whirl.
 _LINE = 1e-6
 #: Eigenvalues that differ by less than this part are one of several modes.
 _EQUAL = 1e-9
@@ -93,10 +93,10 @@ def campbell(
     Parameters
     ----------
     linearized : callable
-        From a value, and the linear model at the value before it, to the linear model there.
+        From a value, and the linear model at the previous value, to the linear model at this value.
     orders : multiples of the values
     pairs : pairs of outputs or states that are deflections along two axes, the second a quarter turn from the first in
-        the sense of the spin; whirl is the sense in which they orbit
+        the sense of the spin; whirl is the sense of the orbit
     report : called with the part of the work that is done: half is for the values, half for crossings if there are
         orders
 
@@ -107,8 +107,8 @@ def campbell(
     Raises
     ------
     EomgenError
-        Errors of ``linearized`` if the call is wrong, or if fewer than two values have a linear model: with the
-        first value at which it did.
+        Errors of ``linearized`` if the call is wrong, or if fewer than two values have a linear model: with the first
+        value that has one.
     """
     search = _Search(parameter, linearized, pairs)
     all_steps = (2 if orders else 1) * len(values)
@@ -144,7 +144,8 @@ def campbell(
 
 
 class _Search:
-    """Oscillations at values of a parameter, and crossings between them, by linear models at any value."""
+    """Oscillations at values of a parameter, and crossings of oscillations with orders, by linear models at any
+    value."""
 
     def __init__(
         self,
@@ -163,7 +164,7 @@ class _Search:
         return sum(node.wanted for node in self.nodes)
 
     def at(self, value: float, before: Linearization | None) -> Linearization:
-        """Return the linear model at a value. Raises EomgenError with the value in its messages."""
+        """Return the linear model at a value. Raises EomgenError with the value in the message."""
         try:
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
@@ -176,7 +177,7 @@ class _Search:
             raise type(error)(problems) from None
 
     def look_at(self, value: float) -> None:
-        """Add the node of a value, after nodes between it and the last one by which modes can be told apart."""
+        """Add the node of a value, after nodes between this and the last value by which modes can be told apart."""
         nodes = self.nodes
         try:
             model = self.at(value, nodes[-1].model if nodes else None)
@@ -194,7 +195,7 @@ class _Search:
             warnings.warn(f"Campbell diagram: left out: {kind[0]}{more}", RuntimeWarning, stacklevel=stacklevel)
 
     def crossing(self, order: float, row: int, mode: int, curves: _Curves, stacklevel: int) -> list[Crossing]:
-        """Return the crossing of a mode with an order between two nodes, found on the model itself."""
+        """Return the crossing of a mode with an order between two nodes, refined on the model."""
         low, high = self.nodes[row : row + 2]
         ends = [(self.nodes[place].oscillations, curves.column(place, mode)) for place in (row, row + 1)]
         last: dict[str, Any] = {}
@@ -221,7 +222,7 @@ class _Search:
 
 @dataclass(frozen=True)
 class _Curves:
-    """Modes followed over nodes: eigenvalues and whirl (nodes, modes), by frequency at their first node."""
+    """Modes followed over nodes: eigenvalues and whirl (nodes, modes), by frequency at the first node."""
 
     values: Array
     eigenvalues: Complex
@@ -303,8 +304,8 @@ def _multiple(eigenvalues: Complex, uncertainty: Array) -> list[list[int]]:
 def _circular(shapes: Complex, deflections: Complex) -> Complex:
     """Return combinations of modes of one eigenvalue, (m, m), with orbits of largest enclosed area in either sense.
 
-    Any combination of them is a mode, and its sense is arbitrary: the diagonalisation of the form of the enclosed area
-    in the measure of kinetic energy are the circular ones, if there are any, one in each sense.
+    Any combination of these modes is a mode, with an arbitrary sense of whirl: the diagonalisation of the form of the
+    enclosed area in the measure of kinetic energy gives the circular modes, if any, one in each sense.
     """
     first, second = deflections[::2], deflections[1::2]
     of_energy = shapes.conj().T @ shapes
@@ -317,7 +318,8 @@ def _circular(shapes: Complex, deflections: Complex) -> Complex:
 
 @dataclass(frozen=True)
 class _Node:
-    """A value of the parameter with its model; unwanted values only help to follow modes."""
+    """A value of the parameter and the model there; additional values between the requested values only help to follow
+    modes."""
 
     value: float
     model: Linearization
@@ -341,8 +343,8 @@ def _between(
     pairs: Sequence[tuple[str, str]],
     depth: int,
 ) -> list[_Node]:
-    """Return the nodes between two by which modes can be told apart; none if they are near enough, or if there is
-    no linear model between them."""
+    """Return the nodes between two nodes by which modes can be told apart; none if the two nodes are near enough, or
+    without a linear model in between."""
     costs = _costs(low.oscillations, high.oscillations)
     rows, chosen = linear_sum_assignment(costs)
     if depth == 0 or np.all(costs[rows, chosen] < _UNLIKE):

@@ -54,7 +54,7 @@ class Campbell:
     crossings : by order and speed
     stability : (n,) ``stable``, ``marginal`` or ``unstable``
     left_out : by value, why there is no linear model there
-    interrupted : whether Ctrl-C has ended it early, with the values and crossings that were found
+    interrupted : whether Ctrl-C has ended the search early, with the values and crossings that were found
     """
 
     parameter: str
@@ -85,7 +85,7 @@ class Campbell:
 
     @property
     def critical_speeds(self) -> Array:
-        """Speeds at which a mode has the frequency of the speed itself, rad/s, increasing."""
+        """Speeds equal to the frequency of a mode at this speed, rad/s, increasing."""
         return np.array([item.speed for item in self.crossings if item.order == 1.0])
 
     @property
@@ -197,12 +197,12 @@ def root_locus(
     Parameters
     ----------
     linearized : callable
-        From a value, and the linear model at the value before it, to the linear model there.
+        From a value, and the linear model at the previous value, to the linear model at this value.
 
     Raises
     ------
     EomgenError
-        Errors of ``linearized``, with the value at which it failed.
+        Errors of ``linearized``, with the value in the message.
     """
     rows: list[Complex] = []
     stability: list[str] = []
@@ -222,7 +222,7 @@ def root_locus(
 
 
 def _followed(last: Complex, roots: Complex) -> Complex:
-    """Return roots in the order of those before them that are nearest, all distances together being least."""
+    """Return roots in the order of the previous roots: the assignment has the least sum of distances."""
     _, order = linear_sum_assignment(np.abs(last[:, np.newaxis] - roots))
     result: Complex = roots[order]
     return result

@@ -38,7 +38,8 @@ class Partials:
     Rz : (nv, nz) of the residual in internal states
     Fq, Fv, Fz, Fu, Fw : (nz, ...) of the rates of internal states
     Yq, Yv, Ya, Yz, Ylam, Yu, Yw : (ny, ...) of outputs
-    J : (rows, nv) constraint Jacobian, the ``holonomic`` first rows at position level, the others at velocity level
+    J : (rows, nv) constraint Jacobian, the first ``holonomic`` rows at position level, the following rows at velocity
+        level
     Z : (rows, nv) partials of the rows' rates in q
     Aq, Av : (rows, nv) partials of the rows' accelerations in q and v
     """
@@ -71,7 +72,7 @@ class Partials:
     def of(
         blocks: Mapping[str, Array], inputs: int, disturbances: int, outputs: int = 0, holonomic: int = 0
     ) -> Partials:
-        """Return partials from named matrices; M, C and K must be among them."""
+        """Return partials from named matrices; M, C and K are required."""
         nv = len(blocks["M"])
         rows = len(blocks["J"]) if "J" in blocks else 0
         nz = blocks["Rz"].shape[1] if "Rz" in blocks else 0
@@ -128,14 +129,13 @@ class Freedom:
 
 @dataclass(frozen=True)
 class Measures:
-    """Velocities w(q, v) that motions are measured by, at one state; n of them.
+    """Velocities w(q, v), the measures of motions, at one state; n components.
 
     Attributes
     ----------
-    factors : the groups that they are velocities of
-    v, a : (n,) w and its time derivative
-    P, Z : (n, nv) partials of w in v and in q; the constraint rows before the last n - (nv - rows) ones and P are all
-        there is
+    factors : the groups of the configuration with velocities w
+    v, a : (n,) w and the time derivative of w
+    P, Z : (n, nv) partials of w in v and in q; first the constraint rows, except in the last n - (nv - rows) rows
     Av, Aq : (n, nv) partials of the time derivative in v and in q
     """
 
@@ -149,7 +149,7 @@ class Measures:
 
     @staticmethod
     def components(factors: Sequence[Factor], v: Array, a: Array) -> Measures:
-        """Return the components of v as their own measures."""
+        """Return the components of v as measures."""
         nothing = np.zeros((len(v), len(v)))
         return Measures(factors, v, a, np.eye(len(v)), nothing, nothing, nothing)
 
@@ -159,8 +159,8 @@ def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = (
 
     Parameters
     ----------
-    measures : quantities that x and y are changes of; constraint rows that they meet by themselves come first
-    preferred : numbers of measures that are to be independent, as far as the constraints let them
+    measures : quantities whose changes are x and y; constraint rows satisfied by the measures come first
+    preferred : indices of measures that are to be independent, as far as the constraints allow
 
     Raises
     ------

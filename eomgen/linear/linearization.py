@@ -34,7 +34,7 @@ from eomgen.linear.state_space import FirstOrder, StateSpace, first_order, spell
 class Reference:
     """The state about which a model is linear: t in s, q (nq,), v and a (nv,), z (nz,), u (nu,), multipliers (rows,).
 
-    ``what`` is its kind: ``equilibrium``, ``steady motion``, ``initial state``, ``given state``.
+    ``what`` is the kind of reference: ``equilibrium``, ``steady motion``, ``initial state``, ``given state``.
     """
 
     t: float
@@ -52,13 +52,12 @@ class Reference:
 
 @dataclass(frozen=True)
 class Names:
-    """Names of the components of v (without their letter), and of internal states, inputs, disturbances and outputs.
+    """Names of the components of v (without the letter), and of internal states, inputs, disturbances and outputs.
 
-    ``measured`` are the candidates of independent coordinates: the components, or coordinates of joints
-    between absolute bodies. ``units`` are the units of inputs, outputs and states by name, if they are known.
-    ``units_by_kind`` and ``references``, as of a ``StateSpace``, belong to ``measured``, its rates under
-    ``velocities``, of ``states``, ``inputs``, ``disturbances`` and ``outputs``. ``orientations``: as of a
-    ``StateSpace``.
+    ``measured`` are the candidates of independent coordinates: the components, or coordinates of joints between
+    absolute bodies. ``units`` are the known units of inputs, outputs and states by name. ``units_by_kind`` and
+    ``references``, as of a ``StateSpace``, belong to ``measured``, the rates of ``measured`` under ``velocities``,
+    ``states``, ``inputs``, ``disturbances`` and ``outputs``. ``orientations``: as of a ``StateSpace``.
     """
 
     components: tuple[str, ...]
@@ -84,7 +83,8 @@ class Linearization:
     partials : Partials, before constraints are projected out
     free : Freedom, the motions left free by constraints
     names : Names
-    sampled : SampledPart, of a scene with sampled states; they are inputs of the other matrices. Else None
+    sampled : SampledPart, of a scene with sampled states; sampled states are inputs of the other matrices. Else None
+        Else None
     """
 
     reference: Reference
@@ -93,7 +93,7 @@ class Linearization:
     names: Names
     sampled: SampledPart | None = None
 
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+    if not TYPE_CHECKING:  # type checkers know the attributes
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
@@ -177,8 +177,8 @@ class Linearization:
     def undamped_frequencies(self) -> Array:
         """(n,) angular frequencies of M0 x'' + K0 x = 0, rad/s, increasing.
 
-        Of a direction that is unstable without damping minus the rate at which it grows; not a number if eigenvalues
-        are complex, as forces that follow the motion can make them.
+        For a direction that is unstable without damping, minus the rate of growth; not a number for complex
+        eigenvalues, which follower forces may cause.
         """
         values = np.asarray(scipy.linalg.eigvals(self.K0, self.M0)) if len(self.M0) else np.zeros(0, complex)
         scale = float(np.max(np.abs(values), initial=0.0))
@@ -208,11 +208,12 @@ class Linearization:
         return StateSpace(*of, units, references, orientations=names.orientations)
 
     def sampled_loop(self) -> StateSpace:
-        """Return the loop that sampled states close, from one common period of theirs to the next.
+        """Return the closed loop of the sampled states, from one common sampling period to the next.
 
-        Its state is the state of ``state_space``, then the sampled states (``z.name``), just before the samples at
-        the start of a period; inputs and disturbances of others are as at the reference. ``eigenvalues`` belong to
-        one period, and ``decay`` is the rate in 1/s of the slowest. Rounding by a quantum is left out.
+        The state of the loop is the state of ``state_space``, then the sampled states (``z.name``), just before the
+        samples at the start of a period; all remaining inputs and disturbances have their values at the reference.
+        ``eigenvalues`` belong to one period, and ``decay`` is the rate in 1/s of the slowest motion. Rounding by a
+        quantum is left out.
 
         Raises
         ------
@@ -244,7 +245,7 @@ class Linearization:
         )
 
     def modes(self) -> Modes:
-        """Return the modes with the shapes of all coordinates, dependent ones too."""
+        """Return the modes with the shapes of all coordinates, including dependent coordinates."""
         m = self._first_order
         return modes(m.A, m.R_all, self.names.components, np.diag(self.partials.M))
 
@@ -283,7 +284,7 @@ class Linearization:
         return plot_response(band, values, (input, output), axes)
 
     def _unit(self, name: str) -> str:
-        """Return the unit of an output or a state; empty if it is not known."""
+        """Return the unit of an output or a state; empty if unknown."""
         return self.names.units.get(spelled(name, tuple(self.names.units)), "")
 
     # -- random vibration ----------------------------------------------------------------------------------------------
@@ -329,7 +330,7 @@ class Linearization:
         band : Hz
             The part that counts; all of the excitation's if none is given.
         weighting : ``Wk`` or ``Wd`` of ISO 2631-1
-            Of an acceleration in m/s^2, as people feel it.
+            For an acceleration in m/s^2: the part that people feel.
 
         Raises
         ------
@@ -347,7 +348,7 @@ class Linearization:
     def rms_on_white_noise_road(self, output: str, excitation: RoadExcitation) -> float:
         """Return the root mean square of an output on a road of exponent 2 with an unbounded band.
 
-        By Lyapunov's equation, exact with the delay between axles; it neither integrates nor samples over frequency.
+        By Lyapunov's equation, exact with the delay between axles, without integration or sampling over frequency.
 
         Raises
         ------
@@ -373,7 +374,7 @@ class Linearization:
         ----------
         outputs : names, or a mapping from names to weightings (``Wk``, ``Wd``, None)
             All outputs if none are given.
-        speeds : (n,) m/s, or texts with their unit: ``"80 km/h"``
+        speeds : (n,) m/s, or texts with a unit: ``"80 km/h"`` ``"80 km/h"``
             The speed of the excitation if none are given.
 
         Raises

@@ -24,8 +24,8 @@ from eomgen.linear.plots import plot_modes
 def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:
     """Return B = T^-1 A T and T, (n, n) both; T is diagonal, and permuted if ``permute`` is true.
 
-    SciPy converts the scales to whole numbers, too, for it looks for permutations among them. Of scales above 2^63 that
-    is none and they are not used, so its warning is left out.
+    SciPy converts the scales to whole numbers, too, to find permutations among the scales. Scales above 2^63 are no
+    permutation and are not used, so the warning of SciPy is suppressed.
     """
     with np.errstate(invalid="ignore"):
         balanced, T = scipy.linalg.matrix_balance(A, permute=permute, separate=False)
@@ -47,9 +47,9 @@ class Modes:
     eigenvalues : (n,) complex, 1/s, imaginary parts not negative
     angular_frequency : (n,) |eigenvalue|, rad/s; of an oscillation that without damping
     frequency : (n,) the same in Hz
-    damping_ratio : (n,) -Re / |eigenvalue|: 1 if it decays without oscillation, -1 if it grows so, 0 of a zero
-        eigenvalue
-    uncertainty : (n,) of the eigenvalues by rounding; those below it are zero
+    damping_ratio : (n,) -Re / |eigenvalue|: 1 for decay without oscillation, -1 for growth without oscillation, 0 for a
+        zero eigenvalue
+    uncertainty : (n,) of the eigenvalues by rounding; smaller eigenvalues are zero
     shapes : (nv, n) complex changes of all coordinates, left-trivialised; the largest is 1
     state_shapes : (ns, n) complex, with velocities and internal states, in the same scale
     coordinates : names of the rows of ``shapes``
@@ -66,7 +66,7 @@ class Modes:
     coordinates: tuple[str, ...]
     weights: Array
 
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+    if not TYPE_CHECKING:  # type checkers know the attributes
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
@@ -121,7 +121,8 @@ class Modes:
         return 0.1 * float(np.min(frequencies)), 10.0 * float(np.max(frequencies))
 
     def dominant(self, mode: int, count: int = 3) -> list[tuple[str, complex]]:
-        """Return the coordinates that take the largest part in a mode, by the roots of their kinetic energies."""
+        """Return the coordinates that take the largest part in a mode, by the roots of the kinetic energies of
+        coordinates."""
         sizes = self.weights * np.abs(self.shapes[:, mode])
         order = np.argsort(-sizes, kind="stable")[:count]
         largest = np.max(sizes, initial=0.0)

@@ -56,7 +56,8 @@ class ShownStateSpace(Protocol):
 
 
 def state_space_html(space: ShownStateSpace) -> str:
-    """Return the signals of a linear model of first order with their units, and whether its motions decay."""
+    """Return an HTML table of the signals of a linear model of first order with units, and of the stability of the
+    model."""
     rows = []
     for kind, letter in (("states", "s"), ("inputs", "u"), ("disturbances", "w"), ("outputs", "y")):
         names: tuple[str, ...] = getattr(space, kind)

@@ -18,9 +18,9 @@ from eomgen.errors import Problem, UsageError
 from eomgen.linear.notebook import ShownModes
 from eomgen.linear.spectra import PowerSpectrum
 
-#: DrawnModes and coordinates in one figure: more of them cannot be told apart.
+#: Largest numbers of modes and coordinates in one figure: more cannot be told apart.
 _MODES, _COORDINATES = 12, 14
-#: Roots of neighbouring values are joined by a line if they are nearer than this part of the figure.
+#: Roots of neighbouring values are joined by a line if the distance is below this part of the figure.
 _JUMP = 0.08
 #: Real parts are zero below this part of an eigenvalue.
 _ROUNDING = 1e-9
@@ -80,7 +80,7 @@ class DrawnCampbell(Protocol):
 
 
 def draw_modes(modes: DrawnModes, title: str, path: Path) -> Path:
-    """Draw the shape of each mode: amplitudes by coordinate, their phases beside them."""
+    """Draw the shape of each mode: amplitudes by coordinate, with phases beside the amplitudes."""
     shown = _shown(modes)
     figure = new_figure(_size(modes, len(shown)))
     _shapes(_grid(figure, len(shown)), modes, shown)
@@ -107,10 +107,10 @@ def _shown(modes: DrawnModes) -> list[int]:
 
 
 def oscillating_first(modes: ShownModes, few: int) -> list[int]:
-    """Return the numbers of modes as they are listed.
+    """Return the numbers of modes in the order of listing.
 
-    They stay slowest first unless there are more than a few; then modes that decay without oscillation, of which
-    stiffness damping makes hundreds, come last.
+    Modes are listed by increasing eigenvalue. With more than ``few`` modes, non-oscillating modes, of which stiffness
+    damping makes hundreds, come last.
 
     Parameters
     ----------
@@ -192,7 +192,8 @@ def _rounded(ratio: float) -> str:
 
 
 def draw_root_locus(locus: DrawnRoots, unit: str, title: str, path: Path) -> Path:
-    """Draw the upper half plane of roots, coloured by the parameter; crosses at its first value, rings at the last."""
+    """Draw the upper half plane of roots, coloured by the parameter; crosses at the first value, rings at the last
+    value."""
     figure = new_figure((8.4, 6.0))
     _roots(figure.subplots(), locus, unit)
     figure.suptitle(f"{title}: roots over {locus.parameter}", fontsize=11)
@@ -251,7 +252,7 @@ def _roots(axis: Any, locus: DrawnRoots, unit: str) -> None:
 
 
 def draw_campbell(diagram: DrawnCampbell, title: str, path: Path) -> Path:
-    """Draw the diagram into a file. Raises FileError if it cannot be written."""
+    """Draw the diagram into a file. Raises FileError if the file cannot be written."""
     figure = new_figure((8.0, 5.4))
     _frequencies(figure.subplots(), diagram)
     figure.suptitle(f"{title}: Campbell diagram", fontsize=11)
@@ -290,7 +291,7 @@ def _frequencies(
         for sense in np.unique(diagram.whirl[:, mode]):
             colour, style, word = _WHIRL[int(sense)]
             own = diagram.whirl[:, mode] == sense
-            # at rest there is no sense, and a curve begins there with that beside it
+            # at rest there is no whirl: curves begin with the whirl of the neighbouring point
             beside = np.concatenate([own[1:], [False]]) | np.concatenate([[False], own[:-1]])
             shown = own | (beside & (diagram.whirl[:, mode] == 0))
             label = word if word and word not in named else None
@@ -332,8 +333,8 @@ def _frequencies(
 
 
 def _highest(frequencies: Array, orders: Sequence[float], ends: Array) -> float:
-    """Return the frequency in Hz at which a diagram ends: above all modes, or, if they lie far above the rays of the
-    orders, above these rays and the lowest mode, so that crossings can be told apart."""
+    """Return the frequency in Hz at which a diagram ends: above all modes, or, if modes lie far above the rays of the
+    orders, above these rays and the lowest mode, so that crossings are resolved."""
     top = 1.08 * float(np.nanmax(frequencies, initial=0.0)) or 1.0
     ray = max(orders, default=0.0) * float(np.abs(ends).max()) / (2.0 * np.pi)
     if not ray > 0.0 or not frequencies.size:
@@ -395,7 +396,7 @@ def _response(magnitude: Any, phase: Any, frequencies: Array, values: Complex, t
 
 
 def draw_spectra(spectra: Sequence[PowerSpectrum], title: str, path: Path) -> Path:
-    """Draw power spectral densities on a random road, one above the other."""
+    """Draw power spectral densities on a random road, in one panel each, stacked vertically."""
     figure = new_figure((7.4, 0.6 + 3.6 * len(spectra)))
     for axis, item in zip(figure.subplots(len(spectra), 1, squeeze=False)[:, 0], spectra, strict=True):
         item.plot(axis)

@@ -26,12 +26,13 @@ from eomgen.linear.state_space import StateSpace
 
 #: Relative error of integrals over frequency.
 _TOLERANCE = 1e-8
-#: Points per resonance that intervals of integration begin with, in half bandwidths from its centre.
+#: Initial points of integration intervals about a resonance, in half bandwidths from the resonance.
 _AROUND = (-30.0, -6.0, -1.5, 0.0, 1.5, 6.0, 30.0)
 
 
 def responses(space: StateSpace, frequencies: Array, excitation: Excitation, outputs: Sequence[str]) -> Complex:
-    """Return H (nf, outputs, inputs) from the excitation's inputs at frequencies (nf,) in Hz, with their rates."""
+    """Return H (nf, outputs, inputs) from the excitation's inputs at frequencies (nf,) in Hz, including inputs for
+    rates."""
     omega = 2.0 * np.pi * frequencies
     H = space.frequency_responses(omega, excitation.inputs, outputs)
     for wheel, rate in excitation.rates.items():
@@ -73,7 +74,7 @@ def root_mean_squares(
     Parameters
     ----------
     weightings : (outputs,) names of frequency weightings, or None
-    band : Hz; the excitation's if none is given, else a part of it
+    band : Hz; by default the band of the excitation, of which it must be a part
 
     Raises
     ------
@@ -152,7 +153,7 @@ def _check_damped(modes: Modes, low: float, high: float) -> None:
 
 
 _PLACE = "rms on a road of white noise"
-#: A static response below this part of its terms is rounding.
+#: A static response below this part of its summands is rounding.
 _NO_STATIC_RESPONSE = 1e-9
 
 
@@ -191,7 +192,7 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
 
 
 class _Steps:
-    """Responses of one output to unit steps of the road in each track, which its wheels meet one after another."""
+    """Responses of one output to unit steps of the road in each track, which the wheels meet one after another."""
 
     def __init__(self, space: StateSpace, excitation: RoadExcitation, output: str, tracks: list[list[int]]) -> None:
         self.A, self.C = space.A, space.output_rows([output])[0]

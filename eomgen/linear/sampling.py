@@ -31,20 +31,21 @@ from eomgen.linear.state_space import StateSpace
 
 #: A delay this close to whole samples, as a share of one, is of whole samples.
 _WHOLE = 1e-9
-#: So many s between two samples, given as a number, are more likely so many samples a second.
+#: A sampling time above this number of seconds, given as a number, is more likely meant as samples per second.
 RARE = 10.0
-#: Inputs that wait for their effect, at most.
+#: Largest number of inputs that wait for their effect.
 _WAITING = 1000
 
 
 @dataclass(frozen=True)
 class Sampled:
-    """A linear model from sample to sample, and its equations within a sample.
+    """A linear model from sample to sample, and the equations within a sample.
 
     Attributes
     ----------
     space : StateSpace
-        Inputs that wait are states ``NAME_before``, ``NAME_before_2``, ... behind the others: of one sample before, ...
+        Inputs that wait are states ``NAME_before``, ``NAME_before_2``, ... after the other states: the input of the
+        previous sample, and so on.
     cost : (ns + nu, ns + nu)
         Integral of the cost over one sample, [s, u]^T cost [s, u].
     """
@@ -172,7 +173,7 @@ def _cost_over(rates: Array, density: Array, duration: float) -> Array:
 
 
 def _with_waiting_inputs(space: StateSpace, waiting: int) -> StateSpace:
-    """Return a model with inputs of so many samples before among its states; its matrices are still to come."""
+    """Return a model with the inputs of ``waiting`` previous samples among the states; matrices are still to be set."""
     named = {
         f"{name}_before" + (f"_{k}" if k > 1 else ""): (name, k) for k in range(1, waiting + 1) for name in space.inputs
     }
@@ -184,7 +185,7 @@ def _with_waiting_inputs(space: StateSpace, waiting: int) -> StateSpace:
     return replace(space, states=(*space.states, *named), units=units, references=references, waiting=named)
 
 
-#: Ratios of periods are fractions of numbers up to this one, and so many samples a common period has at most.
+#: Largest numerator and denominator of ratios of periods, and largest number of samples in a common period.
 _MOST = 10_000
 #: Part of a period by which times may differ and be the same.
 _SAME = 1e-9
@@ -192,14 +193,14 @@ _SAME = 1e-9
 
 @dataclass(frozen=True)
 class SampledPart:
-    """Sampled states of a system, and the partials of their new values.
+    """Sampled states of a system, and the partials of the new values.
 
     Attributes
     ----------
     names : (n,)
-    places : (n,) their indices among all internal states
+    places : (n,) indices among all internal states
     periods, offsets : (n,), s
-    levels : (n,) in which order they are set at the same time
+    levels : levels : (n,) order of updates at the same time
     by_q, by_v : (n, nv), by_z : (n, nz) of all internal states
     """
 
@@ -244,7 +245,7 @@ class SampledPart:
 
 
 def held_as_inputs(partials: Partials, part: SampledPart) -> Partials:
-    """Return partials in which sampled states are inputs behind the others."""
+    """Return partials in which sampled states are inputs after the other inputs."""
     p, held, kept = partials, list(part.places), part.others
     return replace(
         p,
@@ -261,11 +262,12 @@ def held_as_inputs(partials: Partials, part: SampledPart) -> Partials:
 
 
 def over_a_period(part: SampledPart, A: Array, B: Array, of_q: Array, of_v: Array) -> Array:
-    """Return the matrix of (s, z_s) over a common period, from just before the samples at its start.
+    """Return the matrix of (s, z_s) over a common period, from just before the samples at the start of the period.
 
     Parameters
     ----------
-    A : (ns, ns), B : (ns, n) of the continuous part with z_s as inputs; its internal states are the last of s
+    A : (ns, ns), B : (ns, n) of the continuous part with z_s as inputs; internal states of this part are the last
+        components of s
     of_q, of_v : (nv, ns) dq and dv by s
     """
     ns, n = B.shape

@@ -39,14 +39,14 @@ class StateSpace:
     A : (ns, ns), B : (ns, nu), E : (ns, nw), C : (ny, ns), D : (ny, nu), F : (ny, nw)
     states : ``hinge``, ``ball[2]``: coordinates, left-trivialised; ``v.hinge``: velocities; ``z.name``: internal states
     inputs, disturbances, outputs : names of u, w, y
-    units : for ``states``, ``inputs``, ``disturbances``, ``outputs`` the units of each, empty if they are not known
+    units : for ``states``, ``inputs``, ``disturbances``, ``outputs`` the units of each, empty if unknown
     references : values of the same signals at the reference of the linear model; changes count from there. Not a number
         if one is not known
     sample : time between two samples, s; None in continuous time
     input_delay : of a sampled model, from a sample to when inputs take effect, s
     waiting : the states that are inputs of samples before, each with the input and how many samples
     orientations : of joints with rotation groups, q at the reference of the linear model: quaternion (w, x, y, z), and
-        a position after it
+        then a position
     """
 
     A: Array
@@ -66,7 +66,7 @@ class StateSpace:
     waiting: Mapping[str, tuple[str, int]] = field(default_factory=dict)
     orientations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+    if not TYPE_CHECKING:  # type checkers know the attributes
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
@@ -98,7 +98,7 @@ class StateSpace:
         return units[getattr(self, kind).index(name)] if units else ""
 
     def reference(self, kind: str, name: str) -> float:
-        """Return a signal of a kind at the reference of the model; not a number if it is not known."""
+        """Return a signal of a kind at the reference of the model; not a number if unknown."""
         references = self.references.get(kind)
         return np.nan if references is None else float(references[getattr(self, kind).index(name)])
 
@@ -135,7 +135,7 @@ class StateSpace:
         ----------
         omega : (...), rad/s; of a sampled model the response from sample to sample
         input : name of an input or of a disturbance
-        output : name of an output of the scene (``name[k]`` if it has several components), or of a state
+        output : name of an output of the scene (``name[k]`` for an output of several components), or of a state
 
         Returns
         -------
@@ -144,7 +144,7 @@ class StateSpace:
         Raises
         ------
         UsageError
-            An unknown input or output; the message names the known ones.
+            An unknown input or output; the message names the known inputs and outputs.
         NumericalError
             A frequency equal to an undamped mode's, to machine precision.
         """
@@ -196,7 +196,8 @@ class HasStateSpace(Protocol):
 
 
 def state_space_of(model: StateSpace | HasStateSpace) -> StateSpace:
-    """Return a model of first order itself, of a linearization its own. Raises UsageError for anything else."""
+    """Return a model of first order unchanged, and the state space of a linearization. Raises UsageError for anything
+    else."""
     if isinstance(model, StateSpace):
         return model
     if not hasattr(model, "state_space"):
@@ -207,7 +208,7 @@ def state_space_of(model: StateSpace | HasStateSpace) -> StateSpace:
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """The matrices of a StateSpace, and how all coordinates follow from its state: dq = R_all s, (nv, ns)."""
+    """The matrices of a StateSpace, and the map from its state to all coordinates: dq = R_all s, (nv, ns)."""
 
     A: Array
     B: Array
@@ -228,7 +229,7 @@ def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) ->
     Raises
     ------
     ModelError
-        The inertia matrix is singular along a free direction; names it.
+        The inertia matrix is singular along a free direction, named in the message.
     """
     p = partials
     sizes = [len(free.coordinates), len(free.velocities), len(p.Fz), p.B.shape[1], p.E.shape[1]]
@@ -262,8 +263,8 @@ def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) ->
 
 
 def spelled(name: str, known: Sequence[str]) -> str:
-    """Return a name as linear models spell it: positions without the ``q.`` of solutions and formulas, internal states
-    with ``z.``, other names unchanged."""
+    """Return the spelling of a name in linear models: positions without the ``q.`` of solutions and formulas, internal
+    states with ``z.``, other names unchanged."""
     if name in known or not isinstance(name, str):
         return name
     return next((other for other in (name.removeprefix("q."), f"z.{name}") if other in known), name)

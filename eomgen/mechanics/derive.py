@@ -33,7 +33,8 @@ from eomgen.system.terms import TERMS
 def kept_and_dropped(
     scene: Scene, tree: Tree, functions: Mapping[str, Function], facts: Facts
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return two lists of sentences: effects in the equations, and effects omitted as the scene has none of them."""
+    """Return two lists of sentences: effects in the equations, and effects omitted because the scene has no source of
+    them."""
     kept: list[str] = [f"{name}: {function.description}" for name, function in functions.items()]
     dropped: list[str] = []
     kept += [f"curve {curve.name}: {curve}" for curve in scene.curves]
@@ -104,7 +105,7 @@ def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Seque
     terms : sequence of str, optional
         Names from ``TERMS``; the scene's own list, or all that the scene can use, when omitted.
     without_rows : sequence of int
-        Constraint rows to leave out, because they follow from others.
+        Constraint rows to leave out, because they follow from other rows.
 
     Raises
     ------
@@ -288,7 +289,8 @@ def _non_smooth(tape: Tape, node: int) -> bool:
 
 
 def _pruned(derivation: Derivation, function: Function, used: Collection[str], timed: bool) -> Function:
-    """Return a function without the input blocks that this scene does not have; ``used``: the blocks that it reads."""
+    """Return a function without the input blocks that this scene does not have; ``used``: the input blocks of the
+    function."""
     scene = derivation.scene
     of_motion = function.name in TERMS and TERMS[function.name].of_motion
     absent = {

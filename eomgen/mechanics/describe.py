@@ -49,7 +49,7 @@ def extent(scene: Scene, algebra: Algebra, constant: Callable[[Formula], Scalar]
     Parameters
     ----------
     constant : callable
-        From a formula of parameters to its value on the tape.
+        From a formula of parameters to the value on the tape.
     """
     return tuple(  # type: ignore[return-value]  # one for each of the two
         _root_of_squares(algebra, map(constant, formulas)) for formulas in (_scene_lengths(scene), scene.gravity)
@@ -64,8 +64,8 @@ def _root_of_squares(algebra: Algebra, values: Iterator[Scalar]) -> Scalar:
 
 
 def _scene_lengths(scene: Scene) -> Iterator[Formula]:
-    """Yield the dimensions of moving bodies and force elements, formulas of parameters: the machine's place is no size
-    of it."""
+    """Yield the dimensions of moving bodies and force elements, formulas of parameters; the position of the machine is
+    no dimension."""
     still = {BASE, "world"}
     yield from chain.from_iterable(body.center_of_mass for body in scene.bodies)
     yield from (Number(body.beam.length) for body in scene.bodies if body.beam is not None)
@@ -122,7 +122,8 @@ def _element_stiffness(beam: Cosserat) -> ElementStiffness:
 def base_disturbances(scene: Scene) -> tuple[str, ...]:
     """Return the names of the base's acceleration components, disturbances beside the given inputs.
 
-    Angular ones if it rotates, then linear, in base axes; none in absolute coordinates, as constraints hold the base.
+    Angular components if the base rotates, then linear components, in base axes; none in absolute coordinates, because
+    constraints hold the base.
     """
     if scene.base is None or scene.coordinates == "absolute":
         return ()
@@ -158,7 +159,7 @@ def laws_of(scene: Scene) -> Iterator[Law]:
 
 
 def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
-    """Yield each formula that forces depend on, except inputs, with the number of its time derivatives used."""
+    """Yield each formula that forces depend on, except inputs, with the number of time derivatives used."""
     if scene.base is not None:
         yield from ((formula, 2) for formula in scene.base.position)
         yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
@@ -204,8 +205,8 @@ def _coordinates(scene: Scene) -> Iterator[Coordinates]:
 def _elastic(name: str, beam: Beam) -> Coordinates:
     """Return the description of elastic coordinates.
 
-    A beam of order 1 is right, and its inertia positive definite, for deformations that are small against its length.
-    Higher modes have steeper slopes at the same deflection, so they get less.
+    A beam of order 1 is valid, and has a positive definite inertia, for deformations that are small compared with its
+    length. Higher modes have steeper slopes at the same deflection, so the limits of higher modes are smaller.
     """
     units: list[str] = []
     reach: list[float] = []
@@ -285,7 +286,7 @@ def _free_nodes(scene: Scene) -> set[str]:
 
 
 def _elements(scene: Scene) -> Iterator[Link]:
-    """Yield the elements of geometrically exact beams as lines between their nodes."""
+    """Yield the elements of geometrically exact beams as lines between two nodes."""
     for element in scene.elements:
         if isinstance(element, CosseratBeam):
             for first, second in pairwise(element.beam.nodes):

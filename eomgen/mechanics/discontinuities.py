@@ -52,12 +52,14 @@ def validity(scene: Scene) -> tuple[Validity, ...]:
     return tuple(dict.fromkeys(ranges))
 
 
-#: Part of the range of points by which a spline may leave it without a note.
+#: Limit of the overshoot of a spline over its points, as a part of the range of the points, above which a note is
+#: written.
 _NOTED = 0.1
 
 
 def overshoots(curves: Iterable[AnyCurve]) -> Iterator[str]:
-    """Yield a note on each quintic spline that overshoots its points by more than a tenth of their range."""
+    """Yield a note on each quintic spline that overshoots its points by more than a tenth of the range of the
+    points."""
     for curve in curves:
         if not isinstance(curve, Curve) or curve.interpolation != "quintic":
             continue

@@ -35,8 +35,8 @@ def joint_start(
 
     Parameters
     ----------
-    longer : the scene with more elements of its beams than were derived, none of them carried by a node of a beam
-    factors : data of the factors of its configuration, if there is such a scene
+    longer : the scene with more elements of beams than were derived, no element being carried by a node of a beam
+    factors : data of the factors of the configuration of ``longer``, if any
     """
     scene = derivation.scene if longer is None else longer
     every = derivation.tree.factors if longer is None else [Factor(**factor) for factor in factors]
@@ -83,7 +83,7 @@ def _place_nodes(
     q: NDArray[np.float64],
     v: NDArray[np.float64],
 ) -> None:
-    """Put the nodes of a beam in its shape at rest, moved with the first one as a rigid body."""
+    """Put the nodes of a beam in the shape at rest, moved with the first node as a rigid body."""
     from_first = _from_first(beam)
     poses = numeric.compose(SE3, first, from_first)
     twists = numeric.adjoint(SE3, numeric.inverse(SE3, from_first)) @ twist
@@ -104,7 +104,7 @@ def _from_first(beam: Cosserat) -> NDArray[np.float64]:
 
 
 def _deflected(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the initial elastic coordinates of a beam and their velocities."""
+    """Return the initial elastic coordinates of a beam and the initial rates."""
     q: list[float] = []
     v: list[float] = []
     for item in beam.deformations:
@@ -143,7 +143,7 @@ def absolute_start_slopes(
 
 
 def _absolute_start(derivation: Derivation, p: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return q and v of the absolute bodies with parameters p, complex ones too."""
+    """Return q and v of the absolute bodies with real or complex parameters p."""
     poses, twists, angles = _bodies_at_start(derivation.scene, p)
     numbers = {body.name: number for number, body in enumerate(derivation.scene.bodies)}
     places = [part.ref for link in derivation.tree.links for part in derivation.tree.mounts[link.name].position]

@@ -17,7 +17,7 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.description import LinearParameter, component_names
 
-#: Inertial parameters of a body with their units, in the order of columns.
+#: Inertial parameters of a body with units, in the order of columns.
 OF_BODY = (
     ("mass", "kg"),
     *((f"first_moment_{axis}", "kg m") for axis in "xyz"),

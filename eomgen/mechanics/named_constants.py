@@ -18,7 +18,7 @@ from eomgen.scene.bodies.model import Beam
 from eomgen.symbolic.scalar import Scalar
 from eomgen.system.system import BeamSlopes, Quantity
 
-#: Meaning of each shape integral, and its units with and without the mass per length.
+#: Meaning of each shape integral, and units with and without the mass per length.
 _MASS = {
     "d": ("int f dm", "kg", "m"),
     "e": ("int x f dm", "kg m", "m^2"),
@@ -46,7 +46,7 @@ def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
 
 
 def described(tree: Tree) -> tuple[str, ...]:
-    """Return one sentence per beam: which effects its equations contain."""
+    """Return one sentence per beam on the effects in its equations."""
     return tuple(_described(link.name, link.elastic.beam) for link in tree.links if link.elastic is not None)
 
 
@@ -107,7 +107,7 @@ def _at(integrals: ShapeIntegrals, x: float) -> Iterator[tuple[str, float, str, 
 
 
 def _entries(values: Array, first: int = 0) -> Iterator[tuple[str, float]]:
-    """Return the nonzero numbers with their indices, entries of a symmetric matrix once."""
+    """Return the nonzero numbers and their indices, entries of a symmetric matrix once."""
     size = len(values)
     indices = combinations_with_replacement(range(size), 2) if np.ndim(values) > 1 else ((k,) for k in range(size))
     for index in indices:

@@ -64,7 +64,7 @@ _PLACE, _TWIST = "place", "twist"
 
 
 def row_wrenches(quantities: Quantities, item: Constraint, pair: FramePair) -> list[Wrench]:
-    """Return the unit wrench of each equation of a constraint, holonomic ones first.
+    """Return the unit wrench of each equation of a constraint, holonomic equations first.
 
     Returns
     -------
@@ -92,7 +92,8 @@ def row_wrenches(quantities: Quantities, item: Constraint, pair: FramePair) -> l
 
 
 def _pair_of_its_own(tape: Tape) -> FramePair:
-    """Return the second frame at a place in the first one that is twelve inputs, moving with a twist of six."""
+    """Return a frame pair on a separate tape: the second frame has a pose of twelve inputs in the first frame, and a
+    twist of six inputs."""
     algebra = Algebra(tape)
     zero, place = algebra.zero_vector, algebra.block(_PLACE, 12)
     axes = algebra.matrix([place[0:3], place[3:6], place[6:9]])
@@ -108,7 +109,8 @@ def _pair_of_its_own(tape: Tape) -> FramePair:
 
 
 def _displacements(tape: Tape) -> Seeds:
-    """Return the changes of the second frame's place: turned about its origin, directions 0 to 2, and moved, 3 to 5."""
+    """Return the changes of the second frame's pose: rotation about the origin, directions 0 to 2, and translation,
+    directions 3 to 5."""
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
     for k, i, j in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):  # a turn about k takes axis i to j and axis j to minus i
         for column in range(3):
@@ -151,7 +153,7 @@ class TransmittedWrenches:
         self._of_constraints: dict[str, tuple[Transmitted, Transmitted]] = {}
 
     def joint(self, name: str) -> Transmitted:
-        """Return the wrench of a joint's parent on its child, about the origin of the child's frame."""
+        """Return the wrench of a joint's parent on the child, about the origin of the child's frame."""
         joint = self.joints[name]
         mount = self.tree.mounts[joint.child]
         absolute = self.scene.coordinates == "absolute"
@@ -176,13 +178,14 @@ class TransmittedWrenches:
         return self._pair(item)[1]
 
     def drive_effort(self, item: Constraint | Joint, index: int = 0) -> Scalar:
-        """Return the effort of a drive along an angle, N m, or a travel or distance, N; positive drives it up."""
+        """Return the effort of a drive along an angle, N m, or a travel or distance, N; positive efforts increase the
+        coordinate."""
         multipliers = self._multipliers(item)
         if isinstance(item, Constraint) and item.equation is not None:
             return -multipliers[0] if multipliers else self.tree.algebra.zero
         if isinstance(item, Joint):
             return -multipliers[index]
-        effort = multipliers[max(multipliers)]  # its equation is the last of the constraint
+        effort = multipliers[max(multipliers)]  # the equation of the drive is the last of the constraint
         return effort if item.kind.drive == "travel" else -effort
 
     def _multipliers(self, item: Constraint | Joint) -> dict[int, Scalar]:
@@ -191,14 +194,16 @@ class TransmittedWrenches:
         return {row.number: self.quantities.input("lam", k) for k, row in enumerate(rows) if row.owner is item}
 
     def _pair(self, item: Constraint) -> tuple[Transmitted, Transmitted]:
-        """Return the wrenches of a constraint on its first and its second body, both at the second frame's origin."""
+        """Return the wrenches of a constraint on the first and the second body, both about the second frame's
+        origin."""
         if item.name not in self._of_constraints:
             with self.tree.algebra.tape.block(f"reaction of constraint {item.name}"):
                 self._of_constraints[item.name] = self._recorded(item)
         return self._of_constraints[item.name]
 
     def _at_points(self, item: Constraint) -> list[Transmitted]:
-        """Return the forces of an equation on the points that it names; efforts on joints are within the joints."""
+        """Return the forces of an equation on the points in its formula; efforts on joints are parts of the joint
+        wrenches."""
         none, equation = self.tree.algebra.zero_vector, Equation(self.quantities, item)
         loads = (load for multiplier in self._multipliers(item).values() for load in equation.forces(multiplier))
         return [Transmitted(link, at, none, force) for link, at, force in loads]
@@ -216,7 +221,8 @@ class TransmittedWrenches:
         return first, self._on(item.second, pair.kinematics, (moment, force), algebra.zero_vector)
 
     def _on(self, frame: Frame, kinematics: LinkKinematics, load: Wrench, beyond: Vector) -> Transmitted:
-        """Return a wrench at ``beyond`` from a frame's origin in the axes of its link; given in the common link's."""
+        """Return a wrench, given in axes of the common link, at ``beyond`` from a frame's origin in the axes of the
+        frame's link."""
         link, s = self.quantities.kinematics.local(frame.body, self.quantities.vector(frame.position))
         back = transpose(kinematics.pose(link)[0])
         return Transmitted(link, plus(s, apply(back, beyond)), apply(back, load[0]), apply(back, load[1]))
@@ -339,8 +345,8 @@ class Reactions:
     def _moved(self, load: Transmitted, item: Reaction) -> Transmitted:
         """Return a wrench about the point of a reaction.
 
-        The lever is taken in the axes of a link that the wrench passes on its way to the base, if such a link
-        holds the point, so that no digits cancel far from the origin.
+        The lever is taken in the axes of a link between the body and the base, if such a link holds the point, so that
+        no digits cancel far from the origin.
         """
         quantities, tree = self.wrenches.quantities, self.wrenches.tree
         kinematics, point = quantities.kinematics, item.point

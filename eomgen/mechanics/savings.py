@@ -15,8 +15,8 @@ from eomgen.system.signals import Parameter
 
 #: Terms that are compared; each is derived with and without.
 COMPARED = ("mass", "inverse_dynamics", "forward_dynamics")
-#: Scenes with more elastic coordinates than this, were their beams to deform in every way, are not derived only to be
-#: compared.
+#: Scenes with more elastic coordinates than this number, if all deformations of beams were included, are not derived
+#: for a comparison.
 MOST_ELASTIC = 40
 
 
@@ -63,14 +63,14 @@ def _variants(scene: Scene) -> list[tuple[str, Scene]]:
 
 
 def _along_beams(scene: Scene) -> set[str]:
-    """Return the parameters of positions on beams: shape functions are evaluated there, so they stay
-    fixed."""
+    """Return the parameters of positions on beams: shape functions are evaluated at these positions, so that the
+    parameters are not tunable."""
     beams = (body.name for body in scene.bodies if body.beam is not None)
     return {symbol.name for beam in beams for _, x in attached_along(scene, beam) for symbol in symbols(x)}
 
 
 def _with_all_deformations(beam: Beam) -> Beam:
-    """Return the full spatial beam: as many modes of the missing kinds as of its first kind."""
+    """Return the full spatial beam: for the missing kinds, the number of modes of the first kind."""
     given = {item.kind: item for item in beam.deformations}
     modes = beam.deformations[0].modes
     every = tuple(given.get(kind, Deformation(kind, "clamped_free", modes, Number(1.0))) for kind in KINDS)

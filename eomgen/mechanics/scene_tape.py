@@ -58,7 +58,7 @@ class Derivation:
     Parameters
     ----------
     without_rows : constraint rows to leave out
-    disturbed : whether accelerations of the base are disturbances, which may differ from its law
+    disturbed : whether accelerations of the base are disturbances, which may differ from the law of the base
     """
 
     def __init__(self, scene: Scene, without_rows: Sequence[int] = (), *, disturbed: bool = False) -> None:
@@ -156,7 +156,7 @@ class Derivation:
         return [self._matrix("M", M, "inertia matrix")]
 
     def mass_entries(self) -> list[int]:
-        """Return the factors of M, without its structural zeros."""
+        """Return the factors of M without structural zeros."""
         rows = separated.mass_rows(self.grouped, self.composites)
         return [value.ref for row in rows for value in row.values()]
 
@@ -197,7 +197,7 @@ class Derivation:
         return [self._vector("r", r, "residual")]
 
     def inverse(self) -> list[Scalar]:
-        """Return M a + h + b - Q, (nv,): the generalized forces needed for a beyond the applied ones."""
+        """Return M a + h + b - Q, (nv,): the generalized forces needed for a in addition to the applied forces."""
         return list(self._inverse)
 
     @cached_property
@@ -207,17 +207,19 @@ class Derivation:
 
     @property
     def large(self) -> bool:
-        """Whether partials of the whole tree are too large by default: then each step of the recursion has its own."""
+        """Whether partials of the whole tree are too large by default: then each step of the recursion is
+        differentiated separately."""
         return self.deep or self.tree.nv > MANY
 
     @property
     def deep(self) -> bool:
-        """Whether the tree is so deep that terms quadratic in its depth are recorded on request only."""
+        """Whether the tree is so deep that terms quadratic in the depth are recorded on request only."""
         return sum(depth * depth for depth in self._depths()) >= LONG_TREE
 
     @property
     def free_columns(self) -> bool:
-        """Whether articulated bodies can free the joints' columns one by one: rigid links, none that follow others."""
+        """Whether articulated bodies can eliminate the columns of joints one by one: links are rigid, and no joint
+        follows another joint."""
         return self.tree.rigid and not self.tree.following
 
     @cached_property
@@ -243,7 +245,7 @@ class Derivation:
 
     @property
     def flat(self) -> bool:
-        """Whether few velocity components are behind others."""
+        """Whether few velocity components depend on earlier components."""
         depths = self._depths()
         return sum(depth * depth for depth in depths) <= FLAT * len(depths)
 
@@ -254,11 +256,11 @@ class Derivation:
 
     @property
     def stacked(self) -> bool:
-        """Whether links are carried by others: then a recursion has unknowns of its own."""
+        """Whether links are carried by other links: then the recursion has additional unknowns."""
         return any(link.parent != ROOT for link in self.tree.links)
 
     def _depths(self) -> list[int]:
-        """Return for each velocity component how many there are from the root to it."""
+        """Return for each velocity component the number of components from the root to this component."""
         depths: list[int] = []
         for parent in self.tree.dof_parents():
             depths.append(1 + (depths[parent] if parent >= 0 else 0))
@@ -295,17 +297,17 @@ class Derivation:
         return [self._of_bodies("pose", (7,), values, "quaternion (w, x, y, z) and position")]
 
     def twists(self) -> list[Block]:
-        """Return the inertial twist of each body in its own axes, angular first, (bodies, 6); rad/s, m/s."""
+        """Return the inertial twist of each body in body axes, angular first, (bodies, 6); rad/s, m/s."""
         values = twists(self.scene, self.tree, self.kinematics)
         return [self._of_bodies("twist", (6,), values, "angular and linear velocity")]
 
     def accelerations(self) -> list[Block]:
-        """Return angular acceleration and acceleration of the origin of each body, in its axes, (bodies, 6)."""
+        """Return angular acceleration and acceleration of the origin of each body, in body axes, (bodies, 6)."""
         values = accelerations(self.scene, self.tree, self.kinematics)
         return [self._of_bodies("acceleration", (6,), values, "angular acceleration and acceleration of the origin")]
 
     def jacobians(self) -> list[Block]:
-        """Return the twist of each body per unit of v, base at rest, in its axes, (bodies, 6, nv)."""
+        """Return the twist of each body per unit of v, base at rest, in body axes, (bodies, 6, nv)."""
         values = body_jacobians(self.scene, self.tree)
         description = "twist against the base per unit of v, angular first,"
         return [self._of_bodies("J", (6, self.tree.nv), values, description)]
@@ -348,7 +350,7 @@ class Derivation:
         return [self.block("y", (len(values),), values, ", ".join(counts))]
 
     def joint_angles(self) -> list[Block]:
-        """Return the angles counted over revolutions, rad, and their rates."""
+        """Return the angles counted over revolutions, rad, and their rates, rad/s."""
         angles, rates = (
             [self.quantities(Symbol(kind, *angle)) for angle in counted_angles(self.scene)] for kind in "qv"
         )
@@ -397,7 +399,7 @@ class Derivation:
         return [self._matrix("B", self.calculus().jacobian(), "constraint Jacobian, left-trivialised")]
 
     def constraint_size(self) -> list[Block]:
-        """Return the scales of violations of each row: the size of its summands, and its extent, m."""
+        """Return the scales of violations of each row: the sum of the magnitudes of the summands, and the extent, m."""
         rows = self.calculus().rows.all
         sizes, extents = [row.size for row in rows], self._extents(rows)
         return [
@@ -408,7 +410,8 @@ class Derivation:
         ]
 
     def _extents(self, rows: Sequence[Row]) -> list[Scalar]:
-        """Return the extent of each equation; 0 becomes the largest of the others, or the path length if all are 0."""
+        """Return the extent of each equation; an extent of 0 is replaced by the largest extent, or by the path length
+        if all extents are 0."""
         own = [row.extent for row in rows if not row.extent.is_zero]
         if not own:
             return [row.path_length for row in rows]

@@ -28,8 +28,8 @@ class Beams:
     Attributes
     ----------
     names : of the beams
-    nodes : of each beam, by their numbers among the poses
-    own : for each node, the factors that move it alone; none of a node that another body carries
+    nodes : of each beam, by indices among the poses
+    own : for each node, the factors that move this node alone; none for a node on another body
     poses(q (n, nq)) -> (n, bodies, 7)
     absolute : whether coordinates of nodes are poses in the world, not against the base
     stiffness : (elements, 6, 6) of the elements of all beams, section forces by the change of the logarithm of the
@@ -91,7 +91,7 @@ def beams_of(
     *,
     absolute: bool,
 ) -> Beams:
-    """Return the beams of a system at values of its parameters; ``bodies``: by their numbers among the poses."""
+    """Return the beams of a system at values of the parameters; ``bodies``: names in the order of the poses."""
     number = {name: index for index, name in enumerate(bodies)}
     known = {factor.name: factor for factor in factors}
 

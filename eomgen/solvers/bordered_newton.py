@@ -23,7 +23,7 @@ from eomgen.lie.product import Factor, update
 ITERATIONS, _LAST = 12, 1e-8
 #: Corrections below this size that no longer shrink are rounding.
 _ROUNDING = 1e-5
-#: Diagonal added to a singular matrix, as a part of its rows.
+#: Diagonal added to a singular matrix, relative to the rows of the matrix.
 _SHIFT = 1e-12
 #: Unknowns up to which matrices are made as whole arrays: a sparse one of this size takes longer to make than to solve.
 WHOLE = 200
@@ -43,7 +43,7 @@ def whole(matrix: Matrix) -> Array:
 
 
 def plus(matrix: Matrix, added: Matrix) -> Matrix:
-    """Return the sum of two matrices, whole if the first one is."""
+    """Return the sum of two matrices; a full matrix if the first matrix is full."""
     return matrix + whole(added) if isinstance(matrix, np.ndarray) else csc_array(matrix + sparse(added))
 
 
@@ -111,8 +111,7 @@ class LoadedStatics:
     sizes : (nv,) scales of components of a displacement: 1 rad, or the scene's length
     reach : scale of the load factor
     balance(rest), tangents(rest), by_factor(rest) : unbalanced quantities, their partials, their derivative by s
-    followed(q, s) : q with its counted turns brought to its poses
-    strains(s) : of stiff elements; None if there are none
+    followed(q, s) : q with counted turns adapted to the poses strains(s) : of stiff elements; None if there are none
     mass(rest) : (nv, nv) sparse
     """
 
@@ -137,9 +136,9 @@ class Direction:
 
 @dataclass(frozen=True)
 class Corrected:
-    """Result of Newton's corrections, the displacement from the start, (nv,), and their number.
+    """Result of Newton's corrections: the displacement from the start, (nv,), and the number of corrections.
 
-    ``trouble`` says why they do not converge; empty if they do.
+    ``trouble`` is the reason for missing convergence; empty after convergence.
     """
 
     rest: Rest
@@ -166,14 +165,15 @@ def direction(statics: LoadedStatics, rest: Rest, before: Direction) -> Directio
 
 
 def held_factor(statics: LoadedStatics, rest: Rest, sign: float = 1.0) -> Direction:
-    """Return the direction of the load factor alone: corrections across it leave the factor as it is."""
+    """Return the direction of the load factor alone: corrections orthogonal to this direction keep the factor."""
     return Direction(np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z)), sign * statics.reach)
 
 
 def corrected(
     statics: LoadedStatics, start: Rest, along: Direction, way: float, plane: Direction | None = None
 ) -> Corrected:
-    """Return rest near a step of length ``way`` along a direction, corrected across it, or across another ``plane``."""
+    """Return rest near a step of length ``way`` along a direction, corrected orthogonally to the direction, or to
+    another ``plane``."""
     nv = len(statics.sizes)
     plane = along if plane is None else plane
     change = way * along.unknowns
@@ -232,7 +232,7 @@ def _moved(statics: LoadedStatics, rest: Rest, change: Array, s: float) -> Rest:
 
 
 def _solved(statics: LoadedStatics, rest: Rest, tangents: Tangents, plane: Direction, right: Array) -> Array | None:
-    """Return the solution of the bordered equations; None if they are singular."""
+    """Return the solution of the bordered equations; None if the equations are singular."""
     by_factor = statics.by_factor(rest).joined
     row = np.append(weights(statics, rest) * plane.unknowns, plane.s / statics.reach**2)
     nv, end = len(statics.sizes), len(row) - 1
@@ -260,7 +260,7 @@ def _solved(statics: LoadedStatics, rest: Rest, tangents: Tangents, plane: Direc
 
 
 def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
-    """Return the solution of sparse equations, rows and columns scaled alike; None if they are singular."""
+    """Return the solution of sparse equations, rows and columns scaled alike; None if the equations are singular."""
     sizes, of_column = np.abs(matrix.data), np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
     largest_of_row, largest_of_column = np.zeros(matrix.shape[0]), np.zeros(matrix.shape[1])
     np.maximum.at(largest_of_row, matrix.indices, sizes)

@@ -48,7 +48,7 @@ MAX_ITERATIONS = 50
 _PATIENCE = 4
 #: Part of the strain energy below which changes are rounding.
 _SAME = 1e-12
-#: Rounding errors of a row, in units of the last place of the sum of magnitudes of its summands.
+#: Rounding errors of a row, in units of the last place of the sum of the magnitudes of the row's summands.
 ROUNDING = 4.0
 #: Suffix of the names of equations by which beams do not stretch, after the beam's name.
 _NO_STRETCH = ": no stretch of element "
@@ -60,13 +60,14 @@ FITTED = 1e-7
 
 @dataclass(frozen=True)
 class Assembly:
-    """A consistent state, and how far the guess was from it.
+    """A consistent state, and the distance of the guess from this state.
 
     Attributes
     ----------
-    violations : mapping from row to its violation in the guess, if that is more than round-off
+    violations : mapping from row to the violation in the guess, if above round-off
     rate_violations : the same for the rates of the rows, at the corrected position
-    deviations : a sentence for each row that the state does not meet either, by so little that it is no contradiction
+    deviations : a sentence for each row that the state does not satisfy exactly either, with a violation too small for
+        a contradiction
     extent : m, of the largest that a row joins
     strained : strain of beams in a loop that closes only with strained beams; None if no beam is strained
     """
@@ -93,7 +94,7 @@ class Assembly:
 
 
 def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembly:
-    """Return the consistent state nearest to a guess; beams are strained only if their loop cannot close otherwise.
+    """Return the consistent state nearest to a guess; beams are strained only if a loop cannot close otherwise.
 
     Raises
     ------
@@ -124,7 +125,7 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     v = v - rows.correction(left)
     left = system.velocity(q, v, t)
     limits = np.maximum(rows.rate_limits(np.maximum(np.abs(guess), np.abs(v))), CONTRADICTION * np.abs(rates))
-    limits = np.maximum(limits, np.finfo(float).tiny)  # below it numbers have no digits to be met by
+    limits = np.maximum(limits, np.finfo(float).tiny)  # smaller limits are below the resolution of numbers
     if not np.all(np.abs(left) <= limits):
         raise _contradiction(rows, system.names, left, limits, "velocities", iterations)
     violations = _named(system.names, first, FITTED * start.scale)
@@ -137,7 +138,7 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
 def _with_beams(
     system: Constrained, beams: Beams, q: Array, t: float
 ) -> tuple[RigidBeams, Array, StrainedStart | None, int]:
-    """Return the guess with its loops closed by joints and rigid motions of the beams, or else with the least strain.
+    """Return the guess with loops closed by joints and rigid motions of the beams, or else with the least strain.
 
     Returns
     -------
@@ -245,7 +246,7 @@ def consistent_position(system: Constrained, q: Array, t: float) -> tuple[Array,
         summands = np.maximum(rows.size[: system.holonomic], np.finfo(float).tiny)
         size = np.abs(violation) / summands / EPSILON
         met = np.abs(violation) <= rows.limits
-        # row by row: in one of them the summands may cancel, and any part is rounding then
+        # row by row: if summands of a row cancel, any part of the row is rounding
         if np.all((size <= ROUNDING) | (met & (size >= 0.5 * best))):
             return q, iteration
         best = np.minimum(best, size)
@@ -282,7 +283,7 @@ def _contradiction(
 
 
 def _lengths(names: Sequence[str], left: Array, limits: Array) -> list[tuple[str, str]]:
-    """Return the strains that inextensible beams would need to close their loops, and a remedy."""
+    """Return the strains with which inextensible beams would close their loops, and a remedy."""
     by_beam: dict[str, float] = {}
     for name, value, limit in zip(names, left, limits, strict=False):
         beam, is_stretch, _ = name.partition(_NO_STRETCH)

@@ -21,28 +21,27 @@ from eomgen.lie.product import Factor, update
 from eomgen.solvers.beams import Beams
 
 EPSILON = float(np.finfo(float).eps)
-#: Rounding errors of a row, in units of the last place of the sum of magnitudes of its summands, if they can
-#: be no more.
+#: Rounding errors of a row, in units of the last place of the sum of the magnitudes of summands: upper bound.
 WORST_ROUNDING = 1e4
 #: Violations above this part of the extent are a contradiction, axes and lengths being given to six digits or more;
 #: the violation of a guess is reported above the second.
 CONTRADICTION, REPORTED = 1e-6, 1e-10
-#: A row that is new by less than this part of the norm of a row of its kind here is redundant: lengths and axes that
-#: are meant to fit are given to so many digits.
+#: Part of the norm of a row of this kind below which the new part of a row is redundant: lengths and axes that are
+#: meant to fit are given to this accuracy.
 REDUNDANT = 1e-6
-#: Residual of a row that vanishes up to rounding, in units of the last place of its summands: at most, and as a
-#: rule.
+#: Residual of a row that vanishes up to rounding, in units of the last place of the summands: upper bound, and typical
+#: value.
 VANISHING, VANISHED = 4096.0, 64.0
-#: Singular values of B, its rows weighed, below this part of the largest belong to rows that follow from others:
-#: corrections leave such directions alone: motions along them change constraints only to second order.
+#: Singular values of B with weighed rows below this part of the largest belong to redundant rows. Corrections have no
+#: components in such directions: motions along them change constraints only to second order.
 SINGULAR = 3e-5
 #: Pivots of M, scaled to a unit diagonal, that make up for coordinates without inertia here.
 _RESISTANCE = 1e-14
 #: End of the name of a row that is a formula of the user.
 FORMULA = ": formula"
-#: Extents below it are rounding around zero, m.
+#: Extents below this length are rounding around zero, m.
 _NO_EXTENT = 1e-100
-#: So many rows are listed in a message.
+#: Largest number of rows listed in a message.
 LISTED = 5
 
 
@@ -53,13 +52,13 @@ class Constrained:
     Attributes
     ----------
     factors : of the configuration
-    names : of the rows, the ``holonomic`` first ones at position level
+    names : of the rows, the first ``holonomic`` rows at position level
     units : of the rows, ``m``, ``1`` or ``m/s``
     angular : (nv,) whether a velocity component turns something
     constraint(q, t) -> (holonomic,), velocity(q, v, t) -> (rows,), jacobian(q, t) -> (rows, nv), mass(q) -> (nv, nv)
     sizes(q, t) -> (rows,), (rows,)
-        Sum of magnitudes of the summands of each row, in its unit (m at velocity level), and the extent of
-        the joined bodies, m: the largest displacement by rotation.
+        Sum of the magnitudes of the summands of each row, in the unit of the row (m at velocity level), and the extent
+        of the joined bodies, m: the largest displacement by rotation.
     move(q, step) -> (nq,)
         Moves a configuration by a step (nv,); None: by the exponential of each factor.
     beams : geometrically exact beams, which corrections strain only if necessary; None if the system has none
@@ -85,7 +84,7 @@ class Constrained:
         return update(self.factors, q, step) if self.move is None else self.move(q, step)
 
     def stiff(self, elastic: NDArray[np.bool_]) -> Constrained:
-        """Return the system with the other components as unknowns, elastic ones (nv,) held."""
+        """Return the system with elastic components (nv,) held and the remaining components as unknowns."""
         free = ~elastic
 
         def move(q: Array, step: Array) -> Array:
@@ -103,7 +102,7 @@ class Constrained:
         )
 
     def without(self, left_out: Sequence[int]) -> Constrained:
-        """Return the system without some of its rows."""
+        """Return the system without some rows."""
         kept = [row for row in range(len(self.names)) if row not in left_out]
         at_position = [row for row in kept if row < self.holonomic]
 
@@ -129,31 +128,30 @@ def elastic_components(factors: Sequence[Factor], beams: Sequence[str]) -> NDArr
 
     Parameters
     ----------
-    beams : names of their factors
+    beams : names of the factors of beams
     """
     deforming = [np.full(factor.v_size, factor.name in beams) for factor in factors]
     return np.concatenate(deforming) if beams else None
 
 
 def _spread(factors: Sequence[Factor], q: Array) -> float:
-    """Return the distance between bodies that move freely, m, which frames at their origins do not show."""
+    """Return the distance between bodies that move freely, m, which is not visible in frames at body origins."""
     places = [q[factor.q][4:] for factor in factors if factor.group == "SE3"]
     return float(np.max(np.ptp(places, axis=0))) if places else 0.0
 
 
 def split_sizes(values: Array) -> tuple[Array, Array]:
-    """Return the results of ``constraint_size``, one array after the other, as ``Constrained.sizes`` does."""
+    """Return the results of ``constraint_size`` as two arrays, like ``Constrained.sizes``."""
     rows = len(values) // 2
     return values[:rows], values[rows:]
 
 
-#: Evaluates constraints with all their rows, those included that were left out, at parameters (np,).
+#: Function that evaluates all constraint rows, including rows left out of the equations, at parameters (np,).
 EveryRow = Callable[[Array], "Constrained"]
 
 
 class Rows:
-    """The rows of B at one configuration in the metric of the kinetic energy, M = L L^T, and their
-    scales."""
+    """The rows of B at one configuration in the metric of the kinetic energy, M = L L^T, and the scales of the rows."""
 
     def __init__(self, system: Constrained, q: Array, t: float) -> None:
         self.holonomic = system.holonomic
@@ -164,26 +162,26 @@ class Rows:
         if spread:  # frames at origins of free bodies have no extent except rounding
             extent = np.where(extent > WORST_ROUNDING * EPSILON * np.maximum(self.size, spread), extent, 0.0)
         self.machine = machine = _positive(float(np.max(extent, initial=0.0))) or spread or 1.0
-        # bodies joined by a row may coincide up to a tolerated contradiction; then it is met by motions of the whole
-        # machine
+        # Bodies joined by a row may coincide up to a tolerated contradiction; motions of the whole machine then satisfy
+        # the row.
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
         self.lengths = np.array([unit not in ("1", "1/s") for unit in system.units], dtype=bool)
         self._mass = system.mass(q)
 
     @property
     def scale(self) -> Array:
-        """Scales of violations of the rows, in their units."""
+        """Scales of violations, in the units of the rows."""
         return np.where(self.lengths, self.extent, 1.0)
 
     @property
     def limits(self) -> Array:
-        """Violations of the holonomic rows beyond which they are not met."""
+        """Violations of the holonomic rows above which a row is not met."""
         return np.maximum(
             CONTRADICTION * self.scale[: self.holonomic], WORST_ROUNDING * EPSILON * self.size[: self.holonomic]
         )
 
     def rate_limits(self, speeds: Array) -> Array:
-        """Return rates of rows, (rows,), beyond which they are not met at components of v as large as ``speeds``."""
+        """Return rates of rows, (rows,), above which a row is not met at components of v as large as ``speeds``."""
         return np.maximum(
             CONTRADICTION * (self.possible @ speeds), WORST_ROUNDING * EPSILON * (self._of_summands @ speeds)
         )
@@ -193,8 +191,8 @@ class Rows:
         return float(np.max(np.abs(self.B[row][self.angular]), initial=0.0)) if self.lengths[row] else 0.0
 
     def atlong_lever(self, row: int) -> bool:
-        """Return whether velocities along a row's direction, which it has in full, are beside its turns too little to
-        be told."""
+        """Return whether velocities along the direction of a row, which are full, are too small beside rotations to be
+        resolved."""
         straight = np.where(self.angular, 0.0, self.B[row])
         if not np.max(np.abs(straight), initial=0.0) > 0.1:
             return False
@@ -251,7 +249,7 @@ class Rows:
 
     @cached_property
     def natural(self) -> Array:
-        """Possible lengths of weighed rows: of rows with entries as large as their kind allows, if they have any,
+        """Possible lengths of weighed rows: lengths of rows with the largest entries possible for their kind, if any,
         (rows,)."""
         there = np.abs(self.B) > VANISHING * EPSILON * self._of_summands
         return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self.speeds))

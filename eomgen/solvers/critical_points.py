@@ -62,7 +62,7 @@ class Examined:
 
 
 def examined(statics: LoadedStatics, point: PathPoint) -> Examined:
-    """Return a point with its stiffness."""
+    """Return a point of the path with the stiffness at this point."""
     return Examined(point, TangentStiffness.at(statics, point.rest))
 
 
@@ -101,7 +101,7 @@ def _single(before: Examined, after: Examined) -> bool:
 
 
 class _LostError(Exception):
-    """A point between two others of a path was not found."""
+    """Error for a point that was not found between two points of a path."""
 
 
 class _Along:
@@ -232,23 +232,23 @@ def _modes(at: Examined, count: int) -> Array:
     return np.array(result).T
 
 
-#: First change of the load factor along which the stiffness is differentiated, as a part of its reach, and later ones
-#: as a part of the lowest buckling load; trials.
+#: First change of the load factor for the derivative of the stiffness, as a part of the reach, and later changes as a
+#: part of the lowest buckling load; number of trials.
 _FIRST, _PART, _TRIALS = 1e-2, 0.02, 3
-#: Loads among which the one is looked for that is told from elsewhere.
+#: Number of loads among which the load is looked for that the caller has estimated by other means.
 _NEIGHBOURS = 4
 #: Largest number of velocity components for dense eigenvalues.
 WHOLE = 60
-#: Part of its size below which an eigenvalue has no imaginary part.
+#: Imaginary part of an eigenvalue, relative to its magnitude, below which the eigenvalue counts as real.
 _REAL = 1e-6
-#: Buckling factors beyond so many times the lowest are rounding.
+#: Multiple of the lowest buckling factor above which a buckling factor is rounding.
 _FAR = 1e8
 #: Part by which sizes may differ that are the same.
 _ALIKE = 1e-6
 
 
 def linear_buckling(statics: LoadedStatics, rest: Rest, count: int) -> tuple[Array, Array]:
-    """Return changes mu of the load factor by size, (n,), and modes, (nv, n), their largest components 1 or lengths.
+    """Return changes mu of the load factor by size, (n,), and modes, (nv, n), with largest components 1 or lengths.
 
     Raises
     ------
@@ -274,7 +274,8 @@ def linear_buckling(statics: LoadedStatics, rest: Rest, count: int) -> tuple[Arr
 def half_way(statics: LoadedStatics, rest: Rest, factor: float) -> float | None:
     """Return the critical load factor, less the present one, that ``linear_buckling`` predicts at half of ``factor``.
 
-    It equals ``factor`` if the structure keeps its shape. None if there is no rest at half of it, or no prediction.
+    The factor equals ``factor`` if the structure keeps its shape. None without rest at half of ``factor``, or without a
+    prediction.
     """
     onwards = direction(statics, rest, held_factor(statics, rest))
     if onwards is None or onwards.s == 0.0:

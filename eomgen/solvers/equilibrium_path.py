@@ -25,11 +25,11 @@ from eomgen.solvers.bordered_newton import (
 
 #: Corrections that a step is meant to need.
 _FEW = 5
-#: A step's corrections may be as long as this part of it, and directions of neighbouring points have this cosine.
+#: Bound of the corrections of a step, as a part of the step, and least cosine of the directions of neighbouring points.
 _SHARE, _COSINE = 0.5, 0.7
 #: The shortest step, as a part of the limits, and the most that steps may grow.
 _SHORTEST, _GROWTH = 1e-7, 2.0
-#: The load factor is at its target within this part of its reach.
+#: Tolerance of the load factor at the target, as a part of the reach.
 _THERE = 1e-12
 
 
@@ -66,7 +66,7 @@ class PathEndError(Exception):
     Attributes
     ----------
     why : str
-    point : the last one; None if there is none
+    point : the last point; None if there is none None if there is none
     """
 
     def __init__(self, why: str, point: PathPoint | None) -> None:
@@ -95,7 +95,7 @@ def first_point(statics: LoadedStatics, guess: Rest, sign: float) -> PathPoint:
 def follow(
     statics: LoadedStatics, start: PathPoint, target: float, limits: StepLimits, step: float = np.inf
 ) -> Iterator[PathPoint]:
-    """Yield the points of a path behind ``start`` until the load factor is ``target``, which the last one has.
+    """Yield the points of a path after ``start`` until the load factor of the last point is ``target``.
 
     Parameters
     ----------

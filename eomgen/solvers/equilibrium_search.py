@@ -36,7 +36,7 @@ from eomgen.solvers.statics import (
 from eomgen.solvers.tangent_stiffness import canonical_direction
 
 MAX_MOTION_STEPS = 300
-#: Largest error of a step, a part of the step; below the second one it is not worth a correction.
+#: Largest error of a step, as a part of the step; an error below the second number needs no correction.
 _ERROR, _CORRECTED = 0.1, 0.01
 #: By how much the largest component is moved off an unstable equilibrium: rad, or parts of the scene's length.
 _NUDGE = 1e-3
@@ -44,7 +44,7 @@ _NUDGE = 1e-3
 _FIRST, _LAST = 0.1, 1e8
 #: The same time if there is neither stiffness nor rate, s^2.
 _FREE = 1e-6
-#: A motion longer than so many lengths of the scene is not held.
+#: Length of a motion, in lengths of the scene, above which the scene is not held.
 _FAR = 1e6
 #: A step below this part of the way that is not accurate crosses a jump of the forces.
 _TINY = 1e-9
@@ -84,8 +84,7 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
 
 @dataclass
 class _Pace:
-    """Progress of a motion: time of the next step, 0 if it is unknown, the way so far in lengths, and
-    kinetic."""
+    """Progress of a motion: time of the next step, 0 if unknown, the distance so far in lengths, and kinetic energy."""
 
     time: float = 0.0
     way: float = 0.0
@@ -101,7 +100,7 @@ class _Linear:
     point : Point
     J, f : in changes times ``scale``
     scale : (free + nz,)
-    rate : by how much faster internal states follow than they do in the time of the scene
+    rate : ratio of the rates of internal states to the rate of the scene
     """
 
     point: Point
@@ -193,7 +192,7 @@ def _step(statics: Statics, point: Point, pace: _Pace, slower: float) -> Point |
             pace.time = (_LAST / fastest if np.isinf(time) else time) * growth
             pace.way, pace.kinetic = pace.way + gone, pace.kinetic + kinetic
             return reached
-        if kinetic <= _TINY * pace.kinetic:  # forces jump here; do they still push the same way?
+        if kinetic <= _TINY * pace.kinetic:  # forces jump here; is their direction unchanged?
             pace.time = time
             free = len(point.imbalance)
             return reached if float(there[:free] @ change[:free]) > 0.0 else None
@@ -292,13 +291,13 @@ def _part(statics: Statics, point: Point, change: Array, share: float) -> tuple[
     return None, share
 
 
-#: Factor by which internal states follow a damped motion more slowly, if it does not settle with states that follow at
-#: once.
+#: Factors by which the rates of internal states are reduced, if a damped motion does not settle with immediate internal
+#: states.
 _SLOWER = (1.0, 100.0)
 #: Slow points of a damped motion from which Newton's path is followed, too.
 _LINGERING = 4
-#: Ways of a damped motion, in rad or lengths of the scene, from which on it may have left an equilibrium at the start,
-#: and the ratio by which that is nearer than the settled point.
+#: Length of a damped motion, in rad or lengths of the scene, from which on the motion may have left an equilibrium at
+#: the start, and ratio of the distances of this equilibrium and of the settled point.
 _LONG, _NEARER = 0.5, 0.05
 
 
@@ -315,7 +314,7 @@ def nearest_rest(statics: Statics, q: Array, z: Array, *, any_kind: bool) -> tup
 
 
 def left_at_start(statics: Statics, z: Array, damped: Search) -> bool:
-    """Return whether an equilibrium is much nearer to the start than the one to which a damped motion came."""
+    """Return whether an equilibrium is much nearer to the start than the end of a damped motion."""
     start = damped.path[0]
     off = difference(statics.factors, start, damped.point.q)
     if not np.any(np.abs(off) > _LONG * statics.sizes):
@@ -328,7 +327,7 @@ def left_at_start(statics: Statics, z: Array, damped: Search) -> bool:
 
 
 def _by_damped_motion(statics: Statics, q: Array, z: Array) -> Search:
-    """Return the equilibrium that a damped motion reaches; if internal states prevent it, with slower internal
+    """Return the equilibrium at the end of a damped motion; if internal states prevent it, with slower internal
     states."""
     search = Search(examine(statics, q, z), False, 0)
     for slower in _SLOWER if len(z) else (1.0,):
@@ -342,7 +341,7 @@ def _by_damped_motion(statics: Statics, q: Array, z: Array) -> Search:
 
 
 def _by_newton(statics: Statics, z: Array, damped: Search) -> list[Search]:
-    """Return the ends of Newton's paths from the start, and from slow points of the motion on its way to rest."""
+    """Return the ends of Newton's iterations from the start, and from slow points of the motion towards rest."""
     path = [*damped.path, damped.point.q]
     forces = [examine(statics, q, z).force for q in path] if not len(z) else []
     slow = [k for k in range(1, len(forces) - 1) if forces[k - 1] > forces[k] < forces[k + 1]]

@@ -100,7 +100,7 @@ _STEPS, _LIMITS = 200, StepLimits(0.2)
 _TIMES = 4
 #: Cosine from which a mode counts as one along the path.
 _ALONG = 1e-2
-#: Part of the largest negative stiffness within which others are the same.
+#: Relative difference from the largest negative stiffness within which negative stiffnesses count as equal.
 _ALIKE = 1e-6
 #: Diagonal regularization of Newton's matrix, relative to the negative stiffness, for families of equilibria.
 _BESIDE = 1e-6
@@ -149,7 +149,7 @@ def stable_branch(statics: LoadedStatics, rest: Rest, onwards: Direction) -> Bra
 
 
 def _side(statics: LoadedStatics, mode: Array, onwards: Direction) -> float:
-    """Return the sign with which a mode goes along a direction; 1 across it."""
+    """Return the sign of the component of a mode along a direction; 1 if orthogonal."""
     scaled, along = mode / statics.sizes, onwards.unknowns[: len(mode)] / statics.sizes
     share = float(scaled @ along) / (float(np.linalg.norm(scaled) * np.linalg.norm(along)) or 1.0)
     return -1.0 if share < -_ALONG else 1.0
@@ -160,7 +160,7 @@ def _unstable(statics: LoadedStatics, rest: Rest) -> bool:
 
 
 def _most_unstable(stiffness: TangentStiffness) -> tuple[float, Array]:
-    """Return the most negative stiffness and its displacement, (nv,)."""
+    """Return the most negative stiffness and the displacement of this stiffness, (nv,)."""
     values, directions = stiffness.next_to_zero(stiffness.negative + stiffness.neutral)
     lowest = float(np.min(values))
     alike = values <= (1.0 - _ALIKE) * lowest
@@ -191,7 +191,8 @@ def _led_off(statics: LoadedStatics, rest: Rest, value: float, mode: Array) -> t
 
 
 def _held_back(statics: LoadedStatics, rest: Rest, force: Array, reach: float, beside: Array) -> LoadedStatics:
-    """Return statics with s times a dead force (nv,), and Newton's matrix with ``beside`` (nv,) on its diagonal."""
+    """Return statics with s times a dead force (nv,), and Newton's matrix with ``beside`` (nv,) added to the
+    diagonal."""
     blocks = turning_blocks(statics.factors)
     fixed = dead_forces(blocks, rest.q, force, back=False)
 
@@ -243,7 +244,7 @@ def by_load_steps(statics: LoadedStatics, start: Rest, limits: StepLimits, *, st
 
     Parameters
     ----------
-    statics : at full loads; its load factor is ignored
+    statics : at full loads; the load factor is ignored
     start : on the constraints
     limits : of the steps
     stable : whether the path leaves a rest that becomes unstable for a stable rest nearby, if one is found
@@ -251,7 +252,7 @@ def by_load_steps(statics: LoadedStatics, start: Rest, limits: StepLimits, *, st
     Raises
     ------
     PathEndError
-        The path cannot be followed to the end; the error has the last point, with its load factor.
+        The path cannot be followed to the end; the error has the last point, including the load factor.
     """
     held = _held(statics, start)
     point = first_point(held, replace(start, s=0.0), 1.0)

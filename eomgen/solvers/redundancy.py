@@ -28,7 +28,8 @@ from eomgen.solvers.constraint_rows import (
     long_lever,
 )
 
-#: A row of which less than this part is new is redundant by a hair; below the second, others go first.
+#: Relative new part of a row below which the row is nearly redundant; below the second number, other rows are taken
+#: first.
 ALMOST_REDUNDANT, LITTLE = 1e-4, 1e-3
 #: Part of a row's possible length below which derivatives vanish next to a zero that is met to a tolerance.
 _NEARLY_FLAT = 1e-2
@@ -44,7 +45,7 @@ class Redundancy:
     Attributes
     ----------
     dependent : rows that follow from earlier rows
-    hardly : rows that nearly do, and their new part, relative to the norm of such rows
+    hardly : nearly dependent rows, and the new part of each row, relative to the norm of rows of its kind
     """
 
     dependent: tuple[int, ...]
@@ -54,13 +55,13 @@ class Redundancy:
 def redundancy(
     system: Constrained, q: Array, t: float = 0.0, samples: int = 3, rows: Sequence[int] | None = None
 ) -> Redundancy:
-    """Return the rows that follow from others, at the given and at nearby consistent configurations.
+    """Return the rows that follow from other rows, at the given and at nearby consistent configurations.
 
-    Rows are taken in order: the first to add a condition is kept. Rows with a small new part wait until the others are
-    through, and are then taken by how much it is. A row that is dependent at one configuration only (a singular
-    position) is no redundant row. The new part of a row is compared with a row of its kind there, and
-    with rounding, never with the row itself: a row that vanishes up to rounding adds no condition. ``rows``: examined
-    rows, all by default.
+    Rows are taken in order: the first to add a condition is kept. Rows with a small new part wait until the other rows
+    are examined, and are then taken by decreasing new part. A row that is dependent at one configuration only (a
+    singular position) is no redundant row. The new part of a row is compared with the norm of a row of its kind, and
+    with rounding, never with the row: a row that vanishes up to rounding adds no condition. ``rows``: examined rows,
+    all by default.
 
     Raises
     ------
@@ -130,8 +131,8 @@ def redundancy(
 
 
 def _vanishes(row: int, at_configurations: Sequence[Rows]) -> bool:
-    """Return whether a row of B is zero at the first of several configurations, and nearly so at the others, which meet
-    the row to a tolerance."""
+    """Return whether a row of B is zero at the first of several configurations, and nearly so at the remaining
+    configurations, which satisfy the row to a tolerance."""
     lengths = [float(np.linalg.norm(at.weighed[row])) for at in at_configurations]
     possible = [float(np.sqrt(at.possible[row] ** 2 @ at.speeds)) for at in at_configurations]
     zero = lengths[0] <= max(REDUNDANT * possible[0], float(at_configurations[0].vanishing[row]))
@@ -167,7 +168,7 @@ def _all_new(here: Rows, rows: Sequence[int]) -> bool:
 
 
 def _nearby(system: Constrained, q: Array, t: float, count: int) -> list[Array]:
-    """Return consistent configurations near a given one, as far away along each coordinate as inertia lets it go."""
+    """Return consistent configurations near a given one, with displacements along each coordinate by its inertia."""
     rows, generator = Rows(system, q, t), np.random.default_rng(1)
     configurations: list[Array] = []
     extent = float(np.max(rows.extent, initial=0.0))
@@ -198,7 +199,7 @@ def _remainder(row: Array, basis: Sequence[Array]) -> Array:
 
 
 def left_over(system: Constrained, q: Array, rows: Sequence[int], t: float = 0.0) -> dict[int, float]:
-    """Return the violations of given rows at a configuration, if they are more than rounding."""
+    """Return the violations of given rows at a configuration that are above rounding."""
     violation, limits = system.constraint(q, t), REPORTED * Rows(system, q, t).scale
     return {row: float(violation[row]) for row in rows if row < system.holonomic and abs(violation[row]) > limits[row]}
 
@@ -206,14 +207,15 @@ def left_over(system: Constrained, q: Array, rows: Sequence[int], t: float = 0.0
 def check_left_out(
     system: Constrained, left_out: Sequence[str], q: Array, v: Array, t: float = 0.0, at: str = ""
 ) -> list[str]:
-    """Check that rows that were left out as redundant still follow from the others, at a state that meets these.
+    """Check that rows left out as redundant still follow from the remaining rows, at a state that satisfies the
+    remaining rows.
 
-    Returns a sentence for each that is off, by so little that it is no contradiction.
+    Returns a sentence for each deviating row with a violation too small for a contradiction.
 
     Parameters
     ----------
     system : Constrained
-        With all its rows.
+        With all rows.
     left_out : names of rows
     at : in words: the parameters at which this is so
 
@@ -250,26 +252,28 @@ def check_left_out(
     ]
 
 
-#: Part of a column that is rounding, and how much more of a column must be its own than of any that is left out.
+#: Part of a column that counts as rounding, and least ratio of the new part of a kept column to the new part of any
+#: column left out.
 ROUNDING, GAP = 1e-10, 1e3
-#: Coefficients are decimal numbers of so many digits, or fractions, if they differ from these by rounding alone.
+#: Coefficients are decimal numbers of ``_DIGITS`` digits, or fractions, if the difference is rounding.
 _DIGITS, _DENOMINATOR = 10, 360
 _SAME = 1e-11
 
 
 class NoGap(ArithmeticError):
-    """Columns are so nearly dependent that rounding does not let it be told whether they are."""
+    """Error for columns that are so nearly dependent that rounding hides whether they are."""
 
 
 @dataclass(frozen=True)
 class IndependentColumns:
-    """Columns of A: those ``kept``, and ``others``, which are A[:, kept] @ coefficients; columns of zeros are neither.
+    """Columns of A: ``kept`` columns, and ``others``, which are A[:, kept] @ coefficients; columns of zeros are
+    neither.
 
     Attributes
     ----------
     coefficients : (kept, others)
-    own : smallest part of a kept column that none before it has
-    left : largest part of any other column that the kept ones do not have: rounding
+    own : smallest part of a kept column that is independent of the previous kept columns
+    left : largest part of any other column that is independent of the kept columns: rounding
     """
 
     kept: tuple[int, ...]

@@ -53,17 +53,17 @@ class RigidBeams:
         return other
 
     def _first(self, q: Array) -> list[Array]:
-        """Return for each follower the pose of its beam's first node, (n, 7), in the axes of its own coordinates."""
+        """Return for each follower the pose of its beam's first node, (n, 7), in the axes of the node's coordinates."""
         poses, followers = self.beams.many_poses(q), self.beams.followers
         if not self.beams.absolute and followers:
-            # pose of the base by any node: its pose in the coordinates' axes against its pose in the world
+            # Pose of the base by any node: the pose in the coordinates' axes compared with the pose in the world.
             _, node, factors = followers[0]
             to_base = numeric.compose(SE3, _pose(q, factors), numeric.inverse(SE3, poses[:, node]))
             return [numeric.compose(SE3, to_base, poses[:, first]) for first, _, _ in followers]
         return [poses[:, first] for first, _, _ in followers]
 
     def placed(self, q: Array) -> Array:
-        """Return configurations (..., nq) with all nodes of a beam placed rigidly relative to its first node."""
+        """Return configurations (..., nq) with all nodes of a beam placed rigidly relative to the beam's first node."""
         result = np.array(q, dtype=float).reshape(-1, q.shape[-1])
         for _ in range(_PASSES):  # a beam may be carried by another one
             before = result.copy()

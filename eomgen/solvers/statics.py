@@ -26,9 +26,10 @@ LARGEST_TURN = 0.5
 BALANCED = 1e-11
 #: Violations of constraints below this part of the change by moving the scene's length are none.
 MET = 1e-10
-#: Eigenvalues of the stiffness below this part of the largest are zero: no force opposes their directions.
+#: Eigenvalues of the stiffness below this part of the largest are zero: no force opposes these directions.
 SOFT = 1e-11
-#: Corrections after which Newton's steps do no better, and the part of the scene's length that they may move.
+#: Number of corrections after which Newton's steps no longer improve, and bound of their displacement as a part of the
+#: scene's length.
 _POLISHES, _POLISH = 5, 1e-3
 _EPSILON = float(np.finfo(float).eps)
 
@@ -41,13 +42,10 @@ class Statics:
     ----------
     factors : of the configuration
     turning : (nv,) which components of v are angular
-    holonomic : number of constraint rows at position level, the first ones
-    mass(q), jacobian(q), constraint(q) : M, B (rows, nv), Phi (holonomic,)
-    residual(q, lam, z) : r = -Q + B^T lam
-    stiffness(q, lam, z) : left-trivialised derivative of r by q
-    rates(q, z) : zdot
-    couplings(q, z) : derivatives of r by z, of zdot by q, and of zdot by z
-    followed(q) : q with its counted turns brought to its poses
+    holonomic : number of constraint rows at position level, which come first
+    mass(q), jacobian(q), constraint(q) : M, B (rows, nv), Phi (holonomic,) residual(q, lam, z) : r = -Q + B^T lam
+    stiffness(q, lam, z) : left-trivialised derivative of r by q rates(q, z) : zdot couplings(q, z) : derivatives of r
+    by z, of zdot by q, and of zdot by z followed(q) : q with counted turns adapted to the poses
     length : m, scale of coordinates in m: the scene's largest
     gravity : m/s^2
     total : kg, the scene's mass
@@ -86,16 +84,16 @@ class Point:
     Attributes
     ----------
     q, z, lam : configuration, internal states, multipliers of least size
-    residual : (nv,) r with the multipliers; its remainder is along the constraints' own directions
+    residual : (nv,) r with the multipliers; the remainder is along the directions of the constraints
     basis : (nv, free) velocities that the constraints leave free, of unit kinetic energy each
-    dual : (free, nv) maps a velocity to its components along the basis
+    dual : (free, nv) maps a velocity to components along the basis
     imbalance : (free,) forces along the basis
     stiffness : (free, free) along the basis: squared angular frequencies
     violation : (holonomic,) of the constraints
-    correction : (nv,) increment that removes it to first order
+    correction : (nv,) increment that removes the violation to first order
     rates : (nz,) of the internal states
     couplings : of the basis and of the internal states
-    noise : of the imbalance, its root sum of squares: rounding of terms of forces that cancel
+    noise : root sum of squares of the rounding of the imbalance: rounding of terms of forces that cancel
     rate_noise, row_sizes : (nz,) the same of the rates, and (holonomic,) the scales of the rows of constraints
     """
 
@@ -146,7 +144,7 @@ class Point:
 
     @property
     def pushes(self) -> Array:
-        """(nz,) how far internal states push along the basis at the largest stiffness; 0 if they do not push."""
+        """(nz,) effect of internal states along the basis relative to the largest stiffness; 0 without effect."""
         stiffness = self.largest_stiffness
         result: Array = (
             np.linalg.norm(self.couplings[0], axis=0) / stiffness if stiffness > 0.0 else np.zeros(len(self.z))
@@ -160,14 +158,14 @@ class Point:
         return np.concatenate([np.ones(len(self.imbalance)), np.where(pushes > 0.0, pushes, 1.0)])
 
     def weighed(self, change: Array) -> float:
-        """Return the size of changes along the basis and of z: these by how far they push."""
+        """Return the size of changes along the basis and of z; changes of z are weighted by ``pushes``."""
         free = len(self.imbalance)
         return float(np.hypot(np.linalg.norm(change[:free]), np.linalg.norm(self.pushes * change[free:])))
 
 
 @dataclass
 class Largest:
-    """The largest forces and rates of a search, the scales of the remaining ones."""
+    """The largest forces and rates of a search, as scales of the residuals."""
 
     force: float
     rates: Array
@@ -187,7 +185,7 @@ class Largest:
 
 @dataclass(frozen=True)
 class Search:
-    """End of a search, whether it is balanced, the number of its steps, and configurations on the way."""
+    """End of a search, whether the end is balanced, the number of steps, and configurations on the way."""
 
     point: Point
     balanced: bool
@@ -201,7 +199,7 @@ class Trail:
     Attributes
     ----------
     point : present point of the search
-    steps : their number so far
+    steps : number of steps so far
     """
 
     def __init__(self, statics: Statics, q: Array, z: Array) -> None:
@@ -223,12 +221,12 @@ class Trail:
         self.steps += 1
 
     def move(self, point: Point) -> None:
-        """Put the search at a point, which is no step of its own."""
+        """Put the search at a point without counting a step."""
         self.point = point
         self._path.append(point.q)
 
     def end(self, *, balanced: bool | None = None) -> Search:
-        """Return the search as it ends: by default, balanced if Newton's last steps make it so."""
+        """Return the end of the search: by default, balanced if Newton's last steps make the point balanced."""
         last = self.point if balanced is False else polished(self._statics, self.point)
         return Search(last, self._largest.balanced(last) if balanced is None else balanced, self.steps, self._path)
 
@@ -298,7 +296,7 @@ def share_of_turn(statics: Statics, point: Point, change: Array) -> float:
 
 
 def moved(statics: Statics, point: Point, change: Array) -> Point | None:
-    """Return the point after changes along the basis and of z, on the constraints; None if it has no numbers."""
+    """Return the point after changes along the basis and of z, on the constraints; None if the point is not finite."""
     free = len(point.imbalance)
     increment = point.basis @ change[:free] + point.correction
     if not np.all(np.isfinite(increment)):

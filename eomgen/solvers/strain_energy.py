@@ -22,7 +22,7 @@ from eomgen.solvers.constraint_rows import Constrained
 
 #: Step of derivatives by complex arguments.
 _TINY = 1e-30
-#: Relative weight of the kinetic metric against the stiffest strain; it determines motions without strain.
+#: Relative weight of the kinetic metric against the stiffest strain; this metric determines motions without strain.
 _KINETIC = 1e-12
 #: Relative regularization of the multipliers of redundant rows.
 _HELD = 1e-12

@@ -32,13 +32,13 @@ _COUPLED = 1e-12
 _SWEEPS, _ITERATIONS, _SETTLED = 4, 60, 1e-12
 #: Additional directions in inverse iteration, beyond the requested number.
 _BESIDE = 4
-#: Part of its right-hand side that a solution by sparse pivots without exchanges may leave.
+#: Relative residual that a solution by sparse pivots without exchanges may have.
 _EXACT = 1e-8
 #: Rounding error of a stiffness relative to the sum of its absolute terms, and number of stiffnesses checked for zero.
 ROUNDING, _NEUTRAL = 1e3 * float(np.finfo(float).eps), 2
-#: Relative QR pivot below which a constraint row is dependent on others.
+#: Relative QR pivot below which a constraint row depends on other rows.
 _DEPENDENT = 1e-10
-#: Shift of an exactly singular stiffness, relative to its diagonal.
+#: Shift of an exactly singular stiffness, relative to the diagonal.
 _SHIFT = 1e-14
 
 Components = NDArray[np.intp]
@@ -54,7 +54,7 @@ class TangentStiffness:
 
     @classmethod
     def at(cls, statics: LoadedStatics, rest: Rest) -> TangentStiffness:
-        """Return the stiffness at a rest, with internal states eliminated if their Jacobian is regular."""
+        """Return the stiffness at rest, with internal states eliminated if their Jacobian is regular."""
         tangents = statics.tangents(rest)
         K = sparse(tangents.K)
         if tangents.Fz.shape[0]:
@@ -102,7 +102,8 @@ class TangentStiffness:
 
     @cached_property
     def _of_neutral(self) -> tuple[int, float]:
-        """The number of stiffnesses that are zero up to rounding, and the largest rounding error among them."""
+        """The number of stiffnesses that are zero up to rounding, and the largest rounding error of these
+        stiffnesses."""
         values, X = self.next_to_zero(_NEUTRAL)
         every = np.abs(X)
         measured = np.einsum("ij,ij->j", every, abs(self.K) @ every)
@@ -124,7 +125,8 @@ class TangentStiffness:
         return _negative_pivots(0.5 * (matrix + matrix.T)) - rows
 
     def groups(self, other: TangentStiffness | None = None) -> Components:
-        """Return the group of each component and row that is coupled to others, here or in another stiffness too."""
+        """Return the group number of each component and row; coupled components have the same group, with couplings
+        here or also in another stiffness."""
         pattern = abs(self.bordered) > _COUPLED
         if other is not None:
             pattern = pattern + (abs(other.bordered) > _COUPLED)
@@ -145,7 +147,8 @@ class TangentStiffness:
         return result
 
     def next_to_zero(self, count: int, mass: csc_array | None = None) -> tuple[Array, Array]:
-        """Return the real eigenvalues of K x = k W x under the constraints that are next to zero, and their x (nv, n).
+        """Return the real eigenvalues of K x = k W x under the constraints that are nearest to zero, and the
+        eigenvectors x (nv, n).
 
         Parameters
         ----------
@@ -234,10 +237,10 @@ def _independent(B: csc_array, sizes: Array) -> csc_array:
 
 
 def canonical_direction(directions: Array, sizes: Array) -> Array:
-    """Return the direction of a space, (nv,), that rounding and the choice of its basis (nv, n) do not change.
+    """Return the direction in a space, (nv,), that depends neither on rounding nor on the choice of the basis (nv, n).
 
-    It is the projection of the first component that the space holds most of, its largest component 1, or the scene's
-    length; of a single direction the sign is fixed so.
+    The direction is the projection of the component with the largest part in the space, scaled to a largest component
+    of 1, or of the scene's length; for a single direction this fixes the sign.
     """
     basis = np.linalg.qr(directions / sizes[:, np.newaxis])[0]
     held = np.sum(basis**2, axis=1)
@@ -247,8 +250,8 @@ def canonical_direction(directions: Array, sizes: Array) -> Array:
 
 
 def _factors(matrix: csc_array, *, exchanges: bool = True) -> SuperLU[np.float64] | None:
-    """Return sparse factors; None if the matrix is exactly singular. Without ``exchanges`` rows and columns keep their
-    order, and pivots are on the diagonal."""
+    """Return sparse factors; None if the matrix is exactly singular. Without ``exchanges`` rows and columns are not
+    permuted, and pivots are on the diagonal."""
     try:
         if exchanges:
             return splu(matrix)
@@ -258,8 +261,8 @@ def _factors(matrix: csc_array, *, exchanges: bool = True) -> SuperLU[np.float64
 
 
 def _negative_pivots(matrix: Array) -> int:
-    """Return the number of negative eigenvalues of a symmetric matrix: of its negative pivots, and of the 2 x 2 ones,
-    which are indefinite."""
+    """Return the number of negative eigenvalues of a symmetric matrix: the number of negative 1 x 1 pivots plus the
+    number of 2 x 2 pivots, which are indefinite."""
     if not matrix.size:
         return 0
     factors, pivots, _ = scipy.linalg.lapack.dsytrf(matrix, lower=1)
@@ -293,7 +296,7 @@ def _orthonormal(X: Array, W: csc_array) -> Array:
 
 
 def _ritz(reduced: Array, X: Array, *, symmetric: bool) -> tuple[Array, Array]:
-    """Return the real eigenvalues next to zero of the inverse of a reduced matrix, and their directions."""
+    """Return the real eigenvalues nearest to zero of the inverse of a reduced matrix, and the eigenvectors."""
     if symmetric:
         inverse, turn = np.linalg.eigh(0.5 * (reduced + reduced.T))
     else:

@@ -51,13 +51,13 @@ class Evaluation:
         place_of: dict[Ref, int] = {}
         self._places = [place_of.setdefault(ref, len(place_of)) for ref in refs]
         self._slots: dict[Ref, int] = {}
-        #: Operation, node, slots of its two operands (-1: there is none), slot of its third one or a Map's kernel.
+        #: Operation, node, slots of two operands (-1 if missing), slot of the third operand or kernel of a Map.
         self._steps: list[tuple[int, int, int, int, Any]] = []
         kernels: dict[int, Evaluation] = {}
         for node in tape.live(place_of):
             op = tape.op[node]
             if op is _MAP:
-                if tape.a[node] not in kernels:  # results of a Map share their operands: visited once, this is linear
+                if tape.a[node] not in kernels:  # results of a Map have the same operands: one visit keeps this linear
                     repetition = cast("Map", tape.maps[tape.a[node]])
                     for ref in repetition.gathered:
                         self._slot(ref)
@@ -73,7 +73,7 @@ class Evaluation:
         self._steps.append((op, node, first, second, third if more is None else more))
 
     def _slot(self, ref: Ref) -> int:
-        """Return the slot of a reference; the negative of a node gets a slot at its first use."""
+        """Return the slot of a reference; the negative of a node gets a slot at first use."""
         if ref not in self._slots:
             self._slots[ref] = len(self._steps)
             self._steps.append((_NEGATIVE, -ref, self._slots[-ref], -1, -1))
@@ -87,7 +87,7 @@ class Evaluation:
     ) -> list[Any]:
         """Return the values of the references; ``leaf`` gives the value of an input symbol.
 
-        ``visit`` is called with every operation and its value, and returns the value used from there on.
+        ``visit`` is called with every operation and its value, and returns the value for further operations.
         """
         result = self._distinct(leaf, arithmetic, visit)
         return [result[place] for place in self._places]
@@ -239,13 +239,14 @@ def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -
     Returns
     -------
     array (..., len(refs))
-        With complex inputs, ABS, SIGN, MIN, MAX, LT, LE and SELECT decide on real parts, and ATAN2 is the analytic one:
-        complex-step differentiation needs it. Outside a function's domain NumPy's nan and its warning appear.
+        With complex inputs, ABS, SIGN, MIN, MAX, LT, LE and SELECT decide on real parts, and ATAN2 is the analytic
+        function, as complex-step differentiation requires. Outside a function's domain the result is NumPy's nan, with
+        a warning of NumPy.
 
     Raises
     ------
     ValueError
-        When a block is missing or too short; the message names it.
+        When a block is missing or too short, with the name of the block.
     """
     return Evaluation(tape, refs).on_arrays(inputs)
 

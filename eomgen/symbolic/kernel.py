@@ -13,7 +13,7 @@ from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
 
-#: ``("symbol", name)``, ``("number", value)``, or an operation and the places of its operands among the steps before:
+#: ``("symbol", name)``, ``("number", value)``, or an operation and the indices of operands among earlier steps:
 #: ``("add", 0, 1, 2)``, ``("mul", 0, 1)``, ``("pow", 2, 3)``, ``("sqrt", 4)``; functions by name in ``Op``.
 Step = tuple[str | int | float, ...]
 _Rule = Callable[[Tape, Mapping[str, Scalar], Sequence[Ref]], Ref]
@@ -25,7 +25,7 @@ class Kernel:
     Attributes
     ----------
     steps : tuple of Step
-        Operations in order; their order and operands decide the recorded operations.
+        Operations in order; order and operands determine the recorded operations.
     results : tuple of int
         The steps whose values the kernel returns, in order.
     """

@@ -28,13 +28,13 @@ def critical_path(tape: Tape, outputs: Iterable[Ref]) -> int:
     """Return the cycles of the longest chain of operations before the outputs.
 
     Elements of a Map run side by side and sums wait for one another; a Map with a carry counts as if each element
-    waited for all of the one before.
+    waited for the whole previous element.
     """
     outputs = list(outputs)
     live = tape.live(outputs)
     uses = Counter(abs(ref) for node in live if tape.op[node] is not Op.MAP for ref in tape.operands(node))
     ready: dict[int, int] = {}
-    loops: dict[int, int] = {}  # results of a Map share their operands: looking once keeps this linear
+    loops: dict[int, int] = {}  # results of a Map have the same operands: one visit keeps this linear
 
     def last(refs: Iterable[Ref]) -> int:
         return max((ready[abs(ref)] for ref in refs), default=0)

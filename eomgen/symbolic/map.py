@@ -45,13 +45,13 @@ class MapResults(NamedTuple):
 
     @property
     def flat(self) -> list[Ref]:
-        """All references in the order of their numbers."""
+        """All references in numerical order."""
         return [*self.sums, *self.last, *(ref for row in self.rows for ref in row)]
 
 
 @dataclass(frozen=True, eq=False)
 class Map:
-    """A loop over ``count`` identical elements; see the module for its exact meaning.
+    """A loop over ``count`` identical elements; see the module for the exact meaning.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Map:
     sums, last, stacked : tuples of kernel references
         Results that are summed, that become the carry (as many as ``initial``), that are kept for each element.
     label : str
-        Physical meaning, for a comment in the C; two Maps that differ by it only are the same.
+        Physical meaning, for a comment in the C; two Maps that differ in the label only are equal.
     """
 
     kernel: Tape
@@ -175,7 +175,8 @@ class Map:
     def together(loops: Mapping[int, Map]) -> list[tuple[Map, dict[int, int]]]:
         """Return the loops after joining as many numbered loops as possible.
 
-        Each loop comes with the numbers of the loops that it replaces, and the positions of their first results.
+        Each loop comes with the numbers of the replaced loops, and the positions of the first results of each replaced
+        loop.
         """
         joined: list[tuple[Map, dict[int, int]]] = []
         for number, loop in loops.items():
@@ -190,7 +191,7 @@ class Map:
 
     @cached_property
     def key(self) -> tuple[object, ...]:
-        """Key that is equal for equal loops, independent of the order in which their kernels were recorded."""
+        """Key that is equal for equal loops, independent of the order of recording of the kernels."""
         compact = Tape()
         refs = splice(compact, self.kernel, self.kernel_refs, {})
         nodes = tuple(zip(compact.op, compact.a, compact.b, compact.c, strict=True))
@@ -208,7 +209,7 @@ class Map:
 
 
 def add_map(tape: Tape, loop: Map) -> MapResults:
-    """Put a Map on a tape and return the references to its results; the same Map is put there only once.
+    """Put a Map on a tape and return the references to the results; equal Maps are put there only once.
 
     Results that are a constant of the kernel come back as constants, so zeros by structure stay visible.
     """
@@ -233,7 +234,7 @@ def add_map(tape: Tape, loop: Map) -> MapResults:
 
 
 def unroll(tape: Tape, loop: Map) -> MapResults:
-    """Record the operations of a Map element after element and return its results; the reference for the loop."""
+    """Record the operations of a Map element after element and return the results; the reference for the loop."""
     sums, carry = [ZERO] * len(loop.sums), list(loop.initial)
     rows: list[tuple[Ref, ...]] = []
     for i in range(loop.count):
@@ -259,10 +260,11 @@ def splice(
     unrolled: bool = False,
     known: Mapping[int, Ref] | None = None,
 ) -> list[Ref]:
-    """Copy references, with all operations they depend on, from one tape to another and return the copies.
+    """Copy references, with all operations that the references depend on, from one tape to another and return the
+    copies.
 
-    Inputs without a binding stay inputs. Maps stay Maps, unless they are to be ``unrolled``. ``known``: nodes of the
-    source, with their references on the other tape.
+    Inputs without a binding stay inputs. Maps stay Maps, unless ``unrolled`` is true. ``known``: nodes of the source
+    with known references on the target tape.
     """
     copy: dict[int, Ref] = {}
     of_maps: dict[int, list[Ref]] = {}

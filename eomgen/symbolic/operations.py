@@ -43,7 +43,7 @@ class Op(IntEnum):
     LT = auto()
     LE = auto()
     SELECT = auto()
-    MAP = auto()  # operand a: number of the Map on this tape, operand b: number of its result
+    MAP = auto()  # operand a: number of the Map on this tape, operand b: number of the result
     CURVE = auto()  # operand a: argument, operand b: number of the curve and derivative on this tape
 
 
@@ -81,7 +81,7 @@ class CurveLike(Protocol):
     coefficients : (pieces, degree + 1) array
         In powers of x - (start of the piece), lowest first.
     outside : ``error``, ``hold`` or ``periodic``
-    held : values before the first and after the last break, if they are held there.
+    held : values before the first and after the last break, if held there.
     """
 
     @property

@@ -45,11 +45,11 @@ def periodic_inputs(tape: Tape, outputs: Iterable[Ref]) -> set[InputSymbol]:
     """Return the inputs that may be reduced modulo 2 pi without changing any output.
 
     A node may be shifted by multiples of 2 pi if all its uses are sines and cosines, or sums, differences and integer
-    multiples that may be shifted themselves. Outputs may not.
+    multiples that may also be shifted. Outputs may not.
     """
     as_it_is = {abs(ref) for ref in set(outputs)}
     periodic = set()
-    gathered: set[int] = set()  # by Maps, whose results share their operands
+    gathered: set[int] = set()  # by Maps, whose results have the same operands
     for node in reversed(tape.live(as_it_is)):
         op = tape.op[node]
         if op is Op.MAP:

@@ -45,7 +45,7 @@ def block_to_sympy(
         True for named intermediates, False for the whole expressions; by default whole up to 200 operations. Maps are
         unrolled for reading.
     names : mapping, optional
-        Of inputs, different for different ones; see ``input_symbol`` for the others.
+        Of inputs, different for different inputs; see ``input_symbol`` for inputs without a name here.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def to_latex(
     names: Mapping[InputSymbol, str] | None = None,
     shortest: bool = False,
 ) -> str:
-    """Return a block as display LaTeX: ``name = matrix``, after its intermediates in ``aligned``.
+    """Return a block as display LaTeX: ``name = matrix``, after the intermediates in ``aligned``.
 
     ``shortest`` multiplies products out in the entries of a block given whole, if the result is shorter.
     """
@@ -119,7 +119,7 @@ def to_latex(
 
 
 def _numbered(name: str) -> str:
-    """Return ``q_theta2`` as LaTeX, ``q_{\\theta_{2}}``; empty if SymPy sets numbers as indices itself."""
+    """Return ``q_theta2`` as LaTeX, ``q_{\\theta_{2}}``; empty if SymPy sets numbers as indices anyway."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
     head, *below = name.split("_")

@@ -13,7 +13,7 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multi
 
 @dataclass(frozen=True)
 class MatrixFactor:
-    """A rotation given by its matrix."""
+    """A rotation with given matrix."""
 
     matrix: Matrix
 

@@ -15,7 +15,7 @@ Number = float | int
 
 
 class Scalar:
-    """A reference together with its tape."""
+    """A reference and its tape."""
 
     __slots__ = ("ref", "tape")
 
@@ -65,12 +65,12 @@ class Scalar:
 
     @property
     def constant(self) -> float | None:
-        """The number behind it, None unless it is a constant; None for one of any value."""
+        """The number of a constant; None for other references, and for generic constants. None for one of any value."""
         return self.tape.value(self.ref)
 
     @property
     def number(self) -> float | None:
-        """The number behind it, of generic constants too; None unless it is a constant."""
+        """The number of a constant, also of a generic constant; None for other references."""
         return self.tape.number(self.ref)
 
     @property
@@ -155,7 +155,7 @@ def dot(x: Sequence[Scalar], y: Sequence[Scalar]) -> Scalar:
             if ZERO not in (one, other):  # most have one
                 sum_of_products = tape.add(sum_of_products, tape.mul(one, other))
         return Scalar(tape, sum_of_products)
-    except AttributeError:  # of numbers, or some of them
+    except AttributeError:  # operands are numbers, or some are
         total = x[0] * y[0]
         for first, second in zip(x[1:], y[1:], strict=True):
             total = total + first * second

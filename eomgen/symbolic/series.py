@@ -25,7 +25,7 @@ _PAIRS = {Op.SIN: 0, Op.COS: 1, Op.SINH: 0, Op.COSH: 1}
 
 
 class Term(NamedTuple):
-    """A quantity: its value at order 0 and its coefficient k, as references of the two functions."""
+    """A quantity: the value at order 0 and the coefficient k, as references of the two functions."""
 
     value: Ref
     next: Ref
@@ -43,7 +43,7 @@ class Series:
     kept : list of Ref
         Values of order 0 that coefficient k reads as components of ``KEPT``.
     previous : list of Term
-        Slopes; coefficient k reads their coefficient k - 1 as components of ``PREVIOUS``.
+        Slopes; coefficient k reads the coefficients k - 1 of slopes as components of ``PREVIOUS``.
     time : Ref, optional
         Coefficient k of time, which has none beyond the first.
     """
@@ -61,7 +61,7 @@ class Series:
     # -- products ----------------------------------------------------------------------------------------------------
 
     def keep(self, value: Ref) -> Ref:
-        """Return a value of order 0 as coefficient k reads it."""
+        """Return the reference by which coefficient k reads a value of order 0."""
         if self.tape.number(value) is not None:
             return value
         if value < 0:
@@ -72,7 +72,7 @@ class Series:
         return self._slots[value]
 
     def open_product(self) -> int:
-        """Return the number of a product; ``close_product`` adds its factors later."""
+        """Return the number of a product; ``close_product`` adds the factors later."""
         self.left.append(Term(ZERO, ZERO))
         self.right.append(Term(ZERO, ZERO))
         return len(self.left) - 1
@@ -85,7 +85,8 @@ class Series:
         return self.tape.input(SUMS, number)
 
     def first(self, side: str, number: int, term: Term) -> Ref:
-        """Return the order 0 of a factor as coefficient k reads it: a constant, or its place in row 0."""
+        """Return the reference by which coefficient k reads the order 0 of a factor: a constant, or a place in row
+        0."""
         return term.value if self.tape.number(term.value) is not None else self.tape.input(side, number)
 
     def weighted(self, term: Term) -> Term:
@@ -95,7 +96,7 @@ class Series:
     # -- quantities linear in time -----------------------------------------------------------------------------------
 
     def rate(self, x: Term) -> Ref | None:
-        """Return dx/dt as coefficient k reads it if x is linear in time, else None."""
+        """Return the reference by which coefficient k reads dx/dt if x is linear in time, else None."""
         return self._rate(x.next) if self.time is not None else None
 
     def _rate(self, ref: Ref) -> Ref | None:
@@ -269,7 +270,7 @@ class Series:
         return self.over(tape.call(Op.ATAN2, y.value, x.value), Term(ZERO, numerator), square)
 
     def power(self, x: Term, exponent: Term) -> Term:
-        """x^e = exp(e log x); the value is computed by the power itself."""
+        """x^e = exp(e log x); the value at order 0 is computed by the power."""
         logarithm = self.multiply(exponent, self.logarithm(x))
         return self.exponential_of(self.tape.call(Op.POW, x.value, exponent.value), logarithm)
 
@@ -300,7 +301,7 @@ class Series:
         return Term(value, ZERO)
 
     def _from_derivative(self, number: int, x: Term, slope: Term) -> Ref:
-        """Coefficient k of z with z' = slope x'; of the slope only coefficients below k are in it."""
+        """Coefficient k of z with z' = slope x'; the result contains only coefficients of the slope below k."""
         tape = self.tape
         last = tape.mul(x.next, self.first(RIGHT, number, slope))
         return tape.add(tape.mul(self.per_k, self.inner(number)), last)

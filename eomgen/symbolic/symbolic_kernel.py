@@ -23,8 +23,8 @@ _NAMES: dict[type[sympy.Basic], str] = {
 def kernel_of(results: Sequence[sympy.Expr]) -> Kernel:
     """Return the kernel that gives some expressions, in order.
 
-    Their written form decides the operations: collect before you make one. Raises TypeError for an expression that a
-    tape cannot hold.
+    The form of the expressions determines the operations: collect terms first. Raises TypeError for an expression that
+    a tape cannot hold.
     """
     places: dict[sympy.Basic, int] = {}
     steps: list[Step] = []

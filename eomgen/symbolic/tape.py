@@ -53,14 +53,14 @@ class Tape:
     blocks : list of (first node, label)
         Physical meaning of the nodes from here on; becomes comments in the C.
     names : dict
-        Name of a node in the field, by which the C names its local variables; no two names of a node.
+        Name of a node in the field, used for local variables in C; names are unique.
     reciprocals : bool
         Whether x/y is recorded as x (1/y), so that divisions by one number are one: derivatives of powers of distances
         divide by each three times. Overflow in 1/y then gives inf or nan.
     maps : list of Map
         Loops over identical elements (see ``map.py``).
     curves : list of (curve, derivative)
-        Functions of one number that are tables, and which derivative of them is taken.
+        Functions of one number given by tables, and the order of the derivative.
     instances : dict
         Results of subgraphs recorded repeatedly from the same references, by kind and references.
     """
@@ -107,8 +107,8 @@ class Tape:
     def generic(self, value: float, *key: object) -> Ref:
         """Return the reference of a constant that is recorded as a number of any value would be.
 
-        Its zeros, ones and sign are not simplified, so one of many equal parts is recorded with the same operations
-        for all of them. Products and sums of such constants are such constants.
+        Zeros, ones and signs of such constants are not simplified, so that one recording is valid for many equal parts
+        with different numbers. Products and sums of such constants are such constants.
 
         Parameters
         ----------
@@ -137,7 +137,7 @@ class Tape:
         return node
 
     def value(self, ref: Ref) -> float | None:
-        """Return the number behind a reference, or None if it is no constant, or one of any value."""
+        """Return the number of a constant reference; None for other references, and for generic constants."""
         node = abs(ref)
         if self.op[node] is not _CONST or self.b[node] == GENERIC:
             return None
@@ -145,7 +145,7 @@ class Tape:
         return -magnitude if ref < 0 else magnitude
 
     def number(self, ref: Ref) -> float | None:
-        """Return the number behind a reference, also of a generic constant, or None if it is no constant."""
+        """Return the number of a constant reference, also of a generic constant; None for other references."""
         return self._number(ref) if self.op[abs(ref)] is _CONST else None
 
     def symbol(self, ref: Ref) -> InputSymbol | None:
@@ -156,7 +156,7 @@ class Tape:
     # -- arithmetic -----------------------------------------------------------------------------------------------
 
     def add(self, x: Ref, y: Ref) -> Ref:
-        if abs(x) == ZERO:  # -ZERO comes from negating references without looking at them
+        if abs(x) == ZERO:  # -ZERO results from negated references
             return y if abs(y) != ZERO else ZERO
         if abs(y) == ZERO:
             return x
@@ -218,7 +218,7 @@ class Tape:
         return self._node(_DIV, x, y)
 
     def call(self, op: Op, x: Ref, y: Ref = 0) -> Ref:
-        """Apply a function of one or two arguments. Raises ValueError for a constant outside its domain."""
+        """Apply a function of one or two arguments. Raises ValueError for a constant outside the function's domain."""
         if op in UNARY:
             number = self.value(x)
             if number is not None:
@@ -251,7 +251,8 @@ class Tape:
         return self._node(_MAP, map_number, result)
 
     def curve(self, curve: CurveLike, derivative: int, x: Ref) -> Ref:
-        """Return a derivative (0: the value) of a curve at x. Raises ValueError if a constant x is outside of it."""
+        """Return a derivative (0: the value) of a curve at x. Raises ValueError if a constant x is outside of the
+        curve."""
         number = self.value(x)
         if number is not None:
             return self.constant(float(curve(number, derivative)))
@@ -303,7 +304,8 @@ class Tape:
             self.names.setdefault(abs(ref), text if ref > 0 else f"minus_{text}")
 
     def operands(self, node: int) -> tuple[int, ...]:
-        """Return the operand references of a node; leaves have none, Map results those their Map gathers."""
+        """Return the operand references of a node; leaves have none; for results of a Map, the references that the Map
+        gathers."""
         op = self.op[node]
         if op in LEAVES:
             return ()
@@ -325,7 +327,7 @@ class Tape:
         op, a, b, c, references = self.op, self.a, self.b, self.c, _REFERENCES
         nodes: list[int] = []
         node = needed.rfind(1, 1)
-        while node > 0:  # operands are recorded before the operations that use them
+        while node > 0:  # operands precede their operations
             nodes.append(node)
             count = references[op[node]]
             if count == 2:
@@ -336,7 +338,7 @@ class Tape:
             elif count == 3:
                 needed[abs(a[node])] = needed[abs(b[node])] = needed[abs(c[node])] = 1
             elif op[node] is _MAP and a[node] not in gathered_maps:
-                gathered_maps.add(a[node])  # its results share their operands: following them once keeps this linear
+                gathered_maps.add(a[node])  # results of a Map have the same operands: one visit keeps this linear
                 for ref in self.operands(node):
                     needed[abs(ref)] = 1
             node = needed.rfind(1, 1, node)
@@ -374,7 +376,7 @@ class Tape:
         return -magnitude if ref < 0 else magnitude
 
     def _folded(self, op: Op, x: Ref, y: Ref, value: float) -> Ref:
-        """Return the constant computed from two constants, generic if one of them is."""
+        """Return the constant computed from two constants, generic if an operand is generic."""
         if GENERIC in (self.b[abs(x)], self.b[abs(y)]):
             return self.generic(value, op, x, y)
         return self.constant(value)

@@ -55,7 +55,7 @@ def word_defects(alternating: Sequence[float], letters: int) -> list[Array]:
 
 
 def order_of(alternating: Sequence[float], most: int = MOST_LETTERS) -> int:
-    """Return the order of a step of any two flows by its coefficients; 0 if these do not sum up to 1.
+    """Return the order of a step of any two flows by its coefficients; 0 if the fractions do not sum up to 1.
 
     Parameters
     ----------
@@ -81,17 +81,17 @@ _POINTS = 500
 
 @dataclass(frozen=True)
 class Composition:
-    """A symmetric composition of drifts and kicks, its order checked on construction.
+    """A symmetric composition of drifts and kicks, with an order that is checked on construction.
 
     Attributes
     ----------
-    name : with which ``composition_named`` makes it
+    name : argument of ``composition_named`` for this composition
     order : even; of the flows of any two operators
     first : first and last part of a step
     fractions : of a step, of drifts and kicks in turn, beginning with ``first``
-    source : its publication
-    levels : of a recursion of leapfrogs: sizes of the steps of order m of which one of order m + 2 is made, for m = 2,
-        4, ...; its order and its matrix for the oscillator follow level by level
+    source : publication
+    levels : of a recursion of leapfrogs: for m = 2, 4, ..., the sizes of the steps of order m in a step of order m + 2;
+        the order and the matrix of the recursion for the oscillator follow level by level
 
     Raises
     ------
@@ -156,13 +156,13 @@ class Composition:
         for step in range(steps):
             for place, fraction in enumerate(self.fractions):
                 if place == 0 and step:
-                    continue  # it is part of the last one
+                    continue  # part of the previous leapfrog
                 merged = place == last and step < steps - 1
                 yield kinds[place % 2], fraction + (self.fractions[0] if merged else 0.0)
 
     @functools.cached_property
     def leapfrogs(self) -> tuple[float, ...]:
-        """The fractions of the leapfrogs that a step is a product of, in order; empty if it is none.
+        """The fractions of the leapfrogs whose product is a step, in order; empty if the step is no such product.
 
         In place of leapfrogs any other symmetric steps of order 2 give a method of the same order.
         """
@@ -200,7 +200,7 @@ class Composition:
         """Largest omega h up to which all smaller steps keep oscillations bounded: the first at which half the trace
         of the oscillator's matrix leaves [-1, 1].
 
-        If it only touches the bounds, which tabulated coefficients do up to rounding, steps remain stable.
+        If the half trace only touches the bounds, as for tabulated coefficients up to rounding, steps remain stable.
         """
 
         def beyond(steps: Array) -> Array:

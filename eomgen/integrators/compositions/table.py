@@ -12,9 +12,9 @@ from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.compositions.composition import Composition, Part
 
-#: Digits with which coefficients are worked out before they are rounded.
+#: Digits of the computation of coefficients before rounding.
 _DIGITS = 40
-#: Largest order of a recursion, and its largest number of leapfrogs.
+#: Largest order and largest number of leapfrogs of a recursion.
 HIGHEST_ORDER, MOST_LEAPFROGS = 12, 100_000
 _RECURSION = "Creutz and Gocksch 1989; Suzuki 1990; Yoshida 1990"
 #: Recursions by name: leapfrogs on either side of the backward one.
@@ -74,7 +74,7 @@ def _recursion(order: int, forward: int) -> tuple[tuple[float, ...], tuple[tuple
 
 
 def _symmetric(*half: Decimal) -> tuple[float, ...]:
-    """Return a list of odd length from its first half and its middle."""
+    """Return a symmetric list of odd length from its first half and its middle."""
     return tuple(float(value) for value in (*half, *half[-2::-1]))
 
 
@@ -88,7 +88,7 @@ def _three_kicks(outer: Decimal, kick: Decimal) -> tuple[float, ...]:
 
 
 def _five_kicks(outer: Decimal, kick: Decimal, drift: Decimal, second: Decimal) -> tuple[float, ...]:
-    """Return five kicks between six drifts, or the other way round, from the first two of each."""
+    """Return five kicks between six drifts, or six drifts between five kicks, from the first two of each."""
     return _symmetric(outer, kick, drift, second, Decimal("0.5") - outer - drift, 1 - 2 * (kick + second))
 
 
@@ -102,7 +102,8 @@ def _of_leapfrogs(*half: Decimal) -> tuple[float, ...]:
 
 
 def _even_kicks(drifts: tuple[Decimal, ...], kicks: tuple[Decimal, ...]) -> tuple[float, ...]:
-    """Return an even number of kicks between drifts from the first of each; the others follow from the sums."""
+    """Return an even number of kicks between drifts from the first of each; the remaining fractions follow from the
+    sums."""
     given = [*kicks, Decimal("0.5") - sum(kicks, Decimal(0))]
     pairs = [value for pair in zip(drifts, given, strict=True) for value in pair]
     return _symmetric(*pairs, 1 - 2 * sum(drifts, Decimal(0)))
@@ -120,9 +121,10 @@ _OMELYAN = "Omelyan, Mryglod and Folk 2003"
 _BLANES = "Blanes, Casas and Sanz-Serna 2014"
 _BLANES_MOAN = "Blanes and Moan 2002"
 _KAHAN_LI = "Kahan and Li 1997"
-#: Tabulated compositions by name: order, source, and fractions by the first part of a step; if there is one list, it
-#: serves both. The parameters of Omelyan, Mryglod and Folk's order 4 are the position version's for steps that
-#: begin with a drift and the velocity version's for the others; mixed up they have order 2 or less.
+#: Tabulated compositions by name: order, source, and fractions by the first part of a step; a single list is for both
+#: first parts. The parameters of Omelyan, Mryglod and Folk's order 4 are the position version's for steps that begin
+#: with a drift and the velocity version's for steps that begin with a kick; with parameters of the wrong version the
+#: order is 2 or less.
 _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
     "leapfrog": (2, "Verlet 1967", {"drift": (0.5, 1.0, 0.5)}),
     "minimum_norm2": (2, _OMELYAN, {"drift": _minimum_norm()}),
@@ -208,7 +210,7 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
         },
     ),
 }
-#: Names that have their order in them, and the leapfrogs on either side of the backward one.
+#: Names that contain the order, and the numbers of leapfrogs on either side of the backward leapfrog.
 _BY_RULE = re.compile(r"(yoshida|suzuki|creutz_gocksch)(\d+)(?:_(\d+))?")
 #: Names of compositions in other programs.
 _ALIASES: Mapping[str, str] = {
@@ -232,13 +234,13 @@ def composition_named(name: str, first: Part = "drift") -> Composition:
     Raises
     ------
     UsageError
-        An unknown name, with the nearest ones, or an order that the rule does not make.
+        An unknown name, with the nearest known names, or an order that the rule does not have.
     """
     return _made(_key(name), first)
 
 
 def names_composition(name: str) -> bool:
-    """Return whether a name is in the table, or follows its rules, for any order."""
+    """Return whether a name is in the table, or follows a rule of the table, for any order."""
     rule = _BY_RULE.fullmatch(_key(name))
     return _key(name) in _TABULATED or (rule is not None and (rule[1] in _FORWARD) != bool(rule[3]))
 
@@ -265,7 +267,7 @@ def _made(name: str, first: Part) -> Composition:
 
 @functools.cache
 def compositions(first: Part = "drift") -> tuple[Composition, ...]:
-    """Return the compositions of the table, and by its rules orders 4 to 8 in use."""
+    """Return the compositions of the table, and the compositions of orders 4 to 8 by the rules of the table."""
     rules = [f"{rule}{order}" for order in (4, 6, 8) for rule in _FORWARD]
     names = (*_TABULATED, *rules, "creutz_gocksch4_3", "creutz_gocksch4_4")
     return tuple(_made(name, first) for name in names)

@@ -13,20 +13,20 @@ from typing import Any
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import Field, Setting, Sizes, Status
 
-#: Tolerances between which steps are chosen by them.
+#: Least and largest tolerance of adaptive steps.
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-14, 0.1
 #: The part of the step that an error estimate allows which is taken: rejections cost a whole step. All families with
-#: adaptive steps share it and the following constants; a family may replace one in its ``data``.
+#: adaptive steps share this and the following constants; a family may replace a constant in its ``data``.
 SAFETY = 0.9
 #: Changes of a step at most, from one to the next and after a rejection.
 MOST_GROWTH, MOST_REDUCTION = 4.0, 0.1
-#: A step that fails is taken again with this part of its size.
+#: Part of its size with which a failed step is repeated.
 AFTER_FAILURE = 0.25
 #: The longest step, in steps of the time grid: laws shorter than a step may be missed.
 LONGEST = 64.0
 #: Steps within one row, and attempts at one step, before a run stops: a call of compiled code hears no Ctrl-C.
 MOST_STEPS, MOST_ATTEMPTS = 1_000_000, 60
-#: Sizes of the motion fade over so many times the change of velocity that they are themselves.
+#: Decay of the sizes of the motion: a size fades while the velocity changes by this multiple of the size.
 MEMORY = 4.0
 #: The part of the largest size so far that counts as the size of a smaller motion.
 COARSE = 1e-3
@@ -36,7 +36,8 @@ SHORT = 0.05
 
 #: Growth of a step at most if rounding may be a tenth of the error that is allowed: smaller errors cannot be seen.
 NOISY_GROWTH = 1.125
-#: Error of an explicit step, as a part of the motion, up to which its end tells the size of the motion.
+#: Error of an explicit step, as a part of the motion, up to which the end of the step is used to measure the size of
+#: the motion.
 ACCURATE = 0.01
 
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 DEFAULT_TOLERANCE = 1e-5
-#: Steps may grow if they grow by so much: a step of another size needs factors of its own.
+#: Least growth of a step: a step of another size needs new factors.
 LEAST_GROWTH = 1.25
 #: The growth of a step at most. Alternating steps 1 : 2 leave stiff modes damped at any spectral radius, 1 : 4 do not.
 MOST_GROWTH = 2.0
@@ -45,7 +45,7 @@ VELOCITY_PART = 0.2
 
 @dataclass(frozen=True)
 class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
-    """Generalized-alpha, stabilised if there are constraints, with steps of its own.
+    """Generalized-alpha, stabilised if there are constraints, with adaptive steps.
 
     Parameters
     ----------

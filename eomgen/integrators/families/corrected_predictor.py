@@ -94,7 +94,7 @@ class CorrectedPredictor(OneFactorization):
         return {**linear_system(system, step / 2, samples, guarded=True), "input_times": [0.0, 1.0]}
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
-        """Return all that a step with a matrix of its own does."""
+        """Return the work of a step that forms and factors a matrix."""
         from eomgen.integrators.step_work import (  # noqa: PLC0415
             Work,
             work_of_groups,

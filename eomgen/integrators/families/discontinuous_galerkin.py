@@ -279,13 +279,13 @@ class DiscontinuousGalerkin(OneFactorization):
 
 
 def _of_pass(nodes: int, plain: int, v: int, z: int, forces: int) -> tuple[int, int]:
-    """Return additions and multiplications of a pass beside its sums, products and substitutions."""
+    """Return additions and multiplications of a pass without its sums, products and substitutions."""
     added = plain + 2 * (v - plain) + forces + v + 2 * z
     return nodes * added, nodes * (plain + bool(plain) + v + z)
 
 
 def _work_of_turns(tangents: Sequence[Mapping[str, Any]], times: int) -> tuple[Work]:
-    """Return the work of T times a vector, so many times."""
+    """Return the work of ``times`` products of T with a vector."""
     from eomgen.integrators.step_work import Work  # noqa: PLC0415
 
     poses = sum(tangent["group"] == "se3" for tangent in tangents)
@@ -345,7 +345,7 @@ class Row:
 
     Attributes
     ----------
-    make : its constructor
+    make : constructor of the method
     estimate : whether the last pass is an estimate of errors, of one order less
     """
 

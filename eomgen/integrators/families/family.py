@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 #: Interpretation of inputs by a stepper: rows within a step, linear in between; the first row held over the step, with
 #: the scene's formulas in place of NaN; the same, with the formulas expanded in series of time.
 InputDemand = Literal["sampled", "held", "series"]
-#: States between recorded rows: q of order 5 with v from it, or v of order 3 through v and a; steps of the method;
-#: none.
+#: States between recorded rows: q of order 5 and v as its derivative, or v of order 3 through v and a; steps of the
+#: method; none.
 DenseOutput = Literal["hermite_5", "hermite_3", "steps", "none"]
 #: Functions on the Lie groups of the configuration that a stepper may call.
 GroupFunction = Literal["update", "tangent", "cotangent", "bracket", "transport", "rate"]
@@ -46,8 +46,8 @@ class MethodName:
     aliases : other names for the same
     idle : parameters without effect, which are no mistake
     differs : facts of a scene without each of which another method of the family does the same
-    by_tolerance : name of the method for a given tolerance; empty: this one
-    fixed_steps : reason for which its steps cannot follow a tolerance, and a remedy; empty for methods that take one
+    by_tolerance : name of the method for a given tolerance; empty: this method
+    fixed_steps : reason for which the steps cannot follow a tolerance, and a remedy; empty for methods with a tolerance
     compiled_with : parameters that a stepper is compiled with if the scene gives no valid ones; runs set parameters of
     the run
     """
@@ -65,7 +65,7 @@ class MethodName:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Numbers of q, v, z, u, tunable parameters, multipliers, and holonomic ones among these."""
+    """Numbers of q, v, z, u, tunable parameters, multipliers, and holonomic multipliers."""
 
     q: int
     v: int
@@ -83,11 +83,11 @@ class Field:
     Attributes
     ----------
     name : in Python
-    comment : its meaning, for the C header
+    comment : meaning, for the C header
     size : of an array; 0: a number alone
     kind : ``real``, ``long``, or ``parameters`` for the struct of tunable parameters
-    group : the struct within the state that holds it, if any
-    member : its name in C if that is another
+    group : the struct within the state that has the field as a member, if any
+    member : name in C if different from ``name``
     """
 
     name: str
@@ -104,10 +104,10 @@ class Setting:
 
     Attributes
     ----------
-    default : its value if none is given
-    comment : its meaning, for the C header
+    default : value without a caller's value
+    comment : meaning, for the C header
     whole : the least and the largest of a whole number; None: any number that is not negative
-    single : its least value in single precision
+    single : least value in single precision
     """
 
     name: str
@@ -119,7 +119,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Bound:
-    """A condition that settings meet: a name, or names with plus signs between them, against a name or a number."""
+    """A condition on settings: a name, or a sum of names with plus signs, compared with a name or a number."""
 
     left: str
     relation: Literal["<", "<=", ">", ">=", "finite"]
@@ -161,11 +161,11 @@ class LinearPasses(NamedTuple):
 
     Attributes
     ----------
-    gamma : the one eigenvalue of the first pass, in shares of a step
+    gamma : the only eigenvalue of the first pass, in shares of a step
     passes : int
     refined : whether accelerations of nodes are corrected once by the factors of the step
     nodes : shares of a step
-    first, later : integrals over the step as coefficients, of the first pass and of later ones
+    first, later : integrals over the step as coefficients, of the first pass and of later passes
     modes, values : coefficients of values, and values of coefficients
     derivative : of polynomials that vanish at the start of the step
     """
@@ -182,11 +182,11 @@ class LinearPasses(NamedTuple):
 
 
 class Family(ABC):
-    """Family of integration methods; its instances are methods, checked on construction."""
+    """Family of integration methods; instances are methods, checked on construction."""
 
-    #: Its name, also of its templates.
+    #: Name of the family and of the folder of its templates.
     family: ClassVar[str]
-    #: The folder of its templates, ``stepper.c.jinja`` and its includes; None: eomgen's own folder of the family's
+    #: The folder of the templates, ``stepper.c.jinja`` and its includes; None: eomgen's own folder of the family's
     #: name.
     templates: ClassVar[Path | None] = None
     inputs: ClassVar[InputDemand] = "sampled"
@@ -195,7 +195,7 @@ class Family(ABC):
     implicit: ClassVar[bool] = False
     #: Whether rows may have multipliers.
     holds_constraints: ClassVar[bool] = False
-    #: Whether it passes positions with singular constraints.
+    #: Whether the method passes positions with singular constraints.
     passes_singularities: ClassVar[bool] = False
     #: Whether the state alone, without the workspace, determines all later bits.
     state_is_all: ClassVar[bool] = False
@@ -203,7 +203,7 @@ class Family(ABC):
     renewal: ClassVar[str] = "evaluates accelerations anew"
     #: How q and v of a start are brought onto constraints.
     projection: ClassVar[str] = ""
-    #: Structs within the state, and their contents.
+    #: Structs within the state, and their descriptions.
     groups: ClassVar[tuple[tuple[str, str], ...]] = ()
 
     order: int
@@ -224,7 +224,7 @@ class Family(ABC):
         Parameters
         ----------
         constrained, internal : whether the scene has constraints, and internal states
-        mass : whether the inertia matrix is at hand, which long trees leave out, and keeps its digits
+        mass : whether the system has the inertia matrix, which long trees leave out, with sufficient digits
         """
 
     def calls(self, system: System) -> set[str]:
@@ -233,7 +233,7 @@ class Family(ABC):
         return set(self.terms(bool(system.multipliers), system.facts.internal_states, mass))
 
     def prepared(self, system: System) -> System:
-        """Return a system with functions of the method's own beside the functions of its terms."""
+        """Return a system with functions of the method in addition to the functions of its terms."""
         return system
 
     @abstractmethod
@@ -247,7 +247,7 @@ class Family(ABC):
 
     @property
     def instead(self) -> str:
-        """Alternative methods for scenes on which this one cannot run."""
+        """Alternative methods for scenes on which this method cannot run."""
         return "generalized_alpha"
 
     @property
@@ -272,7 +272,7 @@ class Family(ABC):
 
     @property
     def real_stability(self) -> float:
-        """Largest stable step times rate of decay of an explicit step, for a warning; 0 if it is not checked."""
+        """Largest stable step times rate of decay of an explicit step, for a warning; 0 if not checked."""
         return 0.0
 
     @property
@@ -298,11 +298,11 @@ class Family(ABC):
         return ()
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
-        """Return the conditions on settings in C, in the order of the tests; ``good_settings`` of its templates."""
+        """Return the conditions on settings in C, in the order of the tests; ``good_settings`` of the templates."""
         return ()
 
     def choices(self, sizes: Sizes) -> Mapping[str, bool]:
-        """Return the facts by which its own templates choose, by name.
+        """Return the facts by which the templates of the family choose, by name.
 
         ``offset`` of implicit families: whether the increment of a step has parts besides the unknown mean velocity."""
         return {}
@@ -322,12 +322,12 @@ class Family(ABC):
 
     @abstractmethod
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        """Return the data of its own templates, JSON types only, and for the common ones:
+        """Return the data of the templates of the family, JSON types only, and for the common templates:
 
-        ``input_times``, the shares of a step with a row of inputs; if there are some, ``hooks``, functions of its
-        template by when they are called: ``row`` (before a row is given), ``recorded`` (behind one), ``end`` (of a
-        run), and ``row_notes``, lines on rows for the header; true ``starts_with_rates_of_inputs``, if a start depends
-        on the last row of inputs of its step.
+        ``input_times``, the shares of a step with a row of inputs; ``hooks``, if any: functions of the template by the
+        moment of their call: ``row`` (before a row is given), ``recorded`` (after a row), ``end`` (of a run), and
+        ``row_notes``, lines on rows for the header; true ``starts_with_rates_of_inputs``, if a start depends on the
+        last row of inputs of the first step.
 
         Parameters
         ----------
@@ -357,7 +357,7 @@ def velocities(factors: Sequence[Any]) -> int:
 
 #: Terms of constraints that steppers call, or that bring a state onto the constraints.
 KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
-#: Counters of ``newton/step_matrix.c.jinja``, of families that include it.
+#: Counters of ``newton/step_matrix.c.jinja`` for families that include this template.
 EXCHANGES = Field("exchanges", "factorizations whose pivots had to be chosen anew", kind="long")
 #: Statuses of most steppers.
 NOT_FINITE = Status(

@@ -25,14 +25,15 @@ _PLACES = 256
 
 @dataclass(frozen=True)
 class Operators:
-    """Nodes and matrices; a matrix acts on values at the nodes, ``modes`` makes coefficients of L_j(s/gamma) of them.
+    """Nodes and matrices; a matrix acts on values at the nodes, ``modes`` transforms values into coefficients of
+    L_j(s/gamma).
 
     Attributes
     ----------
     nodes : the last one is 1
     integration : A, of Radau IIA
     first : V P V^-1, of the first pass
-    values, modes : V_ij = L_j(c_i/gamma), and its inverse
+    values, modes : V_ij = L_j(c_i/gamma), and V^-1
     derivative : A^-1, of polynomials of degree p + 1 that vanish at 0
     """
 

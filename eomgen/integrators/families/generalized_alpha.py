@@ -50,29 +50,30 @@ _SOURCE = "Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015; Arnold and Ha
 #: How constraints enter a step: positions only, or positions and velocities with one more multiplier per holonomic row.
 INDEX_3, STABILISED = "index3", "stabilised"
 #: How the increment of a step is cut into exponentials: one; velocity and acceleration; velocity and both
-#: accelerations. ``spatial``: one exponential, and algorithmic variables of the last step are carried along with its
-#: rotation.
+#: accelerations. ``spatial``: one exponential, and algorithmic variables of the last step are rotated with this
+#: exponential.
 SPATIAL = "spatial"
 VARIANTS = ("F0", "F1", "F2", SPATIAL)
-#: Largest spectral radius at which index 3 is known to damp transients of its start, and if it is known to fail.
+#: Largest spectral radius at which index 3 is known to damp transients of the start, and spectral radius above which
+#: index 3 is known to fail.
 INDEX_3_SAFE_RHO, INDEX_3_REFUSED_RHO = 0.9, 0.99
-#: Newton's stopping test on the increment of the mean velocity. Tight enough that its errors stay below the errors of
-#: the method at steps of 1e-5; the stepper itself keeps the demand above round-off.
+#: Newton's stopping test on the increment of the mean velocity. Tight enough that errors of the iteration stay below
+#: errors of the method at steps of 1e-5; the stepper keeps the demand above round-off.
 RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
 #: The same in single precision.
 SINGLE_RELATIVE_TOLERANCE, SINGLE_ABSOLUTE_TOLERANCE = 1e-5, 1e-6
 MAX_ITERATIONS, MAX_HALVINGS = 16, 6
-#: If forces damp, so that errors do not add up, a step may end with its first iteration: the part of the tolerance
-#: that may be left by a contraction that is known from steps before, and for how many steps it is known.
+#: If forces damp, so that errors do not add up, a step may end with its first iteration: the part of the tolerance that
+#: may remain by a contraction known from earlier steps, and the number of steps for which this contraction is used.
 KNOWN_PART, UNOBSERVED_STEPS = 0.1, 15
-#: Named cases: the parameters of each, and the name of its C file.
+#: Named cases: constructor, parameters, and name of the C file.
 NAMED_CASES: Mapping[str, tuple[Callable[..., Coefficients], tuple[str, ...], tuple[str, ...], str]] = {
     "hht": (hht, ("alpha", "rho_inf"), (), "HHT-alpha"),
     "wbz": (wbz, ("alpha", "rho_inf"), (), "WBZ-alpha"),
     "newmark": (newmark, ("alpha", "beta", "gamma"), (), "Newmark's method"),
     "trapezoidal": (trapezoidal, (), ("average_acceleration",), "the trapezoidal rule"),
 }
-#: Cases that are always of order 2: a tolerance makes them choose their steps.
+#: Cases that are always of order 2: with a tolerance they have adaptive steps.
 OF_ORDER_2 = ("hht", "wbz", "trapezoidal")
 
 
@@ -100,7 +101,7 @@ _COMPILED_WITH: Mapping[str, Mapping[str, float]] = {"newmark_index3": {"alpha":
 
 @lru_cache(maxsize=64)
 def _written(number: float) -> Fraction:
-    """Return a number as the decimal that its text is."""
+    """Return a number as the decimal number of its text."""
     return Fraction(repr(number))
 
 
@@ -123,10 +124,11 @@ class GeneralizedAlpha(Family):
         (constraints hold, their rates to second order only).
     variant : str
         ``F0`` (q_n o exp(h Dq)), ``F1`` or ``F2``: velocity and acceleration, or velocity and both accelerations, in
-        exponentials of their own. ``spatial``: velocities and accelerations are interpolated as a frame sees them that
-        does not turn with the body.
+        separate exponentials. ``spatial``: velocities and accelerations are interpolated in a frame that does not turn
+        with the body.
     case : Coefficients, optional
-        Of HHT, WBZ, Newmark or the trapezoidal rule; ``rho_inf`` is then theirs, for any argument.
+        Of HHT, WBZ, Newmark or the trapezoidal rule; ``rho_inf`` is then the spectral radius of the case, for any
+        argument.
     """
 
     rho_inf: float = 0.9
@@ -541,9 +543,9 @@ def _factorization_cost(system: System, solver: Solver) -> list[float]:
     """Return the cost of forming and factoring the iteration matrix, and of an iteration with old factors, by operation
     counts.
 
-    Substitution waits for its own results, and group operations take roots and quotients: both weigh more than they
-    count. Fronts wait less for memory: they load and store each right side, and so they do factors (3.2 iterations by
-    instructions with a chain of 100 hinges).
+    Substitution waits for earlier results, and group operations take roots and quotients: both weigh more than their
+    operation counts. Fronts wait less for memory: right sides are loaded and stored for each front, and so are factors
+    (3.2 iterations by instructions with a chain of 100 hinges).
     """
     residual = "equations" if len(system.multipliers) or len(system.initial_z) else "residual"
     turns = sum(1 for factor in system.factors if factor.group != "R")
@@ -556,7 +558,7 @@ def _factorization_cost(system: System, solver: Solver) -> list[float]:
 
 
 def indices_in_q(factors: Sequence[Factor], nv: int) -> list[int]:
-    """Return for each velocity component the index in q of the number that it changes, -1 for quaternions."""
+    """Return for each velocity component the index in q of the coordinate whose rate it is, -1 for quaternions."""
     indices = [-1] * nv
     for factor in factors:
         rotation = 0 if factor.group == "R" else 3

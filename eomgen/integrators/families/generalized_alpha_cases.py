@@ -20,7 +20,7 @@ _NEWMARK = "Newmark 1959"
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Exact coefficients of one case, with its name and source."""
+    """Exact coefficients of a case, with name and source."""
 
     name: str
     alpha_m: Fraction
@@ -69,9 +69,9 @@ def hht(alpha: float | None = None, rho_inf: float | None = None) -> Coefficient
     Parameters
     ----------
     alpha : float
-        0 (no damping) to 1/3; its authors and Abaqus write -alpha.
+        0 (no damping) to 1/3; the authors and Abaqus write -alpha.
     rho_inf : float
-        In its place the spectral radius at infinite frequency, 1/2 to 1: alpha = (1 - rho_inf)/(1 + rho_inf).
+        In place of ``alpha``, the spectral radius at infinite frequency, 1/2 to 1: alpha = (1 - rho_inf)/(1 + rho_inf).
 
     Raises
     ------
@@ -94,9 +94,9 @@ def wbz(alpha: float | None = None, rho_inf: float | None = None) -> Coefficient
     Parameters
     ----------
     alpha : float
-        0 (no damping) to 1 (asymptotic annihilation); its authors write -alpha.
+        0 (no damping) to 1 (asymptotic annihilation); the authors write -alpha.
     rho_inf : float
-        In its place the spectral radius at infinite frequency: alpha = (1 - rho_inf)/(1 + rho_inf).
+        In place of ``alpha``, the spectral radius at infinite frequency: alpha = (1 - rho_inf)/(1 + rho_inf).
 
     Raises
     ------
@@ -115,7 +115,7 @@ def newmark(beta: float | None = None, gamma: float | None = None, alpha: float 
         beta > 0, gamma >= 1/2; 1/4 and 1/2 by default. A gamma above 1/2 damps and lowers the order to 1; 2 beta <
         gamma limits the step.
     alpha : float
-        In their place the damped family gamma = 1/2 + alpha, beta = (1 + alpha)^2/4, 0 to 1, with
+        In place of ``beta`` and ``gamma``, the damped family gamma = 1/2 + alpha, beta = (1 + alpha)^2/4, 0 to 1, with
         (1 - alpha)/(1 + alpha) as spectral radius at infinite frequency.
 
     Raises
@@ -154,7 +154,7 @@ def exact(where: str, value: object) -> Fraction:
 def _damping(
     name: str, alpha: float | None, rho_inf: float | None, largest: Fraction, text: str, reason: str
 ) -> Fraction:
-    """Return alpha, checked, from itself or from the spectral radius at infinite frequency."""
+    """Return alpha, checked, from ``alpha`` or from the spectral radius at infinite frequency."""
     if alpha is not None:
         value = exact("method.alpha", alpha)
         if not 0 <= value <= largest:

@@ -29,21 +29,21 @@ from eomgen.integrators.families.needs import UNCONSTRAINED
 if TYPE_CHECKING:
     from eomgen.system.system import System
 
-#: Corrections end if they change no component by more than this part of the sizes of its kind, in units of rounding.
+#: Corrections end if no component changes by more than this part of the sizes of its kind, in units of rounding.
 CORRECTION_TOLERANCE = 45.0
 #: Corrections of a step at most.
 MOST_CORRECTIONS = 30
-#: Corrections have converged, too, when they shrink no more and are below this, in the same units.
+#: Corrections have converged, too, if corrections no longer shrink and are below this limit, in the same units.
 ROUND_OFF = 4500.0
 #: The part of 1 rad, or of the size of the machine, that counts as the size of a smaller motion: rounding is not far
 #: below.
 COARSE = 0.01
-#: By how much the square of a quaternion's length may be off before it is brought to 1; steps that settle miss it by
-#: far less.
+#: Deviation of the squared length of a quaternion from 1 above which the quaternion is normalised; steps that settle
+#: deviate far less.
 STRETCH = 0.1
 
 
-#: Reason for which its steps do not follow a tolerance, and methods that do.
+#: Reason for steps that do not follow a tolerance, and methods with adaptive steps.
 _FIXED = ("its steps are all of one size, so that energies do not drift", "rk45, or taylor")
 
 

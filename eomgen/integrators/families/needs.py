@@ -26,7 +26,7 @@ UNCONSTRAINED = Need(
     "it steps ordinary differential equations and would ignore the constraint equations",
     "rk4_partitioned, which eliminates constraints, generalized_alpha, which keeps them, or a tree of joints",
 )
-#: Of methods that expand them in series of time.
+#: Of methods that expand inputs in series of time.
 UNCONSTRAINED_SERIES = Need(
     "constraints",
     False,
@@ -60,7 +60,8 @@ POSITIONS_ALONE = Need(
 
 
 def constrained(otherwise: str) -> Need:
-    """Return the need of a method that eliminates constraints; ``otherwise`` does its work if there are none."""
+    """Return the need of a method that eliminates constraints; ``otherwise`` is the method for scenes without
+    constraints."""
     reason = f"it eliminates constraint equations, and {otherwise} does the same work if there are none"
     return Need("constraints", True, reason, otherwise)
 

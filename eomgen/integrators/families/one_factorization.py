@@ -52,7 +52,7 @@ GROWTH_STATUS = Status(
     "something grows by itself so fast that a step would damp it, as behind a force that pushes away",
     f"{SMALLER_STEP}, or stop_at_growth = 0 if the growth does not matter",
 )
-#: The same if constraints border the matrix, since their rows may change a sign too.
+#: The same status for matrices bordered by constraints, since rows of constraints may change a sign too.
 GROWTH_OR_SINGULAR_STATUS = replace(
     GROWTH_STATUS,
     text="something grows by itself so fast that a step would damp it, or the constraints are singular within the step",
@@ -68,7 +68,8 @@ FIXED_STEPS = (
 
 @dataclass(frozen=True)
 class OneFactorization(Family):
-    """A family with steps of one factorization, of equations without constraints unless it says otherwise."""
+    """A family with steps of one factorization, for equations without constraints unless a subclass allows
+    constraints."""
 
     implicit = True
 
@@ -109,14 +110,14 @@ def matrix_functions(system: System) -> set[str]:
 def linear_system(
     system: System, gain: float, samples: Any, *, guarded: bool = False, turned: bool = False
 ) -> dict[str, Any]:
-    """Return the linear system of a step as data of its method.
+    """Return the linear system of a step as data of a method.
 
     Parameters
     ----------
     gain : gamma times the step, s
     samples : of the matrix; None: taken here
     guarded : whether signs of pivots tell of growth, see ``newton.signs``
-    turned : whether rotations have T(gain v) in front of their increments
+    turned : whether increments of rotations are multiplied by T(gain v)
     """
     from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
     from eomgen.integrators.newton.sample_matrices import at_both_ends, samples_of  # noqa: PLC0415
@@ -153,10 +154,10 @@ def _remainders(sizes: Sizes) -> tuple[Field, ...]:
 def _products(
     unknowns: Unknowns, packing: Packing, groups: Sequence[Sequence[int]], links: Sequence[tuple[int, int]]
 ) -> list[dict[str, Any]]:
-    """Return for each row of the right side its terms of M times one vector and of K times another.
+    """Return for each row of the right side the terms of the product of M with one vector and of K with another vector.
 
     Terms are (number, column, None), and within a group (number, column, row): of the difference of two components,
-    with the row sum of K in place of its diagonal. Terms of links occur once, in the link's own row.
+    with the row sum of K in place of its diagonal. Terms of links occur once, in the row of the link.
     """
     by_row: dict[int, dict[str, list[list[int | None]]]] = {}
     group_of = {k: number for number, group in enumerate(groups) for k in group}

@@ -45,21 +45,21 @@ if TYPE_CHECKING:
 
 #: Corrections of positions by Newton's method at most.
 MOST_CORRECTIONS = 16
-#: Largest component of B_D^-1 B_I, velocities weighed by the roots of their inertias, with which a partition is kept,
-#: and below which no better one is sought when one is chosen. 1 can always be had. Errors of the independent
-#: components come back multiplied: on the spatial slider-crank in absolute coordinates (90 rad/s, steps of 2e-4 s) the
-#: error after 0.2 s is 1.1e-5 with a bound of 1.02, 5.5e-4 with 1.5, 2e-2 with 3, and of order one with 10.
+#: Largest component of B_D^-1 B_I, velocities weighed by the roots of their inertias, up to which a partition is kept,
+#: and below which the search for a partition ends. Errors of the independent components come back multiplied: on the
+#: spatial slider-crank in absolute coordinates (90 rad/s, steps of 2e-4 s) the error after 0.2 s is 1.1e-5 with a bound
+#: of 1.02, 5.5e-4 with 1.5, 2e-2 with 3, and of order one with 10.
 LARGEST_GAIN, GOOD_GAIN = 1.02, 1.01
 #: Pivots of B_D that are this much smaller than the largest, rows and columns weighed, count as zero.
 SMALLEST_PIVOT = 1e-9
-#: Ratios to the largest smallest pivot of B_D so far: a singular position is near below the first, so that
-#: corrections take factors of their own; below the second accelerations are continued from those before, for digits
-#: that they lose grow with its third power.
+#: Ratios of the smallest pivot of B_D to its largest value so far: below the first ratio a singular position is near,
+#: so that corrections have new factors; below the second ratio accelerations are extrapolated from earlier
+#: accelerations, because the loss of digits grows with the third power of the ratio.
 NEAR_PART, SINGULAR_PART = 0.03, 3e-4
 
 
 def partition_state(sizes: Sizes) -> tuple[Field, ...]:
-    """Return the members of a state on its partition."""
+    """Return the members of a state for the partition."""
     largest = "largest so far of the smallest pivot of B_D, rows and columns weighed by inertias"
     return (
         Field("dependent", "velocity components that follow from the others, in increasing order", sizes.lam, "long"),
@@ -148,7 +148,7 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
-        if not constrained:  # it is refused, for a better reason than missing terms
+        if not constrained:  # refused with a better reason than missing terms
             return ("residual",)
         return ("mass", "residual", *KINEMATIC)
 

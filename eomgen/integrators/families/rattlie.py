@@ -42,8 +42,9 @@ if TYPE_CHECKING:
     from eomgen.integrators.newton.sample_matrices import Samples
     from eomgen.system.system import System
 
-#: Newton's stopping test on the increment of the mean velocity, by kinetic energy; its error is smaller by its
-#: contraction, h^2 omega^2/12 or so, because momentum maps are kept as well as steps are solved.
+#: Newton's stopping test on the increment of the mean velocity, by kinetic energy; the error after the step is smaller
+#: by the contraction, about h^2 omega^2/12, because momentum maps are conserved to the accuracy of the solution of the
+#: steps.
 RELATIVE_TOLERANCE, SINGLE_RELATIVE_TOLERANCE = 1e-12, 1e-5
 MAX_ITERATIONS = 50
 _SIDES = "of rows: 0: of the accelerations; 1: before the row; 2: after it; 3: their mean; 2 and 3 look a step ahead"
@@ -167,13 +168,13 @@ class Rattlie(Family):
         }
 
 
-#: Terms outside the matrix of a step: forces and internal states belong to an end, the change of momenta with
-#: positions is O(step^2), and rates of constraints are no equations of it.
+#: Terms outside the matrix of a step: forces and internal states belong to an end, the change of momenta with positions
+#: is O(step^2), and rates of constraints are no equations of the step.
 _LEFT_OUT = ("K", "Z", "Rz", "Fq", "Fv", "Fz", "Fx")
 
 
 def _of_momenta(samples: Samples) -> Samples:
-    """Return samples with B at both ends of a step, and without terms outside its matrix."""
+    """Return samples with B at both ends of a step, and without terms outside the matrix of a step."""
     from eomgen.integrators.newton.sample_matrices import at_both_ends  # noqa: PLC0415
 
     both = at_both_ends(samples)

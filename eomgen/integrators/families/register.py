@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from eomgen.system.system import Facts
 
 
-#: The group of entry points under which a distribution gives its families: subclasses of ``Family``.
+#: The group of entry points for families of other distributions: subclasses of ``Family``.
 GROUP = "eomgen.integrator_families"
 BUILT_IN: tuple[type[Family], ...] = (
     GeneralizedAlpha,
@@ -100,7 +100,7 @@ def stamp_of(name: str) -> str:
 
 _STIFF = "generalized_alpha, for stiff motions"
 _ADAPTIVE = "rk45, or taylor for small errors"
-#: Methods of other tools, and their substitutes.
+#: Methods of other tools, and their substitutes in eomgen.
 _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("bdf", "lsoda", "radau", "ode15s", "ode23t", "ida", "cvode"), _STIFF),
     **dict.fromkeys(("ode45", "rk23", "dop853", "dopri5", "rkf45", "ode113", "dp45"), _ADAPTIVE),
@@ -112,7 +112,7 @@ _ELSEWHERE: Mapping[str, str] = {
 
 
 def row_of(name: str) -> Row:
-    """Return the family of a method, and its names, by one of these. Raises UsageError with the nearest names."""
+    """Return the family and the names of a method by any of its names. Raises UsageError with the nearest names."""
     key = str(name).lower().replace("-", "_")
     own = _own_rows()
     if key in own:
@@ -147,9 +147,9 @@ def _checked(entry: EntryPoint) -> type[Family]:
 
 #: A method of integration: see ``families.family``.
 Method = Family
-#: Name of the method that is chosen before each run, and the one that models are built with then.
+#: Name of the choice before each run, and the method of the library that models are built with in this case.
 AUTO, STANDARD = "auto", Simulation.method
-#: Every name of eomgen's own methods, and the one it stands for.
+#: Every name of eomgen's own methods, and the principal name of the method.
 METHOD_NAMES: Mapping[str, str] = {
     name: row.name for family in BUILT_IN for row in family.names() for name in (row.name, *row.aliases)
 }
@@ -184,7 +184,7 @@ def method_named(name: str, rho_inf: float | None = Simulation.rho_inf, **parame
     Raises
     ------
     UsageError
-        An unknown name, or a parameter out of its range, with the reason.
+        An unknown name, or a parameter out of range, with the reason.
     """
     row = row_of(name)[1]
     given = {"rho_inf": rho_inf, **parameters}
@@ -192,14 +192,15 @@ def method_named(name: str, rho_inf: float | None = Simulation.rho_inf, **parame
 
 
 def method_compiled(name: str) -> Method:
-    """Return a method with parameters that its stepper can be compiled with; runs give others. Raises UsageError."""
+    """Return a method with valid parameters for the compilation of its stepper; runs set other parameters. Raises
+    UsageError."""
     row = row_of(name)[1]
     return _made(row.name, tuple(row.compiled_with.items())) if row.compiled_with else method_named(name)
 
 
 @functools.lru_cache(maxsize=256)
 def _made(name: str, parameters: tuple[tuple[str, float | None], ...]) -> Method:
-    """Return a method; its exact coefficients take longer to be checked than a short run takes."""
+    """Return a method, cached, because a check of exact coefficients takes longer than a short run."""
     return row_of(name)[1].make(**dict(parameters))
 
 
@@ -208,8 +209,8 @@ _SAYING_THE_SAME = ({"rho_inf", "alpha", "beta", "gamma"}, {"order", "tolerance"
 
 
 def method_parameters(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any]) -> dict[str, float]:
-    """Return the parameters of a method: given ones, else the scene's, as far as the method takes them. If one is
-    given that says the same as others, the scene's values of these are not taken.
+    """Return the parameters of a method: given parameters, else parameters of the scene, if the method has them. If a
+    given parameter determines others (``rho_inf``), the scene's values of these are not taken.
 
     Raises
     ------
@@ -236,6 +237,6 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
 def terms_of(name: str, constrained: bool = False, internal: bool = False, mass: bool = True) -> tuple[str, ...]:
     """Return the functions that the stepper of a method calls, for a scene with constraints, or with internal states.
 
-    ``mass``: whether the inertia matrix is at hand and keeps its digits; else series take forward dynamics.
+    ``mass``: whether the system has the inertia matrix with sufficient digits; else series take forward dynamics.
     """
     return (*row_of(name)[0].terms(constrained, internal, mass), *(("internal_rate",) if internal else ()))

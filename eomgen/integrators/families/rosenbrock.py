@@ -69,7 +69,7 @@ if TYPE_CHECKING:
 
 #: Corrections of positions, and of velocities, in each step.
 CORRECTIONS = 2
-#: Their tolerated violation, as a share of the sum of the rows' summands: far below the error of such a step.
+#: Tolerated violation of constraints, as a share of the sum of the rows' summands: far below the error of such a step.
 DRIFT, SINGLE_DRIFT = 1e-6, 1e-3
 
 
@@ -227,7 +227,8 @@ class Rosenbrock(OneFactorization):
 
 
 def _work_of_rows(method: Mapping[str, Any], of_positions: int, of_velocities: int, stages: int) -> Iterator[Work]:
-    """Yield the work of constraints beside the linear systems and groups, with so many corrections of a step."""
+    """Yield the work of constraints without the linear systems and groups, for given numbers of corrections of a
+    step."""
     from eomgen.integrators.step_work import Work  # noqa: PLC0415
 
     v, lam, held = method["unknowns"]["v"], method["unknowns"]["lam"], method["positions_held"]

@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RungeKuttaMuntheKaas(Family):
-    """An explicit Runge-Kutta method in the Lie algebra, with as many terms of T^-1 as its order asks for.
+    """An explicit Runge-Kutta method in the Lie algebra, with the terms of T^-1 that its order requires.
 
     Attributes
     ----------
     A, b, c : exact fractions
-        The tableau; stage i uses stages before it only.
+        The tableau; stage i uses earlier stages only.
     commutators : int
         Nested brackets after which T^-1 (dexp^-1 of other texts) is truncated: T^-1 v = v + [theta, v]/2 + [theta,
         [theta, v]]/12 + ...; order p needs p - 2 brackets. At most 2 are printed, so the largest order is 4.

@@ -33,10 +33,10 @@ class EmbeddedPair:
     order, embedded_order : int
         Orders of both solutions.
     extension : (stages, degree)
-        Continuous extension: the weight of stage i at the fraction s of a step is sum_k extension[i][k] s^(k+1). Its
-        order is its degree.
+        Continuous extension: the weight of stage i at the fraction s of a step is sum_k extension[i][k] s^(k+1). The
+        order of the extension is its degree.
     source, extension_source : str
-        Citations of the pair and of its extension.
+        Citations of the pair and of the extension.
     aliases : tuple of str
         Other public names.
 
@@ -117,7 +117,8 @@ def check_order(stage_weights: Mapping[Tree, Coefficients], b: Coefficients, ord
 
 
 def stage_weights_of(A: Sequence[Coefficients], c: Coefficients, order: int) -> dict[Tree, Coefficients]:
-    """Return Phi_i of every rooted tree up to an order: the product over its branches of sum_j A_ij Phi_j."""
+    """Return Phi_i of every rooted tree up to an order: the product over the branches at the root of sum_j A_ij
+    Phi_j."""
     weights: dict[Tree, Coefficients] = {(): (Fraction(1),) * len(c)}
     moved: dict[Tree, Coefficients] = {(): c}
     for tree in (tree for vertices in range(2, order + 1) for tree in rooted_trees(vertices)):
@@ -148,7 +149,7 @@ def _with_another_leaf(tree: Tree) -> Iterator[Tree]:
 
 
 def density(tree: Tree) -> int:
-    """Return the density of a rooted tree: the product over its vertices of the size of the subtree at each."""
+    """Return the density of a rooted tree: the product over all vertices of the size of the subtree at the vertex."""
     return _size(tree) * math.prod(map(density, tree))
 
 
@@ -157,7 +158,7 @@ def _size(tree: Tree) -> int:
 
 
 def text_of(tree: Tree) -> str:
-    """Return the elementary weight of a tree behind its b, for instance ``c A c^2``."""
+    """Return the elementary weight of a tree without the factor b, for instance ``c A c^2``."""
     leaves, branches = tree.count(()), [branch for branch in tree if branch]
     powers = [f"c^{leaves}" if leaves > 1 else "c"] * bool(leaves)
     moved = [f"A {text_of(branch)}" for branch in branches]

@@ -34,15 +34,16 @@ if TYPE_CHECKING:
 
 MAX_ORDER = 40
 DEFAULT_TOLERANCE = 1e-12
-#: Orders per e-fold of the tolerance. A step is rho tolerance^(1/order), rho the radius of convergence: with costs in
-#: proportion to the order 1 is best, in proportion to its square 1/2 (Jorba and Zou).
+#: Orders per e-fold of the tolerance. A step is rho tolerance^(1/order), rho the radius of convergence: the best value
+#: is 1 for costs in proportion to the order, and 1/2 for costs in proportion to the square of the order (Jorba and
+#: Zou).
 ORDERS_PER_FOLD = 0.65
 #: The last two terms of a series are kept below this part of the tolerance, for local errors of many steps add up.
 SAFETY = 0.1
-#: Steps of the time grid that one series may be used for, however small its last coefficients are: they may vanish by
-#: symmetry.
+#: Steps of the time grid that one series may be used for, even if the last coefficients are small: coefficients may
+#: vanish by symmetry.
 LONGEST = 256.0
-#: A series is used for so many times the length of the one before at most.
+#: Largest ratio of the lengths of successive series.
 GROWTH = 8.0
 #: Series within one row before the run stops: a call of compiled code hears no Ctrl-C.
 MOST_EXPANSIONS = 100_000
@@ -51,13 +52,14 @@ SMALLEST_TOLERANCE = 1e-20
 #: Tolerated multiple of tolerance times order of step * (acceleration of the equations - of the series) at the end
 #: of a step.
 DEFECT = 10.0
-#: The tolerance below which round-off of accelerations hides their test, in units of rounding.
+#: The tolerance below which the test of accelerations is lost in their round-off, in units of rounding.
 ROUND_OFF = 450.0
-#: Rounding of accelerations from rounding of places, through their effect within a series, in the same units.
+#: Rounding of accelerations due to rounding of positions, through the effect of positions within a series, in the same
+#: units.
 ROUNDING = 8.0
 #: The part of 1 rad, or of the size of the machine, that tolerances are relative to if the motion is smaller.
 COARSE = 0.01
-#: By how much the square of a quaternion's length may be off at the end of a step, before it is brought to 1.
+#: Deviation of the squared length of a quaternion from 1 at the end of a step above which the quaternion is normalised.
 STRETCH = 0.1
 #: Steps are halved so often before the run stops.
 ATTEMPTS = 40
@@ -70,10 +72,10 @@ class Taylor(Family):
     Parameters
     ----------
     tolerance : float
-        Of the local error, relative to the size of the motion: of its lengths, of its angles, and of the velocities of
-        both, over a step; of internal states relative to the largest, or to 1. 0: steps equal the time grid's.
+        Of the local error, relative to the size of the motion: of lengths, of angles, and of the rates of both, over a
+        step; of internal states relative to the largest, or to 1. 0: steps equal the time grid's.
     order : int, optional
-        Of the series, 2 to 40; chosen by the tolerance if it is not given.
+        Of the series, 2 to 40; chosen by the tolerance by default.
     """
 
     tolerance: float = DEFAULT_TOLERANCE

@@ -24,16 +24,17 @@ from eomgen.errors import ModelError, Problem
 
 #: A pivot is at least this part of the largest entry of its column among the rows of its stage, in every sample.
 THRESHOLD = 0.02
-#: The same if an earlier stage of the same structure chose that pivot: one order for all of them makes one piece of
-#: code.
+#: The same limit for a pivot that an earlier stage of the same structure chose: one order for all these stages makes
+#: one piece of code.
 _REPEATED = 0.002
-#: Of more stages than this it is less by the cube of their number, so that fewer have code of their own the more
-#: there are.
+#: Number of stages above which the limit decreases with the cube of the number, so that fewer of many stages have
+#: separate code.
 _MANY = 16
-#: Of so many stages, pivots of at least this part are alike, so that the choice depends little on their number.
+#: For more than ``_MANY`` stages, pivots of at least this part count as equal, so that the choice depends little on the
+#: number of stages.
 _ALIKE = 0.1
-#: A pivot is at least this part of the largest entry of its column. Digits lost to growth are made up by the
-#: iteration, with a residual that does not depend on it.
+#: A pivot is at least this part of the largest entry of its column. The iteration makes up for digits lost to growth,
+#: because the residual does not depend on the factors.
 _OF_ALL = 1e-6
 #: Threshold of a last resort.
 _LAST_THRESHOLDS = (1e-3, 1e-8)
@@ -53,9 +54,9 @@ class Elimination:
         Row by row, the nonzeros of L (left of the pivot) and U (right of it).
     operations : int
         Multiply-subtracts of the factorization.
-    stages : positions at which the stages begin, without empty ones.
+    stages : positions at which the stages begin, without empty stages.
     groups : (N,)
-        At each position the number of the group of its unknown, -1 for none.
+        At each position the group number of its unknown, -1 for none.
     """
 
     rows: tuple[int, ...]
@@ -109,10 +110,11 @@ def eliminate(
     samples : mapping from (row, column) to (n,) values
         Every entry that is not zero by structure, at n states of the system.
     stages : sequence of (rows, columns), optional
-        Candidates of pivots, one stage after the other; rows without a pivot wait for the next stage.
-    groups : unknowns whose rows have sums over their group on the diagonal.
-    constrained : whether rows of constraints are among them, for messages.
-    diagonal_first : whether of pivots of equal fill diagonal ones are taken, with signs that are the inertia.
+        Candidates of pivots, stage by stage; rows without a pivot wait for the next stage.
+    groups : unknowns whose rows have the sum over the group on the diagonal.
+    constrained : whether there are rows of constraints, for messages.
+    diagonal_first : whether diagonal pivots are preferred among pivots of equal fill, so that their signs are the
+        inertia of the matrix.
 
     Raises
     ------
@@ -206,13 +208,13 @@ class _Active:
         self.columns_of_stage: set[int] = set()
 
     def structure(self, rows: Sequence[int], columns: Sequence[int]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
-        """Return the nonzeros of a stage in its own numbering of rows and columns."""
+        """Return the nonzeros of a stage, with rows and columns numbered within the stage."""
         number = {column: k for k, column in enumerate(columns)}
         nonzeros = [(i, number[column]) for i, row in enumerate(rows) for column in self.rows[row] if column in number]
         return len(rows), len(columns), tuple(sorted(nonzeros))
 
     def pivot(self, thresholds: Sequence[float]) -> tuple[int, int] | None:
-        """Return the best pivot in the stage, None if none is large enough in its column."""
+        """Return the best pivot in the stage, None if no candidate is large enough in its column."""
         rows, columns = self.rows_of_stage, self.columns_of_stage
         best: _Candidate | None = None
         for row in sorted(rows, key=lambda k: (len(self.rows[k]), k))[:_SEARCHED]:
@@ -237,8 +239,8 @@ class _Active:
         return column in self.rows[row] and self._size(row, column, threshold) > 0.0
 
     def _size(self, row: int, column: int, threshold: float) -> float:
-        """Return the smallest ratio of an entry to the largest of its column within the stage; 0 if it is no
-        pivot."""
+        """Return the smallest ratio of an entry to the largest of its column within the stage; 0 if the entry cannot be
+        a pivot."""
         if self.group[row] >= 0 or self.group[column] >= 0:
             if row != column:
                 return 0.0
@@ -268,7 +270,7 @@ class _Active:
         return candidate if best is None or candidate < best else best
 
     def _sums(self, row: int) -> dict[int, Array]:
-        """Return the sums of a row over the columns of each group, without the diagonal of its own."""
+        """Return the sums of a row over the columns of each group, without the diagonal."""
         result: dict[int, Array] = {}
         for column, place in self.rows[row].items():
             group = self.group[column]
@@ -281,7 +283,7 @@ class _Active:
         return own - self._sums(row).get(self.group[row], 0.0) if self.group[row] >= 0 else own
 
     def eliminate(self, row: int, column: int) -> tuple[list[int], list[int]]:
-        """Eliminate with a pivot; return the rows below it and the columns beside it."""
+        """Eliminate with a pivot; return the remaining rows and columns that the pivot changes."""
         pivot_row, group = self.rows[row], self.group[row]
         pivot = self._pivot_value(row, column)
         sums = self._sums(row) if self.grouped else {}
@@ -324,8 +326,9 @@ class _Active:
 def _equilibrated(size: int, samples: Mapping[tuple[int, int], Array], groups: Sequence[Sequence[int]]) -> Array:
     """Return the entries (n, samples) with rows and columns scaled so that the largest of each is about 1 (Ruiz 2001).
 
-    Every sample has scales of its own: stiffness and inertia of one entry may differ by more than numbers have digits,
-    by the unit of time alone. Columns of a group share their scale, so that sums over them stay sums.
+    Every sample has separate scales: stiffness and inertia of an entry may differ by more orders of magnitude than
+    numbers have digits, through the unit of time alone. Columns of a group have a common scale, so that row sums over
+    the group remain sums.
     """
     indices = np.array(list(samples), dtype=np.intp).reshape(-1, 2)
     values = np.array(list(samples.values()), dtype=float)

@@ -51,7 +51,7 @@ class Unknowns:
     """Numbers of unknowns of each kind in a step, and places of the equations.
 
     ``z`` internal states come last. ``inner`` unknowns belong to the matrix only (the extended system of a long tree):
-    their equations have no right side, and their solution is not needed.
+    equations of inner unknowns have no right side, and the solution of these unknowns is not needed.
     """
 
     v: int
@@ -102,7 +102,7 @@ class Unknowns:
 
     @property
     def data(self) -> dict[str, int]:
-        """Numbers of unknowns, and starts of their kinds and rows, for the templates."""
+        """Numbers of unknowns by kind, and starts of kinds and of rows, for the templates."""
         return {
             "v": self.v,
             "lam": self.lam,
@@ -125,7 +125,7 @@ class Packing:
     function : str
         ``iteration`` (nonzeros only) or ``partials`` (whole matrices).
     nonzeros : by matrix, from (row, column) to the position in one array of all numbers.
-    blocks : by matrix, the first of its numbers and their count.
+    blocks : by matrix, the position of the first number and the count.
     """
 
     function: str
@@ -149,7 +149,7 @@ def packed(patterns: Mapping[str, Sequence[MatrixIndex]]) -> Packing:
 
 
 def with_end_jacobian(packing: Packing) -> Packing:
-    """Return the packing with B at the end of a step behind the other numbers, for the rows of Phi."""
+    """Return the packing with B at the end of a step after the other numbers, for the rows of Phi."""
     first = packing.blocks.get("B", (0, 0))[0]
     moved = {index: packing.size + number - first for index, number in packing.nonzeros["B"].items()}
     blocks = {**packing.blocks, "B_end": (packing.size, len(moved))}
@@ -168,7 +168,7 @@ def dense(nonzero: Mapping[str, Sequence[MatrixIndex]], nv: int) -> Packing:
 
 
 def with_sums(packing: Packing, patterns: Mapping[str, Sequence[MatrixIndex]]) -> Packing:
-    """Return the packing with row sums of K and C behind the other numbers."""
+    """Return the packing with row sums of K and C after the other numbers."""
     nonzeros, blocks, size = dict(packing.nonzeros), dict(packing.blocks), packing.size
     for name in SUMS.values():
         pattern = patterns.get(name, ())
@@ -186,9 +186,9 @@ class Terms:
     Attributes
     ----------
     moved : rows of (number, tangent) pairs
-        Products of a matrix with T; they are numbered on after the packing's.
+        Products of a matrix with T; their numbers continue the numbers of the packing.
     tangents : (factor number, start) pairs, and ``tangent_size`` numbers in all
-        The blocks of T that are needed: nine numbers of a rotation, then nine below them on SE(3).
+        The required blocks of T: nine numbers of a rotation, then on SE(3) nine numbers of the block below.
     linear, products : from (row, column) to terms
         (weight, number), and (weight, number, nonzero of B_n), which are subtracted.
     rate_diagonal : places from which d is subtracted, one for each internal state
@@ -220,7 +220,7 @@ def iteration_terms(
     *,
     every_tangent: bool = False,
 ) -> Terms:
-    """Return the terms of the matrix above; ``every_tangent``: with the blocks of T that it does not need, too.
+    """Return the terms of the matrix above; ``every_tangent``: also with blocks of T that the matrix does not need.
 
     ``groups``: coordinates over which the diagonal holds row sums instead.
     """
@@ -297,7 +297,8 @@ def _add_products(
 def _tangent_rows(
     factors: Sequence[Factor], terms: Terms, packing: Packing, every: bool
 ) -> dict[int, list[tuple[int, int]]]:
-    """Return for each velocity component the nonzeros of its row of T: (column, number); empty if T is 1."""
+    """Return for each velocity component the nonzeros of the component's row of T: (column, number); empty if T is
+    1."""
     needed = {column for name in ("K", "B", "Z", "Fq") for _, column in packing.nonzeros[name]}
     rows: dict[int, list[tuple[int, int]]] = {}
     for number, factor in enumerate(factors):
@@ -357,7 +358,8 @@ def evaluate_terms(
 
 
 def _summands(rows: Sequence[Sequence[tuple[int, int]]]) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield the first terms of all rows, then the second ones, and so on: the rows that have one, and these terms."""
+    """Yield the first terms of all rows, then the second terms, and so on: the rows that have such a term, and the
+    terms."""
     sizes = np.fromiter(map(len, rows), np.intp, len(rows))
     flat = np.fromiter(chain.from_iterable(chain.from_iterable(rows)), np.intp).reshape(-1, 2)
     starts = np.cumsum(sizes) - sizes

@@ -37,7 +37,7 @@ from eomgen.system.system import INPUT_BLOCKS, Block, Function, System
 ROW_SUMS, APART = "row_sums", "relative_forces"
 #: Part of the largest entry that is rounding: the remainder of forces along a line that does not turn.
 _ROUNDING = 1e-13
-#: Its blocks, and the block of which of them is a derivative along.
+#: Blocks of the function ``row_sums``, and the variables of differentiation of each block.
 _ALONG = {"K_sum": "q", "C_sum": "v"}
 
 
@@ -173,14 +173,14 @@ def _summands(tape: Tape, ref: Ref) -> list[Ref]:
 def _touched(
     tape: Tape, terms: Sequence[Ref], members: Mapping[int, Sequence[int]], coordinates: Mapping[int, int]
 ) -> dict[int, int]:
-    """Return for each operation the coordinates of groups that it depends on, as a set of bits."""
+    """Return for each operation the coordinates of groups on which the result depends, as a set of bits."""
     bits = {InputSymbol("q", coordinates[k]): 1 << k for k in members}
     bits |= {InputSymbol("v", k): 1 << k for k in members}
     result: dict[int, int] = {}
     of_maps: dict[int, int] = {}
     for node in tape.live(terms):
         own = of_maps.get(tape.a[node], -1) if tape.op[node] is Op.MAP else -1
-        if own >= 0:  # results of a Map share their operands
+        if own >= 0:  # results of a Map have the same operands
             result[node] = own
             continue
         own = 0

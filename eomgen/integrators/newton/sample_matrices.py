@@ -24,7 +24,7 @@ _OTHERS = 3
 _MOVES = 6
 _CORRECTIONS = 6
 _NEAR = 1e-3
-#: Systems of more unknowns are sampled without multipliers: a dense solve would cost more than they are worth.
+#: Systems of more unknowns are sampled without multipliers: a dense solve costs more than multipliers improve samples.
 _SOLVED = 1000
 
 
@@ -67,7 +67,8 @@ def _packing_of_partials(system: Any) -> Packing:
 
 
 def at_both_ends(samples: Samples) -> Samples:
-    """Return samples with B at the end of a step behind their numbers, as ``matrix.with_end_jacobian`` packs it."""
+    """Return samples with B at the end of a step after the other numbers, in the order of
+    ``matrix.with_end_jacobian``."""
     start, count = samples.packing.blocks.get("B", (0, 0))
     numbers = np.hstack([samples.numbers, samples.numbers[:, start : start + count]])
     return replace(samples, packing=with_end_jacobian(samples.packing), numbers=numbers)
@@ -123,7 +124,7 @@ def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array, scale
     Parameters
     ----------
     turns, spins : (n, nv)
-        Increments of q and of v, before the constraints correct them.
+        Increments of q and of v before their correction by the constraints.
     scale : (nv,)
         Length of each velocity component that counts as 1, so that corrections depend on no unit of length.
     """
@@ -180,7 +181,7 @@ class _Rows:
 
 
 def _sparse(system: Any, values: Any) -> Any:
-    """Return B from its nonzeros."""
+    """Return B from its nonzero entries."""
     from scipy.sparse import csr_array  # noqa: PLC0415  # cached models are loaded without SciPy
 
     rows, columns = np.array(system.patterns["B"]).T

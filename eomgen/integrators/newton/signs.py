@@ -31,8 +31,8 @@ def pivot_signs(solver: Solver, samples: Samples, gain: float) -> dict[str, Any]
     Returns
     -------
     dict
-        ``each``: whether every pivot is on the diagonal of the unknowns, so that each counts, and otherwise their
-        product; ``signs`` of the pivots in order, 1 if the product counts; ``product`` of these signs;
+        ``each``: whether every pivot is on the diagonal of the unknowns, so that each sign counts, and otherwise the
+        product of signs; ``signs`` of the pivots in order, 1 if the product counts; ``product`` of these signs;
         ``whole``, the sign of the determinant.
     """
     unknowns, elimination = solver.unknowns, solver.elimination

@@ -28,11 +28,11 @@ from eomgen.lie.product import Factor
 UNROLLED = 4000
 #: Unknowns up to which one with groups is, whose repeated stages do not share code.
 GROUPS_UNROLLED = 64
-#: The same of the pieces of code that fronts share; of a shorter elimination they are used from so many fronts for each
-#: piece on, or from two on if it is at least half as long.
+#: The same limit for code shared by fronts. A shorter elimination has fronts if the number of fronts for each piece of
+#: code is at least ``REPETITIONS``, or at least two and the elimination is at least half as long.
 FRONTS_UNROLLED = 12000
 REPETITIONS = 4
-#: Unknowns up to which a breakdown of the chosen pivots is met by a dense factorization that chooses its own.
+#: Number of unknowns up to which a dense factorization with pivoting replaces chosen pivots that break down.
 DENSE_FALLBACK = 120
 #: Weights that leave inertia and constraints.
 _INERTIA = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0)
@@ -42,7 +42,8 @@ _DENSE_ADVANTAGE = 4.0
 
 @dataclass(frozen=True)
 class Solver:
-    """Terms of the matrix, and the elimination, None for a dense one; ``fronts`` if its stages repeat."""
+    """Terms of the matrix, and the elimination, None for a dense one; ``fronts`` if stages of the elimination
+    repeat."""
 
     unknowns: Unknowns
     packing: Packing
@@ -88,9 +89,9 @@ def make_solver(
 ) -> Solver:
     """Choose the pivots by samples of the matrix with the given weights (see ``newton.matrix.WEIGHTS``).
 
-    They must serve for consistent accelerations too. ``at_start``: increments are linearised about none, so T is 1, or
-    if they are ``turned``, T(step v) of all rotations; accelerations are not asked for, so M may be singular; inner
-    unknowns have right sides; pivots are on the diagonal if that is free. ``groups``: see
+    The pivots must also serve for consistent accelerations. ``at_start``: the linearisation is about zero increments,
+    so T is 1, or with ``turned`` T(step v) for all rotations; accelerations are not required, so M may be singular;
+    inner unknowns have right sides; pivots are on the diagonal if the choice is free. ``groups``: see
     ``newton.elimination``.
     """
     moving = factors if turned or not at_start else ()
@@ -141,11 +142,11 @@ def _pivots(
     constrained: bool,
     diagonal_first: bool,
 ) -> Elimination:
-    """Choose pivots that serve at all samples, or if only the scene's own state is singular, at all others.
+    """Choose pivots that serve at all samples, or if only the scene's own state is singular, at all other samples.
 
     Rings of a gimbal that are aligned in the scene do not matter for runs that start elsewhere. ``values`` are entries
-    at ``count`` samples for a step, the scene's state first, and the same for accelerations if they are asked for.
-    Constraints that repeat each other stay refused.
+    at ``count`` samples for a step, the scene's state first, and, if required, the same for accelerations. Constraints
+    that repeat each other stay refused.
     """
     size = unknowns.matrix_size
     try:
@@ -167,9 +168,9 @@ def _in_natural_units(
 ) -> dict[MatrixIndex, Array]:
     """Return the entries in units of the machine's size and mass.
 
-    Rows and columns of a saddle matrix can be equilibrated in many ways, and some of them make it nearly singular. So
-    the equilibration begins at the same numbers in any units. Units are powers of 1000 in length and of 1e6 in
-    inertia, so that pivots depend little on the numbers of a scene.
+    Rows and columns of a saddle matrix can be equilibrated in many ways, and some equilibrations make the matrix nearly
+    singular. So the equilibration begins at the same numbers in any units. Units are powers of 1000 in length and of
+    1e6 in inertia, so that pivots depend little on the numbers of a scene.
     """
     scale = samples.scale
     diagonal = [
@@ -223,11 +224,12 @@ def _inertia_numbers(unknowns: Unknowns, packing: Packing) -> list[int]:
 def sources_on_links(solver: Solver, links: Sequence[tuple[int, int]]) -> bool:
     """Return whether right sides can have sources on these pairs of unknowns, apart from sources on the unknowns.
 
-    Eliminating k spreads its own source n_k and the sources on its links, f_kj on k and -f_kj on j, to its neighbours:
+    The elimination of k spreads the source n_k and the sources on links of k, f_kj on k and -f_kj on j, to the
+    neighbours of k:
 
         n_j + (w_kj n_k - d_k f_kj)/p,   f_jm + (w_kj f_km - w_km f_kj)/p,   p = d_k + sum_j w_kj,
 
-    star and mesh with sources. However large f is, it comes to n times d/p alone. That holds if w is symmetric, and
+    star and mesh with sources. Even a large f contributes n times d/p only. This holds if w is symmetric, and
     other unknowns, whose couplings may not be, change no w.
     """
     elimination = solver.elimination
@@ -250,8 +252,8 @@ def solver_data(
 ) -> dict[str, Any]:
     """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination.
 
-    ``plain``: right sides are taken as they are, of inner unknowns too; else rows have scales, and inner
-    unknowns no right side. ``links``: pairs of unknowns on which right sides have sources, behind the others.
+    ``plain``: right sides are taken unchanged, also of inner unknowns; else rows have scales, and inner unknowns have
+    no right side. ``links``: pairs of unknowns with sources on right sides, which follow the sources on unknowns.
     """
     packing, terms = solver.packing, solver.terms
     indices = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)
@@ -301,7 +303,7 @@ def solver_data(
 
 
 def _grouped_columns(solver: Solver) -> list[list[int]]:
-    """Return (row, column) pairs of entries whose sum is on the diagonal, each behind it."""
+    """Return the off-diagonal entries, as sorted (row, column) pairs, whose row and column belong to the same group."""
     elimination = solver.elimination
     if elimination is None or not elimination.groups:
         return []
@@ -384,10 +386,10 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex]) 
 def _elimination_of_groups(
     elimination: Elimination, data: Mapping[str, Any], slots: Sequence[Mapping[int, int]], *, written_out: bool
 ) -> dict[str, Any]:
-    """Return the further data of an elimination with groups: places of sums behind the factors, and its rows.
+    """Return the further data of an elimination with groups: places of sums after the factors, and rows of sums.
 
-    A row with a group keeps its own sum, d over the pivot; others the sums needed by rows of groups below. Tables keep
-    sums by position, and add sums of other groups if they are asked for.
+    A row with a group has the sum over this group, d over the pivot; other rows have the sums needed by rows of groups
+    below. Tables have sums by position, and add sums of other groups if required.
     """
     group, upper, lower = elimination.groups, elimination.upper, elimination.lower
     asked: list[set[int]] = [set() for _ in group]

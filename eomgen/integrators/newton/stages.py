@@ -30,18 +30,18 @@ Stage = tuple[list[int], list[int]]
 
 #: Internal states that touch no more bodies (of long trees: links) than these are eliminated first.
 _TWO, _ONE = 2, 1
-#: Inertia of so many components or more with so small a share of nonzeros is sparse.
+#: Inertia counts as sparse from this number of components on, with at most this share of nonzeros.
 _MANY, _SPARSE = 20, 0.25
 
 
 def stages_of_tree(
     unknowns: Unknowns, factors: Sequence[Factor], owners: Sequence[int], packing: Packing
 ) -> list[Stage]:
-    """Return the stages of a long tree: link after link, tips first, each with the quantities of its recursion.
+    """Return the stages of a long tree: link after link, tips first, each link with the quantities of its recursion.
 
     Parameters
     ----------
-    owners : for each inner unknown, a velocity component of its link; links of a joint of several coordinates share a
+    owners : for each inner unknown, a velocity component of the link; links of a joint of several coordinates share a
         factor
     """
     link_of = [0] * unknowns.v
@@ -91,7 +91,7 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> l
         first = heappop(queue)
         body = first[-1]
         if body not in left or first != rank(body):
-            continue  # it was taken, or stands in the queue with its present rank as well
+            continue  # already taken, or also in the queue with the present rank
         left.remove(body)
         rows, columns = list(bodies[body]), list(bodies[body])
         for constraint in sorted(held[body]):
@@ -122,15 +122,15 @@ def _sharing(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) ->
 def _internal_states(
     unknowns: Unknowns, packing: Packing, body_of: Sequence[int], few: int
 ) -> tuple[list[int], list[int], list[set[int]]]:
-    """Return the internal states eliminated before all bodies, the states after them, and the unknowns that the first
-    touch.
+    """Return the internal states eliminated before all bodies, the states after the bodies, and the unknowns coupled
+    with the first states.
 
-    States that depend on each other go together. The bodies touched by a state become neighbours of each other when it
-    is eliminated, which is cheap only for a ``few``.
+    States that depend on each other go together. The bodies coupled with a state become neighbours at the elimination
+    of the state, which is cheap only for a ``few``.
 
     Parameters
     ----------
-    body_of : for each velocity component, and each inner unknown behind them
+    body_of : for each velocity component, followed by each inner unknown
     """
     touching: dict[int, set[int]] = {state: set() for state in range(unknowns.z)}
     for name, first in (("Fq", 0), ("Fv", 0), ("Fx", unknowns.v)):
@@ -165,7 +165,7 @@ def _add_constraint(unknowns: Unknowns, constraint: int, rows: list[int], column
 
 
 def _of_one_body(factors: Sequence[Factor]) -> Iterator[MatrixIndex]:
-    """Yield pairs of components of the same factor, and of a rotation and the position stored behind it."""
+    """Yield pairs of components of the same factor, and of a rotation and the position stored after the rotation."""
     rotations = {(factor.q_start + 4, factor.v_start + 3) for factor in factors if factor.group == "SO3"}
     for factor in factors:
         yield from ((factor.v_start, factor.v_start + k) for k in range(1, factor.v_size))
@@ -174,7 +174,8 @@ def _of_one_body(factors: Sequence[Factor]) -> Iterator[MatrixIndex]:
 
 
 def _bodies(size: int, pairs: Iterable[MatrixIndex]) -> list[int]:
-    """Return for each component the smallest one that it is joined with, directly or through others."""
+    """Return for each component the smallest index of the components joined with it, directly or through other
+    components."""
     first = list(range(size))
 
     def find(k: int) -> int:
@@ -189,8 +190,7 @@ def _bodies(size: int, pairs: Iterable[MatrixIndex]) -> list[int]:
     return [find(k) for k in range(size)]
 
 
-#: A row or column of a front: (0, offset) of the front itself, (k, offset) of the k-th front that receives
-#: contributions.
+#: A row or column of a front: (0, offset) of the front, (k, offset) of the k-th front that receives contributions.
 Local = tuple[int, int]
 
 
@@ -202,9 +202,9 @@ class Fronts:
     ----------
     kinds : computations of the distinct structures; see ``_Front.work``.
     kind_of : the number of each front's kind, in the order of elimination.
-    table : for each front, the starts of its factors, entries, positions; then factors and positions of the fronts it
-        reaches.
-    read_order : the matrix' entries in the order in which fronts read them.
+    table : for each front, the starts of its factors, entries, positions; then factors and positions of the fronts that
+        receive contributions.
+    read_order : the matrix' entries in the order of their first use by fronts.
     slots : place of each factor of the elimination, by (row position, column position).
     """
 
@@ -228,7 +228,7 @@ class Fronts:
 def fewest_operations(elimination: Elimination) -> int:
     """Return a lower bound of ``Fronts.operations``, which is found without fronts.
 
-    Fronts of one kind agree in the numbers of rows and columns of their pivots; of each such shape one is counted.
+    Fronts of one kind agree in the numbers of rows and columns of their pivots; each such shape is counted once.
     """
     starts = [start for start in elimination.stages if start < elimination.size]
     below = [0] * elimination.size
@@ -241,12 +241,12 @@ def fewest_operations(elimination: Elimination) -> int:
 
 
 def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided: int | None = None) -> Fronts:
-    """Cut an elimination at the ends of its stages.
+    """Split an elimination into fronts at the ends of its stages.
 
     Parameters
     ----------
     entries : (row, column) of the matrix, in any order
-    sided : number of the first rows that can have right sides, all by default; other rows have zero ones
+    sided : number of the first rows that can have right sides, all by default; right sides of other rows are zero
     """
     starts = [start for start in elimination.stages if start < elimination.size]
     ends = [*starts[1:], elimination.size]
@@ -338,15 +338,15 @@ class _Front:
         self.received.add(index)
 
     def work(self, fronts: Sequence[_Front], front_of: Sequence[int]) -> dict[str, Any]:
-        """Return the work of a front, in numbers of its own.
+        """Return the work of a front, with indices local to the front.
 
-        ``size`` factors, ``pivots`` of them; ``rows``, rows of pivots first, with the updates ``taken`` from each: the
-        factor in ``slot``, by the ``pivot``, which ``updates`` (factor, by which of an upper row) and goes ``outside``
-        (number in ``targets``); ``loads`` [factor, entry or -1, whether others subtracted something before]; rows of
-        pivots have their ``diagonal``, ``upper`` factors and the ``columns`` [front, offset] that both are in; others
-        have ``targets`` [front reached, factor there];
-        for right sides ``forward`` [[front, offset], [[factor, own position], ...]] of each row and ``backward`` [own
-        position, diagonal or -1 if the right side stays zero, [[factor, [front, offset]], ...]].
+        ``size`` factors, the number of ``pivots``; ``rows``, rows of pivots first, with the updates ``taken`` from
+        each: the factor in ``slot``, by the ``pivot``, which ``updates`` (factor, multiplied by a factor of an upper
+        row) and goes ``outside`` (number in ``targets``); ``loads`` [factor, entry or -1, whether other fronts
+        subtracted contributions before]; rows of pivots have their ``diagonal``, ``upper`` factors and the ``columns``
+        [front, offset] of both; others have ``targets`` [front reached, factor there]; for right sides ``forward``
+        [[front, offset], [[factor, own position], ...]] of each row and ``backward`` [own position, diagonal or -1 if
+        the right side stays zero, [[factor, [front, offset]], ...]].
         """
         below: dict[int, list[int]] = {pivot: [] for pivot in self.pivots}
         for pivot in self.pivots:
@@ -408,7 +408,7 @@ class _Front:
         }
 
     def _forward(self) -> list[Any]:
-        """Return the terms subtracted from each row, own rows first, since later ones use them."""
+        """Return the terms subtracted from each row, rows of the front first, since later rows use them."""
         terms: dict[int, list[list[int]]] = {pivot: [] for pivot in self.pivots if self.live[pivot]}
         for pivot in self.pivots:
             for row in self.below[pivot] if self.live[pivot] else ():

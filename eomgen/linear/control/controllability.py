@@ -21,7 +21,8 @@ from eomgen.errors import ModelError
 from eomgen.linear.control.plant import distinct, in_words
 from eomgen.linear.modes import balance
 
-#: Eigenvalues this close to the border of stability, as a share of the largest, count as on it.
+#: Distance from the border of stability, as a share of the largest eigenvalue, up to which an eigenvalue counts as on
+#: the border.
 _ON_BORDER = 1e-7
 #: A singular value below this share of the largest is none.
 _RANK = 1e-9
@@ -31,7 +32,7 @@ _ROUNDING = 1e-7
 
 @dataclass(frozen=True)
 class Dynamics:
-    """The free motion of a linear model: sdot = A s, or s[k+1] = A s[k] if it is sampled.
+    """The free motion of a linear model: sdot = A s, or s[k+1] = A s[k] for a sampled model.
 
     Attributes
     ----------
@@ -62,14 +63,14 @@ class Dynamics:
 
 
 def check_stabilisable(dynamics: Dynamics, B: Array) -> None:
-    """Raise ModelError if a motion that does not decay is out of the actuators' reach, naming it."""
+    """Raise ModelError, with the name of the motion, if a motion that does not decay is out of the actuators' reach."""
     if worst := _worst(dynamics, _lost(dynamics, B)):
         fault = f"{worst} cannot be stabilised: no actuator moves it"
         raise ModelError(fault, "an actuator that works on it, or a spring, a damper or a filter that makes it decay")
 
 
 def check_controllable(dynamics: Dynamics, B: Array) -> None:
-    """Raise ModelError if a motion is out of the actuators' reach, whether it decays or not."""
+    """Raise ModelError if a motion is out of the actuators' reach, decaying or not."""
     lost = _lost(dynamics, B)
     if lost:
         fault = f"{described(dynamics, lost[0])} cannot be placed: no actuator moves it"
@@ -77,14 +78,16 @@ def check_controllable(dynamics: Dynamics, B: Array) -> None:
 
 
 def check_detectable(dynamics: Dynamics, C: Array, measured: Sequence[str]) -> None:
-    """Raise ModelError if a motion that does not decay is unobservable in the measurements, naming it."""
+    """Raise ModelError, with the name of the motion, if a motion that does not decay is unobservable in the
+    measurements."""
     if worst := _worst(dynamics, _lost(dynamics.dual, C.T)):
         fault = f"{worst} is not seen in {', '.join(measured)}, so no observer can follow it"
         raise ModelError(fault, "a measured signal that it moves")
 
 
 def check_weighted(dynamics: Dynamics, root: Array) -> None:
-    """Raise ModelError if a motion on the border of stability has no cost: optimal control would leave it there.
+    """Raise ModelError if a motion on the border of stability has no cost: optimal control would leave the motion
+    there.
 
     Parameters
     ----------
@@ -97,7 +100,8 @@ def check_weighted(dynamics: Dynamics, root: Array) -> None:
 
 
 def check_driven(dynamics: Dynamics, root: Array) -> None:
-    """Raise ModelError if noise leaves a motion on the border of stability alone: its gain would be zero.
+    """Raise ModelError if noise does not drive a motion on the border of stability: the gain of this motion would be
+    zero.
 
     Parameters
     ----------
@@ -110,7 +114,7 @@ def check_driven(dynamics: Dynamics, root: Array) -> None:
 
 
 def check_observable(dynamics: Dynamics, C: Array) -> None:
-    """Raise ModelError if a motion is unobservable, whether it decays or not; of the dual model, C transposed."""
+    """Raise ModelError if a motion is unobservable, decaying or not; of the dual model, C transposed."""
     lost = _lost(dynamics, C)
     if lost:
         of = described(dynamics, lost[0])

@@ -17,7 +17,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass, field
 
 _POINTS = 2000
-#: Points about each resonance, at distances in halves of its width.
+#: Points about each resonance, at distances in half bandwidths.
 _ABOUT = np.concatenate([-np.geomspace(0.02, 20.0, 30)[::-1], [0.0], np.geomspace(0.02, 20.0, 30)])
 #: Beyond the fastest and before the slowest eigenvalue, in decades.
 _DECADES = 3.0
@@ -29,10 +29,10 @@ class Margins:
 
     Attributes
     ----------
-    gain_margin : factor above 1 on the loop's gain at which it becomes unstable; infinite if none does
-    gain_reduction : factor below 1 at which it does; 0 if none does
-    phase_margin : additional lag or lead at which it does, degrees; infinite if the loop's gain is never 1
-    delay_margin : additional delay at which it does, s
+    gain_margin : factor above 1 on the loop's gain at the limit of stability; infinite without a limit
+    gain_reduction : factor below 1 at the limit of stability; 0 without a limit
+    phase_margin : additional lag or lead at the limit of stability, degrees; infinite if the loop's gain is never 1
+    delay_margin : additional delay at the limit of stability, s
     modulus_margin : least distance of the open loop from -1
     crossover : frequencies at which the loop's gain is 1, rad/s, increasing
     frequencies, loop : (n,) rad/s and (n,) complex, the open loop
@@ -60,7 +60,7 @@ def margins_of(A: Array, B: Array, G: Array, inputs: Sequence[str], sample: floa
 
 
 def _margins(A: Array, b: Array, g: Array, closed: Complex, sample: float | None) -> Margins:
-    """Return the margins of one loop; ``closed`` are the eigenvalues with it closed."""
+    """Return the margins of one loop; ``closed`` are the eigenvalues of the closed loop."""
 
     def loop(frequencies: Array) -> Complex:
         w = np.atleast_1d(frequencies)
@@ -114,14 +114,14 @@ def _frequencies(eigenvalues: Complex, sample: float | None) -> Array:
     for value in values[np.abs(values.imag) > 1e-9 * high]:
         points.append(abs(value.imag) + _ABOUT * max(abs(value.real), 1e-9 * abs(value)))
     every = np.unique(np.concatenate(points))
-    # not upon an undamped resonance itself
+    # not at an undamped resonance
     undamped = np.abs(values.imag[np.abs(values.real) <= 1e-9 * np.abs(values)])
     apart = np.all(np.abs(every[:, np.newaxis] - undamped) > 1e-12 * every[:, np.newaxis], axis=1)
     return np.asarray(every[apart & (every >= points[0][0]) & (every <= last)])
 
 
 def _roots(function: Callable[[float], float], points: Array, values: Array) -> list[float]:
-    """Return the roots of a function between points at which its sign changes."""
+    """Return the roots of a function between points at which the function changes sign."""
     changes = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)
     roots = [float(brentq(function, points[k], points[k + 1], xtol=1e-13 * points[k + 1], rtol=1e-13)) for k in changes]
     return [*roots, *(float(x) for x in points[values == 0.0])]

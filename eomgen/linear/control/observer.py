@@ -106,7 +106,7 @@ def kalman(
     space : the linear model, or a linearization, of which the state space is taken
     noise : mapping, or (nw, nw)
         Intensities of white noise by disturbance, input or state: two-sided spectral densities, unit^2 s, half of the
-        one-sided ones per Hz. Or their matrix over the disturbances. Of a model that is sampled already: variances of
+        one-sided ones per Hz. Or a matrix of intensities over the disturbances. For a sampled model: variances of
         values held over a sample.
     measurement_noise : mapping
         Measurements, outputs or states by name, and the intensity of the noise of each; of a sampled observer the
@@ -120,8 +120,8 @@ def kalman(
     Raises
     ------
     UsageError
-        Names that there are not, intensities that are negative, measurements without noise, or, sampled, with white
-        noise of their own.
+        Unknown names, negative intensities, measurements without noise, or, for a sampled observer, measurements that
+        contain white noise.
     ModelError
         A motion that does not decay and is unobservable; one that neither grows nor decays without
         noise.
@@ -171,7 +171,7 @@ def place_observer(
     sample: float | str | None = None,
     delay: float | str = 0.0,
 ) -> Observer:
-    """Return the observer with given eigenvalues of its error; ``poles``, ``sample`` and ``delay`` as of ``place``.
+    """Return the observer with given eigenvalues of the error; ``poles``, ``sample`` and ``delay`` as of ``place``.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def place_observer(
     ModelError
         An unobservable motion.
     NumericalError
-        Poles that are not reached to 1e-6, or a sampled model that forgets (delays): its error has zero eigenvalues.
+        Poles that are not reached to 1e-6, or a sampled model with delays, whose error has zero eigenvalues.
     """
     space = state_space_of(space)
     known = controlled_by(space, tuple(inputs)) if space.inputs else space
@@ -197,9 +197,9 @@ def place_observer(
 
 
 def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
-    """Return an observer before its gains are known.
+    """Return an observer with gains still to be computed.
 
-    Raises UsageError if a sample would depend on itself: an input that acts at once.
+    Raises UsageError if a sample depends on the input of the same sample: an input with direct feedthrough.
     """
     observer = Observer(space, measured, np.zeros((len(space.states), len(measured))))
     if space.sample is not None and np.any(observer.D):
@@ -210,7 +210,7 @@ def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
 
 
 def _measured(space: StateSpace, noise: Mapping[str, float]) -> tuple[tuple[str, ...], Array]:
-    """Return the names of the measurements, and the intensities of their noise as a matrix."""
+    """Return the names of the measurements, and the matrix of intensities of their noise."""
     if not isinstance(noise, Mapping) or not noise:
         fault = "no measured signal is named"
         raise UsageError(Problem("measurement_noise", fault, '{"angle": 1e-6}, an output or a state each'))

@@ -23,7 +23,7 @@ from eomgen.linear.state_space import StateSpace
 
 
 def _with_article(kind: type) -> str:
-    """Return a class by name, with its article."""
+    """Return the name of a class with its article."""
     return f"{'an' if kind.__name__[0] in 'AEIOUaeiou' else 'a'} {kind.__name__}"
 
 
@@ -32,7 +32,8 @@ def _with_article(kind: type) -> str:
 class OutputFeedback:
     """A regulator and an observer of the same model.
 
-    Sampled, the estimate of a sample contains its measurement, and the inputs follow from that estimate.
+    For sampled feedback, the estimate at a sample contains the measurement of this sample, and the inputs follow from
+    this estimate.
 
     Raises
     ------
@@ -77,7 +78,7 @@ class OutputFeedback:
 
     @cached_property
     def controller(self) -> StateSpace:
-        """The controller by itself, from measurements to the inputs of the model; its state is the estimate.
+        """The controller as a model, from measurements to the inputs of the plant; the state is the estimate.
 
         Sampled, the state is the prediction of the estimate for a sample, before that sample's measurement.
         """
@@ -161,7 +162,7 @@ class OutputFeedback:
 
     @cached_property
     def margins(self) -> dict[str, Margins]:
-        """Gain, phase, delay and modulus margins at each input, the others closed, by the input's name."""
+        """Gain, phase, delay and modulus margins at each input, with the other loops closed, by the input's name."""
         space, controller, C = self.space, self.controller, self.observer.C
         n = len(space.states)
         # the loop is opened at an input of the model: the observer uses the input asked by the controller
@@ -171,5 +172,5 @@ class OutputFeedback:
         return margins_of(A, B, asked, space.inputs, space.sample)
 
     def plot(self, axes: object = None) -> list[Any]:
-        """Draw the open loop at each input in the complex plane, with its margins; see ``Regulator.plot``."""
+        """Draw the open loop at each input in the complex plane, with margins; see ``Regulator.plot``."""
         return plot_margins(self.margins, axes)

@@ -44,7 +44,7 @@ class Scales:
     Attributes
     ----------
     L : (n, n) lower triangular, M = L L^T; coordinates L^T q have the unit mass matrix.
-    rate : float, 1/s. Times are multiplied by it, so that stiffness and damping are of the order of one.
+    rate : float, 1/s. Unit of time is 1/rate, so that stiffness and damping are of the order of one.
     """
 
     L: Array
@@ -144,7 +144,7 @@ class Plant:
         return A, B
 
     def eigenvalues(self, G_p: ArrayLike | None = None, G_v: ArrayLike | None = None) -> Complex:
-        """Return the 2n eigenvalues, 1/s, slow ones first; of the closed loop if gains are given."""
+        """Return the 2n eigenvalues, 1/s, slow ones first; of the closed loop with gains."""
         k, c, b = self.scaled
         back = self.scales.state_back
         n, m = self.n, self.m
@@ -165,8 +165,8 @@ def first_order(k: Array, c: Array) -> Array:
     return A
 
 
-#: Eigenvalues this close to the imaginary axis, as a share of the plant's rate, count as on it: a double one at zero is
-#: known to half of the digits only.
+#: Distance from the imaginary axis, as a share of the plant's rate, up to which an eigenvalue counts as on the axis: a
+#: double eigenvalue at zero is accurate to half of the digits only.
 _ON_AXIS = 1e-7
 #: A singular value below this share of the largest is none.
 _RANK = 1e-9
@@ -183,7 +183,7 @@ def check_stabilisable(plant: Plant) -> None:
 
 
 def check_controllable(plant: Plant) -> None:
-    """Raise ModelError if a mode is out of the actuators' reach, whether it decays or not."""
+    """Raise ModelError if a mode is out of the actuators' reach, decaying or not."""
     for value, shape, reach in _reached(plant):
         if reach < _RANK:
             fault = f"{described(plant, value, shape)} cannot be placed: no actuator moves it"
@@ -191,7 +191,7 @@ def check_controllable(plant: Plant) -> None:
 
 
 def check_detectable(plant: Plant, A: Array, root: Array) -> None:
-    """Raise ModelError if a mode on the imaginary axis has no cost: optimal control would leave it there.
+    """Raise ModelError if a mode on the imaginary axis has no cost: optimal control would leave the mode there.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def check_detectable(plant: Plant, A: Array, root: Array) -> None:
 
 
 def _reached(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:
-    """Yield each eigenvalue in 1/s, the shape of its mode, and how far actuators reach it: 0 is not at all."""
+    """Yield each eigenvalue in 1/s, the shape of the mode, and the reach of actuators: 0 for an uncontrollable mode."""
     k, c, b = plant.scaled
     norm = float(np.linalg.norm(b, 2)) if b.size else 0.0
     unit = b / norm if norm > 0.0 else np.zeros((plant.n, 1))
@@ -230,7 +230,8 @@ def _reached(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:
 
 
 def distinct(values: ArrayLike) -> list[complex]:
-    """Return eigenvalues with one of each pair, and one of each group of equal ones."""
+    """Return eigenvalues without repetitions: one of each conjugate pair, and one of each group of equal
+    eigenvalues."""
     distinct: list[complex] = []
     for value in sorted(map(complex, np.asarray(values)), key=lambda value: (round(abs(value), 9), -value.imag)):
         near = math.sqrt(np.finfo(float).eps) * max(1.0, abs(value))
@@ -248,7 +249,8 @@ def described(plant: Plant, value: complex, shape: Complex) -> str:
 
 
 def in_words(value: complex, movers: Sequence[str], axis: float) -> str:
-    """Return a mode in words from its eigenvalue, 1/s, and its moving coordinates; below ``axis``, 1/s, is zero."""
+    """Return a description of a mode by eigenvalue, 1/s, and moving coordinates; parts below ``axis``, 1/s, count as
+    zero."""
     where = f" of {' and '.join(movers)}" if movers else ""
     if abs(value) <= axis:
         return f"the mode{where} at 0 Hz, which nothing holds,"

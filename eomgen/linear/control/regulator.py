@@ -30,7 +30,7 @@ from eomgen.linear.modes import balance
 from eomgen.linear.sampling import discretized, sampled_with_cost
 from eomgen.linear.state_space import HasStateSpace, StateSpace, state_space_of
 
-#: Refuses motions, given the dynamics and their actuators or weights.
+#: Function that raises an error for excluded motions, given the dynamics and the matrix of actuators or weights.
 Check = Callable[[Dynamics, Array], None]
 _REACHED = 1e-6
 
@@ -42,7 +42,7 @@ class Regulator:
 
     Attributes
     ----------
-    space : the controlled model; sampled if the regulator is. Its inputs are the controlled ones
+    space : the controlled model; sampled if the regulator is. Its inputs are the controlled inputs
     gains : (nu, ns) G
     cost_left : (ns, ns) P, s^T P s is the remaining cost of a motion from s; None of placed eigenvalues
     """
@@ -51,7 +51,7 @@ class Regulator:
     gains: Array
     cost_left: Array | None = None
 
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+    if not TYPE_CHECKING:  # type checkers know the attributes
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
@@ -76,7 +76,7 @@ class Regulator:
 
     @cached_property
     def closed_loop(self) -> StateSpace:
-        """The controlled model. Its inputs add to the feedback, which is among the outputs under the inputs' names."""
+        """The controlled model. Inputs add to the feedback, which is among the outputs under the inputs' names."""
         space = self.space
         fed_back = [name for name in space.inputs if name not in space.outputs]
         rows = [space.inputs.index(name) for name in fed_back]
@@ -97,11 +97,11 @@ class Regulator:
 
     @cached_property
     def margins(self) -> dict[str, Margins]:
-        """Gain, phase, delay and modulus margins at each input, the others closed, by the input's name."""
+        """Gain, phase, delay and modulus margins at each input, with the other loops closed, by the input's name."""
         return margins_of(self.space.A, self.space.B, self.gains, self.space.inputs, self.space.sample)
 
     def plot(self, axes: object = None) -> list[Any]:
-        """Draw the open loop at each input in the complex plane, with its margins, and return matplotlib's axes.
+        """Draw the open loop at each input in the complex plane, with margins, and return the axes of matplotlib.
 
         Parameters
         ----------
@@ -133,12 +133,12 @@ def lqr(
     ----------
     space : the linear model, or a linearization, of which the state space is taken
     Q : mapping, or (ns, ns)
-        Weights of the squares of outputs and states by name, accelerations among them; or a matrix, or its diagonal.
+        Weights of the squares of outputs and states by name, including accelerations; or a matrix, or a diagonal.
     R : mapping, or (nu, nu)
-        Weights of the squares of inputs by name. Inputs without a name in it are left alone.
+        Weights of the squares of inputs by name. Inputs without a weight are not used.
     N : (ns, nu), optional
         Weights of products.
-    inputs : the controlled inputs, if R does not name them; all by default
+    inputs : the controlled inputs, if R has no names; all by default
     sample : s, or a text with a unit
         Of a sampled regulator: the time for which inputs are held. The cost remains the integral.
     delay : the same
@@ -181,15 +181,15 @@ def place(
     Parameters
     ----------
     space : the linear model, or a linearization, of which the state space is taken
-    poles : ns eigenvalues, complex ones in conjugate pairs, none more often than there are inputs: 1/s; of a
-        model that is sampled z = e^(s T); with ``sample`` 1/s all the same, one for each state of the sampled model
+    poles : ns eigenvalues, complex eigenvalues in conjugate pairs, none more often than the number of inputs: 1/s; for
+        a sampled model z = e^(s T); with ``sample`` also 1/s, one for each state of the sampled model
     inputs : the controlled inputs; all by default
     sample, delay : as of ``lqr``
 
     Raises
     ------
     UsageError
-        Poles of another number, without their conjugates, too often the same, or not finite.
+        Poles of another number, without complex conjugates, repeated too often, or not finite.
     ModelError
         A motion that no input moves.
     NumericalError
@@ -297,7 +297,7 @@ def _sampled(space: StateSpace, weights: Weights) -> Regulator:
     ns = len(space.states)
     effort = root[:, ns:]
     free = dynamics
-    if np.any(effort):  # action of optimal inputs by themselves
+    if np.any(effort):  # action of optimal inputs alone
         of_state = np.linalg.lstsq(effort, root[:, :ns], rcond=1e-10)[0]
         free = replace(dynamics, A=space.A - space.B @ of_state)
         root = root[:, :ns] - effort @ of_state

@@ -42,7 +42,7 @@ def whitening(R: Array) -> Array:
 
 
 def without_cross_terms(Q: Array, cross: Array) -> tuple[Array, Array]:
-    """Return the cost that cross terms leave when they are taken into the plant, and a square root of it."""
+    """Return the cost after elimination of cross terms by a change of the plant, and a square root of this cost."""
     cost = Q - cross @ cross.T
     values, vectors = np.linalg.eigh((cost + cost.T) / 2.0)
     if values[0] < -_NEGATIVE * max(float(np.linalg.norm(Q, 2)), abs(values[-1])):
@@ -54,7 +54,7 @@ def without_cross_terms(Q: Array, cross: Array) -> tuple[Array, Array]:
 
 
 def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[Array, float]:
-    """Return the stabilising P of A^T P + P A - P B B^T P + cost = 0, and its residual.
+    """Return the stabilising P of A^T P + P A - P B B^T P + cost = 0, and the residual.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[A
 
 
 def _residual(A: Array, b: Array, cost: Array, P: Array, weight: float, blocks: Blocks) -> float:
-    """Return the largest residual of the blocks, each relative to the sum of the norms of its terms."""
+    """Return the largest residual of the blocks, each relative to the sum of the norms of the terms."""
     terms = (A.T @ P, P @ A, -weight * P @ b @ b.T @ P, cost)
     worst = 0.0
     for block in blocks:
@@ -106,7 +106,7 @@ def _residual(A: Array, b: Array, cost: Array, P: Array, weight: float, blocks: 
 
 
 def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[Array, Array, float]:
-    """Return the stabilising P of the equation of a sampled model, its gain (m, n) and its residual.
+    """Return the stabilising P of the Riccati equation of a sampled model, the gain (m, n) and the residual.
 
     P = A^T P A - (A^T P B + S) G + Q,  G = (R + B^T P B)^-1 (B^T P A + S^T)
 

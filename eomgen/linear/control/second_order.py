@@ -49,7 +49,7 @@ class Regulator:
     ----------
     G_p, G_v : (m, n)
     P11, P12, P22 : (n, n)
-    residual : of the worst of the three block equations, relative to the sum of the norms of its terms.
+    residual : of the worst of the three block equations, relative to the sum of the norms of the terms.
     eigenvalues : (2n,) of the closed loop, 1/s.
     """
 
@@ -111,12 +111,12 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
 
     Parameters
     ----------
-    poles : 2n eigenvalues, 1/s; complex ones in conjugate pairs; none more often than there are actuators.
+    poles : 2n eigenvalues, 1/s; complex eigenvalues in conjugate pairs; none more often than the number of actuators.
 
     Raises
     ------
     UsageError
-        Poles of another number, without their conjugates, too often the same, or not finite.
+        Poles of another number, without complex conjugates, repeated too often, or not finite.
     ModelError
         A mode that no actuator moves.
     NumericalError
@@ -165,7 +165,7 @@ _RANK = 1e-9
 
 @dataclass(frozen=True)
 class Modes:
-    """Undamped modes of a plant, slow ones first.
+    """Undamped modes of a plant, by increasing frequency.
 
     Attributes
     ----------
@@ -189,9 +189,8 @@ class ModalFeedback:
     modes : of the plant.
     controlled : numbers of the modes that are fed back, from 0.
     g, h : modal gains that were asked for, one of each controlled mode.
-    crosstalk : largest modal force that reaches another controlled mode, or is missing in its own, per force that is
-        asked for;
-        0 if there are as many independent actuators as controlled modes.
+    crosstalk : largest modal force that reaches another controlled mode, or is missing in the requested mode, per
+        requested force; 0 with at least as many independent actuators as controlled modes.
     spillover : largest modal force that reaches a mode that is not controlled, per force that is asked for.
     eigenvalues : (2n,) of the closed loop with all modes, 1/s.
     """
@@ -233,7 +232,7 @@ def optimal_modal_gains(frequency: ArrayLike, damping: ArrayLike, effort: ArrayL
     w, c, R = (np.asarray(value, dtype=float) for value in (frequency, damping, effort))
     if not np.all(R > 0.0):
         raise UsageError(f"the weight of a modal force is {float(np.min(R)):.6g}", "a number above zero")
-    g = w / R / (np.sqrt(w**2 + 1.0 / R) + w)  # the difference of two large numbers, written without it
+    g = w / R / (np.sqrt(w**2 + 1.0 / R) + w)  # without the difference of two large numbers
     rise = 2.0 * g + 1.0 / R
     return g, rise / (np.sqrt(c**2 + rise) + c)
 
@@ -254,7 +253,7 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     """Return gains that give the ``controlled`` modes the modal forces -g xi - h xi', as far as the actuators can.
 
     With fewer independent actuators than controlled modes the forces follow from the pseudo-inverse, and modes talk to
-    each other (``crosstalk``); on modes that are not controlled they act all the same (``spillover``).
+    each other (``crosstalk``); forces also act on modes that are not controlled (``spillover``).
 
     Raises
     ------

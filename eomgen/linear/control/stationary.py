@@ -30,8 +30,8 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
 
     Parameters
     ----------
-    noise : by disturbance or input, intensities (two-sided spectral densities, unit^2 s: half of one-sided ones per
-        Hz); of a sampled model variances of values held over a sample
+    noise : by disturbance or input, intensities (two-sided spectral densities, unit^2 s: half of one-sided densities
+        per Hz); of a sampled model variances of values held over a sample
 
     Raises
     ------
@@ -51,7 +51,7 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
 
 
 def root_mean_squares(space: StateSpace | HasStateSpace, noise: Mapping[str, float]) -> dict[str, float]:
-    """Return the stationary root mean square of every output by name; infinite if white noise is part of it.
+    """Return the stationary root mean square of every output by name; infinite if the output contains white noise.
 
     Raises as ``stationary_covariance``.
     """

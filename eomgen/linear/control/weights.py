@@ -38,7 +38,8 @@ class Weights:
 
         Parameters
         ----------
-        position, velocity, effort : (n, n), (n, n) and (m, m) matrices; or their diagonals; or one number for all.
+        position, velocity, effort : (n, n), (n, n) and (m, m) matrices; or the diagonals; or one number for all
+            components.
 
         Raises
         ------
@@ -71,7 +72,8 @@ class Weights:
 
 
 def weight(name: str, value: ArrayLike, size: int) -> Array:
-    """Return a weight as a symmetric matrix. Raises UsageError if it is none, or negative in some direction."""
+    """Return a weight as a symmetric matrix. Raises UsageError unless the value is a positive semidefinite matrix of
+    this size."""
     given = np.asarray(value, dtype=float)
     if given.ndim < 2 and given.shape in ((), (size,)):
         given = np.diag(np.broadcast_to(given, (size,)))
@@ -86,13 +88,13 @@ def weight(name: str, value: ArrayLike, size: int) -> Array:
     return matrix
 
 
-#: Weights by name, or a matrix, or its diagonal, or one number.
+#: Weights by name, or a matrix, or the diagonal of a matrix, or one number.
 Weighted = Mapping[str, float] | ArrayLike
 
 
 @dataclass(frozen=True)
 class NamedCost:
-    """A quadratic cost, and the model with the controlled inputs; its other inputs are disturbances."""
+    """A quadratic cost, and the model with the controlled inputs; remaining inputs of the model are disturbances."""
 
     space: StateSpace
     weights: Weights
@@ -126,7 +128,7 @@ def quadratic_cost(
 
 
 def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
-    """Return a model with these inputs, all of them if none is named; the others are disturbances.
+    """Return a model with these inputs, all inputs if none is named; remaining inputs are disturbances.
 
     Raises
     ------
@@ -181,13 +183,13 @@ def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
 
 
 def near(name: str, known: Sequence[str]) -> str:
-    """Return the known names nearest to one; names of components and velocities among them."""
+    """Return the known names nearest to a name, including names of components and velocities."""
     alike = [other for other in known if other.startswith(name) or name in other]
     return " or ".join(alike[:3]) or nearest(name, known) or f"one of {', '.join(known[:8])}"
 
 
 def number(matrix: str, name: str, value: object) -> float:
-    """Return the weight of a name. Raises UsageError unless it is a number from zero on."""
+    """Return the weight of a name. Raises UsageError unless the weight is a number from zero on."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         raise UsageError(
             Problem(matrix, f"the weight of {name} is {type(value).__name__}, not a number", f"{name}: 1.0")

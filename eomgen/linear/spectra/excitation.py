@@ -24,12 +24,12 @@ from eomgen.linear.spectra.road import Road
 
 
 class Excitation(Protocol):
-    """Stationary random inputs; one may have ``bends``, (n,) Hz, frequencies at which its spectra bend.
+    """Stationary random inputs; an implementation may have ``bends``, (n,) Hz, frequencies of kinks of the spectra.
 
     Attributes
     ----------
     inputs : names of inputs or disturbances of the linear model
-    rates : for some of them the names of inputs that carry their time derivative
+    rates : for some inputs, the names of inputs that are the time derivatives
     band : frequencies in Hz outside of which the spectra are zero
     name : in words, for titles
     """
@@ -66,7 +66,7 @@ class InputSpectrum:
     input : str
         Name of an input or a disturbance of the linear model: ``motor``, ``base.acceleration[2]``.
     frequencies, density : (n,), (n,)
-        Hz, increasing, and unit^2/Hz; straight lines in double logarithmic scales between them, zero outside.
+        Hz, increasing, and unit^2/Hz; interpolated linearly in double logarithmic scales, zero outside.
     function : callable
         In place of ``density``: density at frequencies (n,); ``frequencies`` then is the band, a pair.
 
@@ -97,7 +97,7 @@ class InputSpectrum:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """The one input."""
+        """The input, as a tuple."""
         return (self.input,)
 
     @property
@@ -141,7 +141,7 @@ _COHERENCES = ("isotropic", "independent", "equal")
 
 @dataclass(frozen=True)
 class RoadExcitation:
-    """A road under wheels that pass over it at a constant speed.
+    """A road under wheels at a constant speed.
 
     Parameters
     ----------
@@ -149,13 +149,13 @@ class RoadExcitation:
     speed : float
         m/s.
     wheels : mapping
-        Input of each wheel's elevation -> distance in m by which it follows the first: ``{"front": 0.0, "rear": 2.7}``.
+        Input of each wheel's elevation -> distance in m behind the first wheel: ``{"front": 0.0, "rear": 2.7}``.
     tracks : mapping
-        Input -> lateral position of its track, m; 0 if none is given.
+        Input -> lateral position of the wheel's track, m; 0 by default.
     coherence : ``isotropic``, ``independent``, ``equal``, or a number from 0 to 1
-        Between different tracks: by the distance between them, none, full, or the same at all frequencies.
+        Between different tracks: by the distance between tracks, none, full, or a constant over frequency.
     rates : mapping
-        Input of a wheel's elevation -> input that carries its time derivative, for dampers of tyres.
+        Input of a wheel's elevation -> input for the time derivative of the elevation, for dampers of tyres.
 
     Raises
     ------
@@ -233,7 +233,7 @@ class RoadExcitation:
         return {self.tracks.get(wheel, 0.0) for wheel in self.wheels}
 
     def at(self, speed: float | str | None = None, road: Road | None = None) -> RoadExcitation:
-        """Return the same wheels at another speed, in m/s or as text with its unit, or on another road."""
+        """Return the same wheels at another speed, in m/s or as text with a unit, or on another road."""
         if isinstance(speed, str):
             speed = in_label("RoadExcitation: speed", speed, "m/s")
         return replace(self, speed=self.speed if speed is None else speed, road=road or self.road)

@@ -134,7 +134,7 @@ class PowerSpectrum:
     Attributes
     ----------
     name : of the quantity
-    quantity_unit : its unit; empty if it is not known
+    quantity_unit : unit of the quantity; empty if unknown
     frequencies : (n,) Hz, increasing
     density : (n,) one-sided, quantity_unit^2/Hz
     source : origin, for titles: a road at a speed, a run
@@ -169,7 +169,7 @@ class PowerSpectrum:
         low, high : float
             Hz.
         weighting : str, optional
-            ``Wk`` or ``Wd`` of ISO 2631-1, of an acceleration in m/s^2, as people feel it.
+            ``Wk`` or ``Wd`` of ISO 2631-1, for an acceleration in m/s^2: the part that people feel.
 
         Raises
         ------

@@ -30,7 +30,7 @@ class Road:
     roughness : float
         G_d(n0) at n0 = 0.1 cycle/m, m^3.
     exponent : float
-        w, of waves shorter than 10 m; and of longer ones without ``long_exponent``.
+        w, of waves shorter than 10 m; and of longer waves without ``long_exponent``.
     long_exponent : float
         w of waves longer than 10 m.
     band : (float, float)
@@ -80,7 +80,7 @@ class Road:
         return np.array([REFERENCE_FREQUENCY] if self.long_exponent not in (None, self.exponent) else [])
 
     def of_class(self, road_class: str) -> Road:
-        """Return a road of a class with the exponents and the band of this one."""
+        """Return a road of a class with the exponents and the band of this road."""
         return Road(road_class, None, self.exponent, self.long_exponent, self.band)
 
     def over_distance(self, n: ArrayLike) -> Array:
@@ -104,7 +104,7 @@ def _check(name: str, value: float, needed: str) -> None:
 
 #: Samples of a segment at least.
 _FEWEST = 32
-#: Lowest frequencies of a segment, which its window and the trend that is taken off bend.
+#: Number of lowest frequencies of a segment that are distorted by the window and the removal of the trend.
 _BENT = 2
 
 
@@ -115,7 +115,7 @@ class MeasuredRoad(Road):
     Parameters
     ----------
     frequencies, density : (n,), (n,)
-        Spatial frequencies in cycle/m, increasing, and G_d in m^3; linear between them, zero outside.
+        Spatial frequencies in cycle/m, increasing, and G_d in m^3; linear between frequencies, zero outside.
     source : str
         Name of the measured road, for titles.
     """
@@ -143,7 +143,7 @@ class MeasuredRoad(Road):
         widest: float = 0.0,
         source: str = "measured",
     ) -> Self:
-        """Return the road of a profile, by Welch's method: Hann windows that overlap by half, less their trends.
+        """Return the road of a profile, by Welch's method: Hann windows with an overlap of one half, without trends.
 
         Parameters
         ----------
@@ -152,9 +152,9 @@ class MeasuredRoad(Road):
         elevation : (n,)
             m.
         segments : int
-            More of them: less scatter, coarser frequencies; short profiles have fewer.
+            More segments: less scatter, coarser frequencies; short profiles have fewer.
         widest : float
-            Largest distance of measured points, m, if ``distance`` are others: it bounds the frequencies, too.
+            Largest distance of measured points, m, if different from ``distance``: a bound of the frequencies, too.
         source : str
             For titles.
 
@@ -179,7 +179,7 @@ class MeasuredRoad(Road):
         used = min(segments, max(1, 2 * len(x) // _FEWEST - 1))
         length = 2 * len(x) // (used + 1)
         n, density = welch(np.interp(even, x, y), 1.0 / spacing, "hann", nperseg=length, detrend=detrend)
-        # frequencies that the widest gap resolves; the last one is at half the rate of samples
+        # Frequencies that the widest gap resolves; the last frequency is half the sampling rate.
         gap = max(float(np.diff(x).max()), widest)
         inside = (np.arange(len(n)) >= _BENT) & (n <= 0.5 / gap) & (np.arange(len(n)) < len(n) - 1)
         if np.count_nonzero(inside) < 2:

@@ -39,9 +39,9 @@ from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, transpose
 from eomgen.symbolic.tape import ZERO
 
-#: A joint and the number of its coordinate.
+#: A joint and the number of the coordinate.
 Coordinate = tuple[str, int]
-#: Functions that whole turns of their argument do not change.
+#: Functions that are periodic in whole turns of the argument.
 _PERIODIC = frozenset({"sin", "cos", "tan"})
 
 
@@ -119,7 +119,8 @@ def joint_constraint(joint: Joint) -> Constraint | None:
 
 
 def _frame(joint: Joint) -> tuple[Direction, ...]:
-    """Return the constraint frame's axes in child axes, (3, 3): z along the joint's axis, or x and y along its axes."""
+    """Return the axes of the constraint frame in child axes, (3, 3): z along the axis of the joint, or x and y along
+    its two axes."""
     if len(joint.kind.turned_about) > 1:
         return tuple(zip(joint.axis, joint.second_axis, perpendicular(joint.axis, joint.second_axis), strict=True))
     return frame_of(joint)
@@ -132,13 +133,13 @@ def _product(A: Sequence[Sequence[float]], B: Sequence[Sequence[float]]) -> tupl
 
 @dataclass(frozen=True)
 class SineCosine:
-    """An angle by its sine and cosine, up to a common positive factor."""
+    """Sine and cosine of an angle, up to a common positive factor."""
 
     sine: Scalar
     cosine: Scalar
 
     def past(self, sine: Scalar, cosine: Scalar) -> SineCosine:
-        """Return this angle minus another one, given by its sine and cosine."""
+        """Return this angle minus another angle, given by sine and cosine."""
         return SineCosine(self.sine * cosine - self.cosine * sine, self.cosine * cosine + self.sine * sine)
 
 
@@ -174,7 +175,7 @@ class AbsoluteQuantities(Quantities):
         return super().__call__(symbol)
 
     def coordinate(self, joint: str, index: int = 0) -> Scalar:
-        """Return a joint's travel, m, or angle, rad: over revolutions if it is counted, else in (-pi, pi]."""
+        """Return a joint's travel, m, or angle, rad: over revolutions for counted angles, else in (-pi, pi]."""
         reference, measure = self._references.get((joint, index)), self._measure(joint, index)
         if reference is None or isinstance(measure, Scalar):
             return self._wrapped(joint, index)
@@ -292,7 +293,7 @@ def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> Constr
 
 
 def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
-    """Return the velocity components of a joint, rad/s or m/s; on admissible motions they are its joint velocities."""
+    """Return the velocity components of a joint, rad/s or m/s; on admissible motions these are the joint velocities."""
     item = joint_constraint(joint)
     if item is None or not item.kind.coordinates:
         pair = frame_pair(quantities, Frame(joint.parent, joint.position, joint.orientation), Frame(joint.child))

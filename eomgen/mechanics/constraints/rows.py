@@ -30,7 +30,7 @@ from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, scaled, tr
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.description import BASE
 
-#: Block of the quantities of motion on the tape of their own.
+#: Block of the quantities of motion on the separate tape.
 _MOTION = "motion"
 
 
@@ -45,15 +45,15 @@ class Row:
     Attributes
     ----------
     value : residual; at velocity level affine in v
-    size : sum of the magnitudes of its summands, in the unit of ``value``, the scale of rounding errors; at velocity
-        level of the lengths that multiply angular velocities
-    extent : m, bound of the displacement that rotations of the joined bodies cause, wherever they slide or roll
+    size : sum of the magnitudes of the summands, in the unit of ``value``, the scale of rounding errors; at velocity
+        level, of the lengths that multiply angular velocities
+    extent : m, bound of the displacement by rotations of the joined bodies, for any sliding or rolling
     path_length : m, ``extent`` plus the distance between the bodies: the scale of point masses, which have no extent
-    owner, number : owner of the equation and its number there, holonomic ones first: a constraint, or a joint
-        with a drive for each coordinate; None for the equation of a joint that follows another
+    owner, number : owner of the equation and the number of the equation, holonomic equations first: a constraint, or a
+        joint with a drive for each coordinate; None for the equation of a joint that follows another
     driving : at velocity level, the part of ``value`` that time prescribes; None without one
-    group : source of the forces of its equations together, this one being ``number`` of them; None if they follow
-        from B
+    group : source of the forces of several equations together, of which this equation is number ``number``; None if the
+        forces follow from B
     """
 
     name: str
@@ -85,7 +85,7 @@ class RowGroup(Protocol):
 
 @dataclass
 class Rows:
-    """Constraint equations; the holonomic ones are numbered first."""
+    """Constraint equations; holonomic equations are numbered first."""
 
     holonomic: list[Row] = field(default_factory=list)
     velocity: list[Row] = field(default_factory=list)
@@ -217,8 +217,8 @@ def _screwed(quantities: Quantities, item: Constraint, pair: FramePair, local: V
 def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> Vector:
     """Return the lowest point, (3,), above the first frame's plane, of a surface in the second frame.
 
-    The normal of the surface there is the plane's: a disc and a torus are about the z axis, and the point of an
-    ellipsoid with the squares D of its semi-axes is -D n / sqrt(n . D n) in its axes.
+    At the lowest point the normal of the surface is the normal of the plane: a disc and a torus are about the z axis,
+    and the point of an ellipsoid with the squares D of its semi-axes is -D n / sqrt(n . D n) in its axes.
     """
     normal, axis, radius = pair.first.axis(2), pair.second.axis(2), quantities.formula(item.radius)
     call, origin = quantities.algebra.call, pair.second.origin
@@ -254,9 +254,9 @@ def _rolling(quantities: Quantities, item: Constraint, pair: FramePair) -> list[
 
 
 class Equation:
-    """An equation that the user writes as a formula, with its partials in the coordinates and points that it names.
+    """An equation that the user writes as a formula, with partials in the coordinates and points of the formula.
 
-    The partials are differentiated on a tape of their own, on which every quantity of motion is an input. They give
+    The partials are differentiated on a separate tape, on which every quantity of motion is an input. The partials give
     the forces of the multiplier on points and joints, and the scales of rounding errors.
 
     Parameters
@@ -280,7 +280,7 @@ class Equation:
 
     @cached_property
     def partials(self) -> Mapping[Symbol, Scalar]:
-        """Partials of the value in the quantities that it holds: coordinates and positions, or velocities."""
+        """Partials of the value in the quantities of the formula: coordinates and positions, or velocities."""
         moving, target = self.item.moving, self.quantities.algebra.tape
         tape = Tape()
         detached = Detached(self.quantities, tape)
@@ -338,7 +338,7 @@ class Equation:
             elif self.item.unit.startswith("m") and self._turns(symbol):
                 extent = extent + magnitude(slope)
         size = extent if self.item.at_velocity else self.size
-        # an equation of travels alone has no length of its own, and its summands may vanish together
+        # an equation of travels alone has no length, and all summands may vanish together
         return size, extent, extent + apart if not (extent + apart).is_zero else self.quantities.algebra.one
 
     def _turns(self, symbol: Symbol) -> bool:

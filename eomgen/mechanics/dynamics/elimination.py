@@ -20,8 +20,8 @@ def solve_tree(M: Sequence[Mapping[int, Scalar]], right: Sequence[Scalar], paren
     Parameters
     ----------
     M : rows of the lower triangle, by column
-    parents : (nv,) for each component the nearest one towards the root it is coupled with, -1 at the root
-        Elimination runs from the tips to the root, so branches that do not meet never fill.
+    parents : (nv,) for each component the nearest coupled component towards the root, -1 at the root Elimination runs
+        from the tips to the root, so branches that do not meet never fill.
     """
     factors, inverse = factored(M, parents)
     x = [value * inverse[k] for k, value in enumerate(half_solved(factors, right))]
@@ -105,8 +105,8 @@ def loses_digits(
 
 
 def _coupled(M: Sequence[Mapping[int, Scalar]], joints: Sequence[slice]) -> list[list[slice]]:
-    """Return runs of successive joints that M couples, without joints that are coupled to no other: such a joint has
-    the same inertia whether others are locked or free."""
+    """Return runs of successive joints that M couples. Joints without coupling are left out, because their inertia is
+    the same whether other joints are locked or free."""
     runs: list[list[slice]] = []
     for joint in joints:
         first = min((min(M[i], default=i) for i in range(joint.start, joint.stop)), default=joint.start)

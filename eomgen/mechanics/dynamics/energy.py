@@ -20,7 +20,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, m
 
 
 def kinetic_energy(algebra: Algebra, inertia: Inertia, omega: Vector, velocity: Vector) -> Scalar:
-    """Return the kinetic energy of a body, J, from the inertial twist of its frame's origin in body axes."""
+    """Return the kinetic energy of a body, J, from the inertial twist of the origin of the body frame, in body axes."""
     values = {"m": inertia.mass}
     for i in range(3):
         values[f"v{i}"], values[f"w{i}"], values[f"d{i}"] = velocity[i], omega[i], inertia.first[i]
@@ -46,7 +46,7 @@ def energies(
     ----------
     loads : applied loads with their potential and power
     drivers : power of prescribed motions, W
-    held : link, point, m, and force, N, in its axes, of constraints between points and the world
+    held : link, point, m, and force, N, in link axes, of constraints between points and the world
     """
     base, carrier = kinematics.base, kinematics.carrier
     algebra = tree.algebra

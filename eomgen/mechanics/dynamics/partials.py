@@ -45,8 +45,8 @@ class Screws:
 
     Attributes
     ----------
-    angular, linear : s itself
-    turn : w' of s' = V_parent x s, with its linear part ``slide``
+    angular, linear : w and u
+    turn : w' of s' = V_parent x s, with ``slide`` as linear part
     spin_field, spin_origin : s'' = A_parent x s + V_parent x s'
     rate_field, rate_origin : s' + V x s, the derivative in the joint's velocity
     """
@@ -69,7 +69,7 @@ def _crossed(omega: Vector, velocity: Vector, w: Vector, u: Vector) -> tuple[Vec
 def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tuple[Vector, Vector]]]:
     """Return the screws of all columns and the twist (angular velocity, velocity of the origin) of all links.
 
-    The base's linear velocity is taken as zero: in a frame that moves with it uniformly, no force changes.
+    The base's linear velocity is taken as zero: forces are the same in a frame that moves uniformly with the base.
     """
     algebra = tree.algebra
     fields = total_fields(tree, base, accelerations=True, gravity=True)
@@ -155,7 +155,7 @@ def _flows(tree: Tree, twists: Sequence[tuple[Vector, Vector]]) -> list[Flow]:
 
 
 def _loads(tree: Tree, base: BaseMotion) -> list[Wrench]:
-    """Return for each link the wrench that its whole subtree demands of the joint."""
+    """Return for each link the wrench on the subtree, transmitted by the joint."""
     total = field_wrenches(tree, total_fields(tree, base, accelerations=True, gravity=True))
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
@@ -200,7 +200,8 @@ def _column(
     load: Wrench,
     blocks: tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]],
 ) -> None:
-    """Fill the entries that couple one column of a joint with its own joint and with all joints towards the root."""
+    """Fill the entries that couple one column of a joint with the columns of the same joint and of all joints towards
+    the root."""
     algebra, link = tree.algebra, tree.links[index]
     dof, ratio = link.dofs[k], link.coordinates.ratio
     by_q = _sum(wrench(algebra, body, screw.spin_origin, screw.spin_field), flow.coriolis(screw.turn))

@@ -101,7 +101,7 @@ def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrenc
 
 
 def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
-    """Return per link the inertia wrench of its acceleration field, in link axes about the link's origin."""
+    """Return per link the inertia wrench of the acceleration field, in link axes about the link's origin."""
     loads = []
     for link, field in zip(tree.links, fields, strict=True):
         with tree.algebra.tape.block(f"inertia forces of link {link.name}"):
@@ -113,7 +113,7 @@ def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
 
 
 def elastic_rows(tree: Tree, fields: Sequence[LinkField]) -> Rows:
-    """Return per link the generalized inertia forces of its elastic coordinates."""
+    """Return per link the generalized inertia forces of the elastic coordinates."""
     rows: Rows = {}
     for index, (link, field) in enumerate(zip(tree.links, fields, strict=True)):
         if link.elastic is not None:
@@ -139,7 +139,7 @@ def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None
 
     Parameters
     ----------
-    loads : applied wrench per link about its origin in link axes, or None
+    loads : applied wrench per link about the link's origin in link axes, or None
     """
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     efforts = generalized(tree, net_wrenches(tree, fields, loads), "inverse dynamics", elastic_rows(tree, fields))
@@ -151,7 +151,7 @@ def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None
 
 
 def composites(tree: Tree) -> list[Inertia]:
-    """Return per link the shape integrals of its subtree, in link axes about the link's origin."""
+    """Return per link the shape integrals of the subtree, in link axes about the link's origin."""
     total = [link.inertia for link in tree.links]
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
@@ -221,14 +221,15 @@ def unit_acceleration(link: Link, body: Inertia, k: int) -> tuple[Wrench, list[S
 
 
 def _rows_of(body: ElasticBody, origin: Vector, motion: RelativeMotion) -> list[Scalar]:
-    """Return the inertia forces along the coordinates of an elastic body if all its frame has the same acceleration and
-    does not rotate."""
+    """Return the inertia forces along the coordinates of an elastic body whose frame does not rotate and has the same
+    acceleration everywhere."""
     still = body.algebra.zero_vector
     return [body.row(k, origin, (still, still, still), still, motion) for k in range(body.size)]
 
 
 def _couple(M: list[dict[int, Scalar]], row: int, column: int, value: Scalar) -> None:
-    """Add the coupling of two columns of motion; both may belong to one component, if one joint follows the other."""
+    """Add the coupling of two columns of motion; both columns may belong to one component if a joint follows another
+    joint."""
     if value.is_zero:
         return
     along, other = M[max(row, column)], min(row, column)
@@ -238,7 +239,7 @@ def _couple(M: list[dict[int, Scalar]], row: int, column: int, value: Scalar) ->
 
 
 def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[Inertia] | None = None) -> list[Scalar]:
-    """Return the generalized forces of gravity, (nv,), from each subtree's weight at its centre of mass.
+    """Return the generalized forces of gravity, (nv,), from the weight of each subtree at the subtree's centre of mass.
 
     Parameters
     ----------
@@ -317,7 +318,7 @@ class ReferenceEfforts:
     Parameters
     ----------
     tree : of the scene, inertias grouped
-    base : motion of the base, with gravity in its axes
+    base : motion of the base, with gravity in base axes
     quantities : for the formulas of references
     """
 
@@ -335,7 +336,7 @@ class ReferenceEfforts:
         Raises
         ------
         ModelError
-            The joint follows another, so it has no equation of its own.
+            The joint follows another joint, so it has no equation of motion.
         """
         coordinates = self.tree.coordinates[symbol.name]
         if any(joint.name == symbol.name and joint.mimic is not None for joint in self.scene.joints):

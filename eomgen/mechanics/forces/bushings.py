@@ -34,10 +34,10 @@ Rows = list[list[Scalar]]
 
 
 def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
-    """Add the wrenches of a bushing on both bodies, its potential, J, and its dissipated power, W."""
+    """Add the wrenches of a bushing on both bodies, the potential energy, J, and the dissipated power, W."""
     algebra = quantities.algebra
     if all(quantities.mount(frame).link < 0 for frame in (bushing.first, bushing.second)):
-        return  # between base and world: the prescribed motion of the base strains it
+        return  # between base and world: strained by the prescribed motion of the base
     K, D = (
         [[quantities.formula(entry) for entry in row] for row in rows] for rows in (bushing.stiffness, bushing.damping)
     )

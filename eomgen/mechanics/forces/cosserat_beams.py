@@ -122,7 +122,8 @@ def _adjoint(twist: Sequence[float]) -> np.ndarray:
 
 
 def _inverse(algebra: Algebra, matrix: ScalarRows, rows: Sequence[int]) -> list[list[Scalar]]:
-    """Return the inverse of the given rows and columns of a symmetric positive definite matrix, zero in the others."""
+    """Return the inverse of the given rows and columns of a symmetric positive definite matrix, zero in the other rows
+    and columns."""
     left = {(i, j): matrix[i][j] for i in rows for j in rows}
     right = {(i, j): algebra.one if i == j else algebra.zero for i in rows for j in rows}
     for pivot in rows:
@@ -148,18 +149,18 @@ def _transposed(rows: ScalarRows) -> list[list[Scalar]]:
 
 
 def _congruent(matrix: ScalarRows, others: ScalarRows) -> list[list[Scalar]]:
-    """Return A S A^T of a symmetric S (``matrix``) and A (``others``)."""
+    """Return A S A^T of a symmetric S (``matrix``) and a matrix A (``others``)."""
     return _symmetric(_matrix_product(others, _matrix_product(matrix, _transposed(others))))
 
 
 def _symmetric(rows: ScalarRows) -> list[list[Scalar]]:
-    """Return the entries above the diagonal on both sides of it."""
+    """Return the matrix with the entries above the diagonal copied below the diagonal."""
     return [[rows[min(i, j)][max(i, j)] for j in _SIX] for i in _SIX]
 
 
 T = TypeVar("T")
 Six = Sequence[Scalar]
-#: Requested quantity of an element; further arguments are numbers of its own.
+#: Function that records a requested quantity of an element; further arguments are numbers of the quantity.
 Results = Callable[..., list[Scalar]]
 _POSE = 12
 _TWIST = 6
@@ -167,7 +168,7 @@ _TWIST = 6
 
 @dataclass(frozen=True)
 class Node:
-    """Frame of a section: axes by columns, origin, and its twist in its own axes, relative to the base."""
+    """Frame of a section: axes by columns, origin, and twist in section axes, relative to the base."""
 
     axes: Matrix
     origin: Vector
@@ -186,8 +187,8 @@ class Node:
 
 @dataclass(frozen=True)
 class Section:
-    """Of an element: stiffness, damping, and strain of its middle section by its own, (6, 6) each; its length, m,
-    1/length, and d_0, (6,)."""
+    """Numbers of an element: stiffness, damping, and strain of the middle section per strain of the element, (6, 6)
+    each; length, m; 1/length; and d_0, (6,)."""
 
     stiffness: Sequence[Six]
     damping: Sequence[Six]
@@ -242,7 +243,7 @@ class Element:
         )
 
     def forces(self) -> list[Scalar]:
-        """Return the generalized forces on both nodes, (12,), moment before force, in their own axes."""
+        """Return the generalized forces on both nodes, (12,), moment before force, in the axes of each node."""
         elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
         return self.transmitted([x + y for x, y in zip(elastic, viscous, strict=True)])
 
@@ -261,7 +262,7 @@ class Element:
 
         Parameters
         ----------
-        elsewhere : entries of s that do not follow from strains, by their places
+        elsewhere : entries of s that do not follow from strains, by index
         """
         elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
         s = [elsewhere.get(k, x + y) for k, (x, y) in enumerate(zip(elastic, viscous, strict=True))]
@@ -287,7 +288,7 @@ def add_cosserat_beam(loads: Loads, item: CosseratBeam, quantities: Quantities) 
 
 @dataclass(frozen=True)
 class Chain:
-    """The elements of a beam in a tree: those between separate frames as a loop, others one by one.
+    """The elements of a beam in a tree: elements between separate frames as a loop, other elements one by one.
 
     Attributes
     ----------
@@ -312,7 +313,7 @@ class Chain:
 
     @property
     def _alone(self) -> list[tuple[int, int]]:
-        """Elements that are unlike the others."""
+        """Elements with a structure that no other element has."""
         one = len(self.nodes) == 2
         carried = [is_carried(self.quantities, mount) for mount in self.mounts]
         return [pair for pair in self.pairs if one or any(carried[end] for end in pair)]
@@ -362,7 +363,7 @@ class Chain:
 
 
 def is_carried(quantities: Quantities, mount: Mount) -> bool:
-    """Return whether a node is fixed to a link of another body, so that the adjacent element is unlike the other
+    """Return whether a node is fixed to a link of another body, so that the adjacent element differs from the other
     elements."""
     return mount.link >= 0 and quantities.tree.links[mount.link].kind not in ("free", "ball")
 
@@ -412,7 +413,8 @@ def _loop(
     *,
     summed: bool = False,
 ) -> Map:
-    """Return the loop over elements that gives results for each, or their sums; ``more``: numbers that they take."""
+    """Return the loop over elements that gives results for each element, or sums of the results; ``more``: further
+    arguments of the loop."""
     kernel = Tape()
     algebra = Algebra(kernel)
     size = _POSE + _TWIST if any(sections[first].damped for first, _ in pairs) else _POSE
@@ -442,7 +444,7 @@ def _loop(
 
 
 class LoopInputs:
-    """Arguments of a kernel among the numbers of its elements: columns for numbers that vary, or shared ones."""
+    """Arguments of a kernel among the numbers of elements: columns for numbers that vary, single numbers if shared."""
 
     def __init__(self, algebra: Algebra, gather: list[tuple[Ref, ...]]) -> None:
         self.algebra, self.gather = algebra, gather

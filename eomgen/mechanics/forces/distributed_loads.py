@@ -59,13 +59,13 @@ Formulas = tuple[Formula, ...]
 
 
 def is_local(item: DistributedLoad) -> bool:
-    """Return whether a load depends on the motion of the sections on which it acts."""
+    """Return whether a load depends on the motion of the sections under the load."""
     formulas = {formula for load in item.nodes for formula in (*load.force, *load.moment)}
     return any(symbol.kind == "local" for formula in formulas for symbol in symbols(formula))
 
 
 def add_local_load(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:
-    """Add a load on the nodes of a beam, each by the motion of its own section, and its power."""
+    """Add a load on the nodes of a beam, each by the motion of its section, and the power of the load."""
     alike: dict[object, list[NodeLoad]] = {}
     for load in item.nodes:
         mount = quantities.tree.mounts[load.node]
@@ -116,7 +116,7 @@ class _Group:
         return self.quantities.tree.mounts[load.node]
 
     def alone(self, load: NodeLoad, weight: Scalar) -> list[Scalar]:
-        """Return the wrench on one node at a weight, (6,), and its power."""
+        """Return the wrench on one node for a quadrature weight, (6,), and the power of the wrench."""
         quantities, base = self.quantities, _numbers_of_base(self.quantities)
         node = node_at(quantities, self._mount(load))
         formulas = (*load.force, *load.moment)
@@ -127,7 +127,8 @@ class _Group:
         return self.item.axes == "beam"
 
     def _loop(self) -> tuple[Map, Map] | None:
-        """Return the loop that gives all wrenches and the loop that sums their power; None if no loop can."""
+        """Return the loop over all wrenches and the loop that sums their power; None if no loop is possible. None if no
+        loop can."""
         kernel = Tape()
         algebra, quantities = Algebra(kernel), self.quantities
         rows = [[number.ref for number in node_at(quantities, self._mount(load)).numbers] for load in self.nodes]
@@ -142,7 +143,7 @@ class _Group:
             return numbers[symbol.index] if symbol.kind == "number" else inputs.number([quantities(symbol)])
 
         results = _wrench(algebra, node, base, patterns[0][0], weight, resolved, own_axes=self._own_axes)
-        if kernel.maps:  # waves, which are a loop themselves
+        if kernel.maps:  # waves are loops
             return None
         *wrench, power = (value.ref for value in results)
         columns = tuple(inputs.elements), tuple(inputs.shared), tuple(inputs.gather)
@@ -161,7 +162,7 @@ def _numbers_of_base(quantities: Quantities) -> list[Scalar]:
 def _wrench(
     algebra: Algebra, node: Node, base: Six, formulas: Formulas, weight: Scalar, elsewhere: Resolver, *, own_axes: bool
 ) -> list[Scalar]:
-    """Return moment and force on a node in its own axes, (6,), and their power.
+    """Return moment and force on a node in node axes, (6,), and the power of both.
 
     Parameters
     ----------
@@ -177,12 +178,14 @@ def _wrench(
     return [*moment, *force, dot(moment, turning) + dot(force, moving)]
 
 
-#: Map from a link's index to its field of accelerations minus gravity; negative indices denote the carrier of the tree.
+#: Map from a link's index to the link's field of accelerations minus gravity; negative indices denote the carrier of
+#: the tree.
 Fields = Callable[[int], Field]
 
 
 def loads_on_halves(quantities: Quantities, beam: Cosserat, fields: Fields) -> list[list[Scalar]]:
-    """Return for each element the wrenches on its first and on its second half, (12,), each about the node there.
+    """Return for each element the wrenches on the first and the second half of the element, (12,), each about the node
+    of this half.
 
     Moments, N m, before forces, N, in the axes of the node.
     """
@@ -271,7 +274,7 @@ class SectionLoads:
         return self._halves[name]
 
     def __call__(self, symbol: Symbol) -> Scalar:
-        """Return a number of an element, given its position after the numbers of the elements before."""
+        """Return a number of an element, given its position after the numbers of earlier elements."""
         element, place = divmod(symbol.index, SECTION_ROW)
         row = self.rows(symbol.name)[element]
         if place < len(row):

@@ -19,7 +19,7 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross
 
 @dataclass(frozen=True)
 class Local:
-    """A frame at the place of a load, and its motion in the world.
+    """Frame at the point of action of a load, and the motion of the frame in the world.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Local:
             "angular_velocity": lambda: (
                 self.angular_velocity if self.own_axes else apply(self.axes, self.angular_velocity)
             ),
-            # a rotation leaves its own vector alone, so the components are the same in both axes
+            # a rotation does not change the rotation vector: same components in both axes
             "rotation": lambda: rotation_vector(self.algebra, self.axes),
         }
 
@@ -63,7 +63,7 @@ class Local:
 
 
 def add_force(loads: Loads, item: Force, quantities: Quantities) -> None:
-    """Add a force and a torque on a body, and their power."""
+    """Add a force and a torque on a body, and the power of both."""
     point, own_axes = quantities.vector(item.point), item.axes == "body"
     if any(symbol.kind == "local" for formula in (*item.force, *item.torque) for symbol in symbols(formula)):
         if quantities.tree.mount_at(item.body, point).link < 0:
@@ -77,7 +77,7 @@ def add_force(loads: Loads, item: Force, quantities: Quantities) -> None:
 
 
 def _local(quantities: Quantities, body: str, point: Vector, *, own_axes: bool) -> Local:
-    """Return the frame of a body at one of its points."""
+    """Return the frame of a body at a point of the body."""
     kinematics, mount = quantities.kinematics, quantities.tree.mount_at(body, point)
     link, s = kinematics.local(body, point)
     axes = multiply(kinematics.base.orientation, multiply(kinematics.pose(link)[0], mount.orientation))
@@ -90,7 +90,7 @@ def _local(quantities: Quantities, body: str, point: Vector, *, own_axes: bool) 
 def add_load(
     loads: Loads, quantities: Quantities, body: str, point: Vector, force: Vector, torque: Vector, *, own_axes: bool
 ) -> None:
-    """Add a force, N, at a point of a body, m, a torque, N m, and their power; in axes of the world or its own."""
+    """Add a force, N, at a point of a body, m, a torque, N m, and the power of both; in world axes or body axes."""
     kinematics = quantities.kinematics
     mount = quantities.tree.mount_at(body, point)
     link, s = kinematics.local(body, point)
@@ -113,7 +113,7 @@ LAW = Law(Force, add_force, before_joints=True)
 
 
 def record_effort(loads: Loads, item: Effort, quantities: Quantities) -> None:
-    """Add an effort and its power."""
+    """Add an effort and the power of the effort."""
     value = quantities.formula(item.effort)
     add_effort(loads, quantities, item.joint, value, item.index)
     loads.power = loads.power + value * quantities(Symbol("v", item.joint, item.index))

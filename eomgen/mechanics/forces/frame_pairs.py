@@ -21,7 +21,8 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross
 
 @dataclass(frozen=True)
 class FramePose:
-    """Pose of a frame: ``axes`` (3, 3) by columns, ``origin`` (3,) in m, the ``link`` that carries it."""
+    """Pose of a frame: ``axes`` (3, 3) by columns, ``origin`` (3,) in m, and the ``link`` to which the frame is
+    fixed."""
 
     link: int
     axes: Matrix
@@ -33,14 +34,15 @@ class FramePose:
 
 @dataclass(frozen=True)
 class FramePair:
-    """Poses of two frames in the axes of the nearest link that carries both, from an origin on that link near them.
+    """Poses of two frames in the axes of the nearest link that carries both, from an origin on this link near both
+    frames.
 
     Attributes
     ----------
     size : m, sum of the magnitudes of the summands of both origins
     lever : m, bound of the displacement of the origins by rotations: the lengths of both chains from the common link's
         joints to the origins, without the distance between these joints; 0 if both bodies are held at their origins
-    path_length : m, the path from one origin to the other along the links between them
+    path_length : m, the path from one origin to the other origin along the links between the frames
     """
 
     kinematics: LinkKinematics
@@ -51,7 +53,8 @@ class FramePair:
     path_length: Scalar
 
     def angular_velocity(self, frame: FramePose) -> Vector:
-        """Return the angular velocity of a frame, (3,), rad/s, relative to the common link and in its axes."""
+        """Return the angular velocity of a frame, (3,), rad/s, relative to the common link, in axes of the common
+        link."""
         return apply(self.kinematics.pose(frame.link)[0], self.kinematics.twist(frame.link)[0])
 
     def velocity_at(self, frame: FramePose, point: Vector) -> Vector:
@@ -75,8 +78,8 @@ def frame_pair(quantities: Quantities, first: Frame, second: Frame) -> FramePair
     sides = [_Side.of(quantities, frame) for frame in (first, second)]
     shared = sum(1 for one, other in zip(sides[0].chain, sides[1].chain, strict=False) if one == other)
     (position, travel), (other_position, other_travel) = (side.start(quantities, shared) for side in sides)
-    # origin: the start of the first chain, or of the second if only that one is fixed, so that large offsets cancel
-    # first
+    # Origin: the start of the first chain, or of the second chain if only the second is fixed, so that large offsets
+    # cancel first.
     if _is_zero(travel) or not _is_zero(other_travel):
         starts = [zero, plus(minus(other_position, position), minus(other_travel, travel))]
     else:
@@ -129,7 +132,8 @@ class _Side:
         return cls(frame, tuple(chain), mount, plus(mount.position, apply(mount.orientation, r)))
 
     def start(self, quantities: Quantities, shared: int) -> tuple[Vector, Vector]:
-        """Return the start of the chain on the common link, at neutral coordinates, and its displacement."""
+        """Return the start of the chain on the common link, at neutral coordinates, and the displacement of the
+        start."""
         zero = quantities.algebra.zero_vector
         if len(self.chain) == shared:
             return self.position, zero
@@ -158,7 +162,7 @@ class _Side:
         poses[link], twists[link] = (R, minus(start, apply(R, self.position))), quantities.kinematics.twist(link)
 
     def beyond(self, quantities: Quantities, shared: int) -> list[Vector]:
-        """Return the vectors from the chain's start to the frame's origin, each in its own link's axes."""
+        """Return the vectors from the chain's start to the frame's origin, each in the axes of its link."""
         if len(self.chain) == shared or self.mount.link < 0:
             return []
         return [*(quantities.tree.links[link].position for link in self.chain[shared + 1 :]), self.position]

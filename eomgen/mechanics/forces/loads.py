@@ -35,12 +35,12 @@ class Loads:
 
 @dataclass(frozen=True)
 class Law:
-    """Recording functions of a kind of force element: its loads, and the quantities that it offers to formulas.
+    """Recording functions of a kind of force element: the loads, and the quantities for formulas.
 
     Attributes
     ----------
     together : adds the loads of all repeated elements of the kind, and returns the elements that are left to ``add``
-    before_joints : whether its loads are recorded before the joints' own forces
+    before_joints : whether the loads are recorded before the forces of joints
     """
 
     model: type[ForceElement]
@@ -51,7 +51,7 @@ class Law:
 
 
 def no_loads(tree: Tree) -> Loads:
-    """Return zero loads, to which others are added."""
+    """Return zero loads, a start for sums."""
     zero = tree.algebra.zero
     return Loads([None] * len(tree.links), [zero] * tree.nv, zero, zero, [None] * len(tree.links))
 

@@ -28,9 +28,9 @@ from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, negative, plus, scaled, transpose
 from eomgen.symbolic.tape import Tape
 
-#: Springs of a kind from which on they are a loop; fewer are shorter one by one.
+#: Least number of springs of a kind for a loop; code without a loop is shorter for fewer springs.
 FEWEST = 8
-#: Velocity components between the base and a link up to which a spring on it may be in a loop: a body on its own.
+#: Largest number of velocity components between the base and a link for springs in a loop: a free body.
 _FREEDOMS = 6
 _NODE, _POINT = 18, 3
 #: Kinds and freedoms of the links from a link to the base.
@@ -39,7 +39,7 @@ Chain = tuple[tuple[str, int], ...]
 
 @dataclass(frozen=True)
 class _End:
-    """The end of a spring: its link, negative for base and world, and its place in axes of the link."""
+    """The end of a spring: a link, negative for base and world, and a place in axes of the link."""
 
     name: str
     body: str
@@ -48,7 +48,7 @@ class _End:
 
 
 def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -> list[Spring]:
-    """Add the springs of all kinds that there are many of, and return the others."""
+    """Add the springs of all frequent kinds as loops, and return the other springs."""
     kinds: dict[object, list[tuple[Spring, _End, _End]]] = {}
     alone: list[Spring] = []
     chains: dict[int, Chain] = {ROOT: ()}
@@ -74,7 +74,7 @@ def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -
 
 
 def _end(quantities: Quantities, name: str) -> _End:
-    """Return the end of a spring; at the centre of a ball joint, it is moved to the link that carries the ball."""
+    """Return the end of a spring; at the centre of a ball joint, the end is moved to the link that carries the ball."""
     body, r = quantities.at(quantities.points[name])
     link, place = quantities.kinematics.local(body, r)
     while link >= 0 and quantities.tree.links[link].kind == "ball" and all(part.is_zero for part in place):
@@ -106,7 +106,7 @@ class _Kind:
         self.results = _results(algebra, ends, numbers[2 * (_NODE + _POINT) :])
 
     def _node(self, end: _End) -> list[Scalar]:
-        """Return the frame and the twist of an end's link, and the end's place in it: (21,)."""
+        """Return the frame and the twist of the link at an end, and the place of the end in the link: (21,). (21,)."""
         orientation, origin = self.quantities.kinematics.pose(end.link)
         omega, velocity = self.quantities.kinematics.twist(end.link)
         return [*chain.from_iterable(orientation), *origin, *omega, *velocity, *end.place]
@@ -115,7 +115,7 @@ class _Kind:
         return [self.quantities.formula(item) for item in (spring.stiffness, spring.damping, spring.length)]
 
     def add(self, loads: Loads) -> None:
-        """Add forces of all springs, their potential and the power of their dampers."""
+        """Add forces of all springs, the potential energy and the power of dampers."""
         (of_first, of_second), potential, power = self.results
         wrenches = [part for load in (of_first, of_second) for part in chain.from_iterable(load)]
         rows = add_map(self.quantities.algebra.tape, self._loop("forces", stacked=wrenches)).rows
@@ -156,7 +156,8 @@ class _Kind:
 def _results(
     algebra: Algebra, ends: Sequence[Sequence[Scalar]], law: Sequence[Scalar]
 ) -> tuple[tuple[Wrench, Wrench], Scalar, Scalar]:
-    """Return the wrenches on both links in their axes about their origins, the potential, and the damper's power."""
+    """Return the wrenches on both links in link axes about the origins of the links, the potential, and the damper's
+    power."""
     nodes = [Node.of(numbers[:_NODE]) for numbers in ends]
     places: list[Vector] = [(numbers[_NODE], numbers[_NODE + 1], numbers[_NODE + 2]) for numbers in ends]
     positions, velocities = [], []
@@ -202,7 +203,7 @@ def add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
     """Add the tension on both ends, the potential of the spring, and the power of damper and actuator."""
     mounts = quantities.tree.mounts
     if all(mounts[quantities.points[name].body].link < 0 for name in (spring.first, spring.second)):
-        return  # between base and world: whoever moves the base strains it
+        return  # between base and world: strained by the prescribed motion of the base
     length, rate, direction = stretch(quantities, spring)
     force = tension(quantities, spring)
     for quantity, value in (("length", length), ("rate", rate), ("tension", force)):
@@ -231,7 +232,7 @@ LAW = Law(Spring, add_spring, {"length": _length, "rate": _rate, "tension": tens
 
 
 def add_torsion_spring(loads: Loads, torsion: TorsionSpring, quantities: Quantities) -> None:
-    """Add opposite efforts on both angles, their potential and the power of damping."""
+    """Add opposite efforts on both angles, the potential energy and the power of damping."""
     angle, rate = (quantities(Symbol(kind, torsion.first, torsion.first_index)) for kind in "qv")
     if torsion.second:
         other_angle, other_rate = (quantities(Symbol(kind, torsion.second, torsion.second_index)) for kind in "qv")

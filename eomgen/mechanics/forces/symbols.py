@@ -19,9 +19,9 @@ from eomgen.symbolic.tape import Tape
 from eomgen.system.description import Point
 from eomgen.system.signals import Input
 
-#: From a force element to the value on the tape of a quantity that it offers to formulas.
+#: Function from a force element to the value on the tape of a quantity of the element in formulas.
 Offer = Callable[["Quantities", Any], Scalar]
-#: By kind of quantity: the section of the elements that offer it, and its description.
+#: By kind of quantity: the section of the elements with this quantity, and a description.
 Offers = Mapping[str, tuple[str, Offer]]
 
 
@@ -137,7 +137,7 @@ def _no_dynamics(symbol: Symbol) -> Scalar:
 
 
 def _no_reactions(symbol: Symbol) -> Scalar:
-    """Refuse a reaction in a force, since its accelerations would depend on themselves."""
+    """Refuse a reaction in a force, because accelerations would depend on themselves."""
     fault = f"{symbol.kind}.{symbol.name} follows from the accelerations, so no force can depend on it"
     raise ModelError(fault, "an output, or an event")
 

@@ -23,7 +23,7 @@ from eomgen.symbolic.tape import ONE, ZERO, Tape
 
 @dataclass(frozen=True)
 class TyreContact:
-    """Contact of a tyre with its road, in world axes.
+    """Contact of a tyre with a road, in world axes.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class TyreContact:
     gradient : direction of the normal force, scaled to z = 1
     steepness : length of ``gradient``
     deflection, rate : vertical, of radius + height of the road - height of the centre; negative for gaps
-    contact : law of the contact; its force times ``gradient`` acts on the wheel
+    contact : law of the contact; its force times ``gradient`` is the force on the wheel
     load : the normal force
     """
 
@@ -48,7 +48,7 @@ class TyreContact:
 
 
 def tyre_contact(quantities: Quantities, tyre: Tyre) -> TyreContact:
-    """Record the contact of a tyre with its road."""
+    """Record the contact of a tyre with its road in world axes."""
     algebra, kinematics = quantities.algebra, quantities.kinematics
     at = quantities.at(quantities.points[tyre.center])
     position, velocity = kinematics.position(*at), kinematics.velocity(*at)
@@ -63,9 +63,10 @@ def tyre_contact(quantities: Quantities, tyre: Tyre) -> TyreContact:
 
 
 def _road(quantities: Quantities, formula: Formula, position: Vector) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Return the height of a road and its partials in x, y and explicitly in time.
+    """Return the height of a road and the partials in x, y and explicitly in time.
 
-    They are taken on a tape of their own, with x and y independent although they depend on one another on the scene's.
+    The partials are taken on a separate tape, on which x and y are independent; on the scene's tape x and y depend on
+    common quantities.
     """
     tape, own = quantities.algebra.tape, Tape()
 
@@ -99,7 +100,8 @@ def _deflection(quantities: Quantities, tyre: Tyre) -> Scalar:
 def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
     """Add the contact force of a tyre on the wheel, the potential energy, J, and the power, W.
 
-    On a road at rest the spring force has a potential. A moving road does work on the tyre: then all of it is power.
+    On a road at rest the spring force has a potential. A moving road does work on the tyre: then the spring force
+    counts as power, without a potential.
     """
     algebra, kinematics = quantities.algebra, quantities.kinematics
     link, s = kinematics.local(*quantities.at(quantities.points[tyre.center]))
@@ -126,8 +128,8 @@ def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
 
 
 def _slip(quantities: Quantities, tyre: Tyre, slip: Slip, state: TyreContact) -> tuple[Vector, Vector, Vector]:
-    """Return the contact from the centre, the velocity of its material point, and the force in the road's plane; world
-    axes."""
+    """Return the contact point relative to the centre, the velocity of the material point in contact, and the force in
+    the plane of the road; world axes."""
     algebra, kinematics = quantities.algebra, quantities.kinematics
     mount = kinematics.tree.mount_at(*quantities.at(quantities.points[tyre.center]))
     up = scaled(algebra.one / state.steepness, state.gradient)

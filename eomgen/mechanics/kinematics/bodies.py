@@ -55,7 +55,7 @@ def _joint_quaternion(tree: Tree, link: Link, constant: list[Scalar]) -> list[Sc
 
 
 class Orientations:
-    """Quaternions (w, x, y, z) of all links and bodies, to world axes; their signs are continuous along motions."""
+    """Quaternions (w, x, y, z) of all links and bodies, to world axes, with signs that are continuous along motions."""
 
     def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics) -> None:
         self.tree = tree
@@ -70,7 +70,8 @@ class Orientations:
         self.mounted = _mounted_scalars(tree, _mounted(scene, tree))
 
     def at(self, name: str, r: Vector) -> list[Scalar]:
-        """Return the quaternion of a body's frame carried to its point r; a beam has turned there."""
+        """Return the quaternion of a body's frame at a point r of the body; on a beam the frame turns with the
+        section."""
         mount = self.tree.mount_at(name, r)
         if mount.link == self.tree.mounts[name].link:
             return self.body(name)
@@ -88,7 +89,7 @@ class Orientations:
 
 
 def _mounted_scalars(tree: Tree, mounted: dict[str, list[float]]) -> dict[str, list[Scalar]]:
-    """Return the quaternions of bodies in their links, generic if links are alike."""
+    """Return the quaternions of bodies in links, generic if links are alike."""
     own = {name: [tree.algebra.scalar(part) for part in parts] for name, parts in mounted.items()}
     for members in tree.alike:
         bodies = [index for index in members if tree.links[index].name in own]
@@ -108,7 +109,7 @@ def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
 
 
 def _mounted(scene: Scene, tree: Tree) -> dict[str, list[float]]:
-    """Return the constant quaternion of each body in its link, with the sign given by the joints' orientations."""
+    """Return the constant quaternion of each body in its link, with the sign given by the orientations of joints."""
     neutral: list[list[float]] = []
     for link in tree.links:
         own = constant_quaternion(link.orientation)
@@ -120,7 +121,7 @@ def _mounted(scene: Scene, tree: Tree) -> dict[str, list[float]]:
         own = constant_quaternion(mount.orientation)
         orientation = own if mount.link < 0 else rotations.quaternion_product(neutral[mount.link], own)
         if scene.coordinates == "absolute" and joint.kind.moves:
-            wanted[body.name] = orientation  # a coordinate of its own
+            wanted[body.name] = orientation  # a separate coordinate
         else:
             placed = constant_quaternion(tree.algebra.matrix(joint.orientation))
             wanted[body.name] = rotations.quaternion_product(wanted[joint.parent], placed)
@@ -161,7 +162,7 @@ Columns = dict[int, tuple[Vector, Vector]]
 
 
 def link_columns(tree: Tree) -> list[Columns]:
-    """Return per link the partials of its motion in v: twist against the base in link axes, angular first."""
+    """Return per link the partials of the link's motion in v: twist against the base in link axes, angular first."""
     of_links: list[Columns] = []
     for link in tree.links:
         carried: Columns = {}
@@ -178,7 +179,7 @@ def link_columns(tree: Tree) -> list[Columns]:
 
 
 def jacobian_of_mount(tree: Tree, columns: Sequence[Columns], mount: Mount) -> list[Scalar]:
-    """Return the Jacobian of a mount on a link, in its own axes, (6, nv) row by row."""
+    """Return the Jacobian of a mount on a link, in mount axes, (6, nv) row by row."""
     rows = [[tree.algebra.zero] * tree.nv for _ in range(6)]
     back = transpose(mount.orientation)
     for k, (angular, linear) in (columns[mount.link] if mount.link >= 0 else {}).items():

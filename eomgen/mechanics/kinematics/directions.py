@@ -60,7 +60,8 @@ def rates_of(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], base: BaseS
 
 
 def _base_rates(tape: Tape, base: BaseState) -> dict[Ref | InputSymbol, Ref]:
-    """Return the time derivatives of the base struct: pose from twist, twist from its derivative, held constant."""
+    """Return the time derivatives of the base struct: pose from twist, twist from the acceleration, which is held
+    constant."""
     start: dict[str, int] = {}
     offset = 0
     for name, size, _ in BASE_LAYOUT:

@@ -57,7 +57,7 @@ class LinkField(Field):
     Attributes
     ----------
     spin : angular velocity of the frame: the Coriolis acceleration of relative motion is 2 spin x s'
-    relative : which parts of that motion belong to the field, as ``ElasticBody.relative_motion`` takes them
+    relative : included parts of this motion, an argument of ``ElasticBody.relative_motion``
     """
 
     spin: Vector
@@ -145,8 +145,8 @@ def total_fields(
 def base_fields(tree: Tree, base: BaseMotion) -> list[LinkField]:
     """Return the part of the links' acceleration fields that vanishes for a base at rest, without gravity.
 
-    The field is a_B + (alpha~ + omega~ omega~) p + 2 omega~ (velocity relative to the base); its gradient in a link is
-    alpha~ + omega~ (omega~ + 2 omega_relative~), all in link axes.
+    The field is a_B + (alpha~ + omega~ omega~) p + 2 omega~ (velocity relative to the base); the gradient of the field
+    in a link is alpha~ + omega~ (omega~ + 2 omega_relative~), all in link axes.
     """
     algebra = tree.algebra
     relative_omegas = angular_velocities(tree, algebra.zero_vector)

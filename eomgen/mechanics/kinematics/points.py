@@ -9,7 +9,7 @@ from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, minus, multiply
 
 
 class LinkKinematics:
-    """Poses and twists of links relative to a reference link, each recorded at its first use.
+    """Poses and twists of links relative to a reference link, each quantity recorded at its first use.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class Kinematics(LinkKinematics):
         return (back, negative(apply(back, x))), (negative(turning), passing)
 
     def local(self, body: str, r: Vector) -> tuple[int, Vector]:
-        """Return the link of a body's point r, and its position in link axes, (3,), m."""
+        """Return the link of a point r of a body, and the position of the point in link axes, (3,), m."""
         mount: Mount = self.tree.mount_at(body, r)
         return mount.link, plus(mount.position, apply(mount.orientation, r))
 

@@ -57,9 +57,9 @@ def _halved(entry: sympy.Expr) -> sympy.Expr:
 
 
 def virtual_work() -> Kernel:
-    """Derive inertia force and moment of a rigid body from its virtual work.
+    """Derive inertia force and moment of a rigid body from the virtual work.
 
-    The virtual work of the inertia forces is the integral of (A + U s) . (dx + dtheta x s) over the mass; its factors
+    The virtual work of the inertia forces is the integral of (A + U s) . (dx + dtheta x s) over the mass; the factors
     of dtheta and dx are the moment about the origin and the force. Symbols: A0..A2, U00..U22, m, d0..d2, S00..S22
     (upper triangle).
 
@@ -86,7 +86,7 @@ def virtual_work() -> Kernel:
 
 
 def regressor() -> Kernel:
-    """Derive the virtual work of a rigid body's inertia forces per unit of each of its inertial parameters.
+    """Derive the virtual work of a rigid body's inertia forces per unit of each inertial parameter.
 
     The acceleration field is A + (r~ + C) s with a symmetric C, the variation l + w x s. The parameters are m, d and
     the inertia tensor I = tr(S) 1 - S, which is S = tr(I) / 2 1 - I. Symbols: A0..A2, r0..r2, C00..C22 (upper
@@ -144,8 +144,7 @@ def _integrated(integrand: sympy.Expr, fields: tuple[sympy.Matrix, ...]) -> symp
 
 
 def _with_coriolis_halved(integral: sympy.Expr) -> sympy.Expr:
-    """Write 2 w x s' with one multiplication by two; a handful of products are expanded, so that they can be collected
-    by w."""
+    """Write 2 w x s' with one multiplication by two; few products are expanded, so that terms in w can be collected."""
     rest = integral.subs(dict.fromkeys(_W, 0))
     coriolis = sympy.collect(sympy.expand((integral - rest) / 2), list(_W))
     return sympy.Add(sympy.Mul(2, coriolis, evaluate=False), rest, evaluate=False)
@@ -249,7 +248,7 @@ def _tuple(entries: Iterable[str]) -> str:
 
 
 def _lines(items: Iterable[str]) -> str:
-    """Return items side by side, as many to a line as it holds."""
+    """Return items separated by commas, in lines of limited width."""
     lines, indent = [""], " " * 12
     for item in items:
         if lines[-1] and len(indent) + len(lines[-1]) + 1 + len(item) > _WIDTH:

@@ -84,12 +84,13 @@ def by_link(
 
 
 class SystemMatrices:
-    """System matrices of one tree and their time derivatives along a motion, each recorded at its first use.
+    """System matrices of one tree and time derivatives of the matrices along a motion, each quantity recorded at its
+    first use.
 
     Parameters
     ----------
     tree : with the links' own inertia, not grouped
-    velocities : for each velocity component v, a, j, s, as far as derivatives need them
+    velocities : for each velocity component v, a, j, s, as far as required by derivatives
     """
 
     def __init__(self, tree: Tree, velocities: Sequence[Sequence[Scalar]]) -> None:
@@ -138,7 +139,7 @@ class SystemMatrices:
         return sums
 
     def inwards(self, x: Columns) -> Columns:
-        """Return A^T x, per link the sum of x over its subtree, in link axes."""
+        """Return A^T x: per link the sum of x over the subtree, in link axes."""
         total = [list(row) for row in x]
         for index in reversed(range(len(self.tree.links))):
             link = self.tree.links[index]
@@ -176,7 +177,7 @@ class SystemMatrices:
         return self._J.derivative(order)
 
     def adjoints(self) -> Image:
-        """Return A with its time derivatives, six columns per link."""
+        """Return A and its time derivatives, six columns per link."""
         zero, units = self.tree.algebra.zero_vector, self.tree.algebra.identity
         own: list[Pair] = [(unit, zero) for unit in units] + [(zero, unit) for unit in units]
         rows: Columns = []
@@ -195,7 +196,7 @@ class SystemMatrices:
         return total
 
     def with_transpose(self, paths: Sequence[Columns]) -> list[Columns]:
-        """Return A^T x and its derivatives up to order 2, given the derivatives of x, by the rule for A^T."""
+        """Return A^T x and derivatives up to order 2, given the derivatives of x, by the rule for A^T."""
         z = [self.inwards(paths[0])]
         if len(paths) == 1:
             return z
@@ -216,7 +217,7 @@ class SystemMatrices:
 
 
 class Image:
-    """A x and its time derivatives, for columns x with the time dependence ``changes``.
+    """A x and time derivatives of A x, for columns x with the time dependence ``changes``.
 
     The n-th derivative of A x is A y_n, with y_0 = x and y_(n+1) = y_n' + a (y_n - A y_n).
     """
@@ -335,11 +336,11 @@ def inverse_dynamics_closed(
     loads: Sequence[Sequence[Pair] | None],
     order: int,
 ) -> list[list[Scalar]]:
-    """Return tau and its derivatives up to the second, without efforts.
+    """Return tau and the derivatives of tau up to the second, without efforts.
 
     Parameters
     ----------
-    base_twist : path of the base's twist in its axes, up to order + 1
+    base_twist : path of the base's twist in base axes, up to order + 1
     fall : path of gravity in base axes
     loads : path of the applied wrench by link; None for links without one
     """

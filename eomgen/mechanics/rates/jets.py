@@ -68,13 +68,13 @@ class MotionJets:
     ) -> list[list[Ref]]:
         """Return the time derivatives, orders 0 to ``order``, of quantities of the scene.
 
-        ``along`` are a and its derivatives if they are not inputs.
+        ``along`` are a and its derivatives unless these are inputs.
         """
         series = jets(self.tape, quantities, self.seeds(order, along), order)
         return [time_derivatives(self.tape, jet) for jet in series]
 
     def along_flow(self, accelerations_: Sequence[Ref], order: int) -> list[list[Ref]]:
-        """Return the time derivatives of vdot, a function of the state, along the motion that it generates."""
+        """Return the time derivatives of vdot, a function of the state, along the motion with this vdot."""
         along: list[list[Ref]] = [[] for _ in accelerations_]
         for k in range(order + 1):
             for path, derivatives in zip(
@@ -84,7 +84,7 @@ class MotionJets:
         return along
 
     def seeds(self, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Seeds:
-        """Return the jets of all inputs up to ``order``, for motions given by a and its derivatives."""
+        """Return the jets of all inputs up to ``order``, for motions with given a and derivatives of a."""
         paths = accelerations(self.tape, self.tree.nv, order) if along is None else along
         given = [taylor_coefficients(self.tape, path) for path in paths]
         velocities = [self._velocity(k, given[k]) for k in range(self.tree.nv)]
@@ -109,7 +109,8 @@ class MotionJets:
         return seeds
 
     def _states(self, seeds: Mapping[Ref | InputSymbol, Jet], order: int) -> Seeds:
-        """Return the jets of the internal states: each coefficient from the one before, by their own law."""
+        """Return the jets of the internal states: each coefficient from the previous coefficient, by the laws of the
+        states."""
         symbols = [InputSymbol("z", k) for k in range(self.internal.count)]
         paths: list[list[Ref]] = [[self.tape.input("z", k)] for k in range(len(symbols))]
         for k in range(order if symbols else 0):
@@ -122,7 +123,7 @@ class MotionJets:
 
 
 def base_jets(tape: Tape, base: BaseState, order: int) -> Seeds:
-    """Return the jets of all components of the base struct, from the derivatives of its twist."""
+    """Return the jets of all components of the base struct, from the derivatives of the base's twist."""
     twist = base_twist(tape, base, order + 1)
     jets_of_twist = [taylor_coefficients(tape, path) for path in twist]
     pose = [value.ref for value in base.struct[:7]]

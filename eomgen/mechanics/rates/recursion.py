@@ -79,7 +79,7 @@ def _crossed(turn: Sequence[Vector], entry: Entry, rows: range, last: int) -> Ve
 
 
 def _weighted(sources: Sequence[tuple[int, Vector]]) -> Vector:
-    """Return a sum with small integer weights, the plain sum first: that one occurs at the order below as well."""
+    """Return a sum with small integer weights, the plain sum first: the plain sum also occurs at the order below."""
     total = sources[0][1]
     for _, vector in sources[1:]:
         total = plus(total, vector)
@@ -153,8 +153,8 @@ class Drive:
     Attributes
     ----------
     velocities : for each velocity component v, a, j, ... up to the wanted order + 1
-    omega : path of the base's angular velocity in its axes, up to order + 1
-    acceleration : path of the acceleration of its origin in its axes, gravity taken off, up to the order
+    omega : path of the base's angular velocity in base axes, up to order + 1
+    acceleration : path of the acceleration of the base's origin minus gravity, in base axes, up to the order
     """
 
     velocities: Sequence[Sequence[Scalar]]
@@ -246,7 +246,7 @@ def _fields(tree: Tree, drive: Drive, order: int) -> tuple[list[Path], list[list
 
 
 def _carried(link: Link, turn: Path, drive: Drive, loads: Sequence[Wrench]) -> list[Wrench]:
-    """Return the path of a wrench on a link, given the path of the wrench on its parent."""
+    """Return the path of a wrench on a link, given the path of the wrench on the parent link."""
     order = len(loads) - 1
     moments = to_parent(link.rotation, turn, [load[0] for load in loads])
     forces = to_parent(link.rotation, turn, [load[1] for load in loads])

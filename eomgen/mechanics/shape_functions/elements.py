@@ -32,7 +32,7 @@ _STEPS = 4
 
 
 class Banded:
-    """A symmetric matrix; ``rows[i][j]`` is its entry (i, i - j)."""
+    """A symmetric matrix; ``rows[i][j]`` is the entry (i, i - j)."""
 
     def __init__(self, size: int, width: int) -> None:
         self.rows = [[mpmath.mpf(0)] * (width + 1) for _ in range(size)]
@@ -77,7 +77,7 @@ class Banded:
         for pivot in range(size):
             below = range(pivot + 1, min(pivot + self.width, size - 1) + 1)
             column = [rows[row][row - pivot] for row in below]
-            rows[pivot][0] = rows[pivot][0] or mpmath.eps  # the shift of a mode that is found to its last digit
+            rows[pivot][0] = rows[pivot][0] or mpmath.eps  # the shift of a mode that has converged to the last digit
             for row, entry in zip(below, column, strict=True):
                 factor = entry / rows[pivot][0]
                 for other in range(pivot + 1, row + 1):
@@ -126,7 +126,7 @@ class Elements:
     Attributes
     ----------
     count : number of elements
-    local : functions of an element on 0 .. 1, in the order of its nodal coordinates
+    local : functions of an element on 0 .. 1, in the order of the element's nodal coordinates
     stride : nodal coordinates from one element to the next
     nodal : (n_nodal, n) nodal coordinates of each shape function
     """
@@ -168,7 +168,7 @@ class Elements:
 
 
 def elements(deformation: Deformation, beam: Beam) -> Elements:
-    """Return the shape functions of a mesh: its lowest modes, ``int f^2 = 1`` over s, or its nodal displacements."""
+    """Return the shape functions of a mesh: the lowest modes, ``int f^2 = 1`` over s, or the nodal displacements."""
     bending = deformation.kind.startswith("bending")
     whole = _mesh(deformation.elements, Fraction(beam.length), bending)
     size = whole.size
@@ -198,7 +198,7 @@ def elements(deformation: Deformation, beam: Beam) -> Elements:
 
 
 def _mesh(count: int, length: Fraction, bending: bool) -> Elements:
-    """Return a mesh with all its nodal coordinates as shape functions; slopes are derivatives by x."""
+    """Return a mesh with all nodal coordinates as shape functions; slopes are derivatives by x."""
     if bending:
         scales = (Fraction(1), length / count) * 2
         local = tuple(tuple(scale * entry for entry in row) for scale, row in zip(scales, _CUBIC, strict=True))

@@ -25,7 +25,7 @@ class Family(Protocol):
     ----------
     size : n
     breaks : places at which functions or derivatives are not smooth, within 0 < s < 1, in order
-    wave_number : largest of a wave in the functions between breaks, rad; of polynomials, a quarter of their degree
+    wave_number : largest wave number of the functions between breaks, rad; of polynomials, a quarter of the degree
     """
 
     @property
@@ -91,7 +91,7 @@ def _rule() -> tuple[Fixed, Fixed, Fixed]:
 
 
 def _legendre(x: Any) -> tuple[list[Any], list[Any]]:
-    """Return P_0 .. P_n and their derivatives, n being the number of nodes."""
+    """Return P_0 .. P_n and the derivatives, n being the number of nodes."""
     values, slopes = [mpmath.mpf(1), x], [mpmath.mpf(0), mpmath.mpf(1)]
     for j in range(1, _NODES):
         values.append(((2 * j + 1) * x * values[j] - j * values[j - 1]) / (j + 1))
@@ -100,7 +100,8 @@ def _legendre(x: Any) -> tuple[list[Any], list[Any]]:
 
 
 def _root(number: int) -> Any:
-    """Return a root of the highest Legendre polynomial, by Newton's iteration from a guess in its basin."""
+    """Return a root of the highest Legendre polynomial, by Newton's iteration from a guess within the basin of
+    attraction."""
     x = mpmath.cos(mpmath.pi * (number + mpmath.mpf(3) / 4) / (_NODES + mpmath.mpf(1) / 2))
     for _ in range(8):
         values, slopes = _legendre(x)
@@ -153,7 +154,7 @@ class Grid:
     def weights_up_to(self, places: Sequence[Fraction]) -> Array:
         """Return weights, (p, m), of integrals from the first edge to each place, in double precision.
 
-        The interpolant through a panel's nodes is integrated up to the place, by its Legendre coefficients.
+        The interpolant through the nodes of a panel is integrated up to the place, by Legendre coefficients.
         """
         nodes, weights, _ = (rounded(part) for part in _rule())
         panels = list(itertools.pairwise(self.edges))

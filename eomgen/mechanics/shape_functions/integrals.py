@@ -35,12 +35,12 @@ from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Sta
 from eomgen.mechanics.shape_functions.uniform_beams import Coefficients, integrated, product
 from eomgen.scene.bodies.model import Beam, Deformation, Ends, Normalisation
 
-_SAMPLES = 40  # for each function: enough to see its greatest wave
+_SAMPLES = 40  # for each function: enough for the largest half-wave
 
 
 def normalised(family: Family, ends: Ends, normalisation: Normalisation) -> Family:
-    """Return shape functions scaled: ``natural`` ones as they are, ``unit`` ones to a greatest value of 1, others to a
-    mean square of 1."""
+    """Return shape functions scaled: ``natural`` functions unchanged, ``unit`` functions to a greatest value of 1,
+    other functions to a mean square of 1."""
     if normalisation == "natural":
         return family
     with mpmath.workprec(WORKING):
@@ -52,7 +52,8 @@ def normalised(family: Family, ends: Ends, normalisation: Normalisation) -> Fami
 
 
 def _greatest(family: Family, ends: Ends) -> list[int]:
-    """Return values at a free second end, else the largest magnitude of each function with its first sign."""
+    """Return values at a free second end, else the largest magnitude of each function with the sign of the function
+    there."""
     if ends != "pinned_pinned":
         return [int(value) for value in family.values(np.array([ONE], dtype=object))[0][:, 0]]
     count = _SAMPLES * family.size
@@ -61,7 +62,7 @@ def _greatest(family: Family, ends: Ends) -> list[int]:
     for number, row in enumerate(family.values(positions)[0]):
         s = np.array([positions[int(np.argmax(np.abs(row)))]], dtype=object)
         greatest = 0
-        for _ in range(9):  # Newton's iteration for f' = 0; at a kink between elements it does not converge
+        for _ in range(9):  # Newton's iteration for f' = 0; no convergence at a kink between elements
             value, slope, curvature = (int(part[number, 0]) for part in family.values(s))
             greatest = max(greatest, abs(value))
             step = (slope << BITS) // curvature if curvature else 0
@@ -95,7 +96,7 @@ def shape_integrals(beam: Beam) -> ShapeIntegrals:
 
 
 def weighted_integrals(beam: Beam, profile: tuple[float, ...]) -> ShapeIntegrals:
-    """Return the integrals of a beam's own shape functions over a polynomial in s in place of its mass; of the first
+    """Return the integrals of a beam's shape functions over a polynomial in s in place of the mass; of the first
     order."""
     return _Integrator(replace(beam, order=1)).integrals(tuple(Fraction(entry) for entry in profile))
 
@@ -115,7 +116,7 @@ class _Integrator:
         return min(max((Fraction(x) - self.start) / self.length, Fraction(0)), Fraction(1))
 
     def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
-        """Return (n, m) values of the functions of all families, and of their derivatives by s."""
+        """Return (n, m) values of the functions of all families, and of the derivatives by s."""
         parts = [family.values(s) for family in self.families]
         empty = np.zeros((0, len(s)), dtype=object)
         f, slope, curvature = (np.concatenate([empty, *(part[order] for part in parts)]) for order in range(3))
@@ -149,7 +150,8 @@ class _Integrator:
         )
 
     def profile(self, name: str) -> Coefficients:
-        """Return the polynomial in s of a property's profile, as a share of its value; 1 if there is none."""
+        """Return the polynomial in s of a property's profile, as a share of the property's value; 1 without a
+        profile."""
         return tuple(Fraction(entry) for entry in self.beam.profiles.get(name, (1.0,)))
 
     def bend_in_same_plane(self, k: int, j: int) -> bool:
@@ -157,7 +159,7 @@ class _Integrator:
 
     @functools.cached_property
     def squares(self) -> list[tuple[int, int]]:
-        """Integrals of the squares of each function and of its slope."""
+        """Integrals of the squares of each function and of the slope."""
         return [
             (self.grid.integral(f, f), self.grid.integral(slope, slope))
             for f, slope in zip(self.f, self.slope, strict=True)
@@ -185,7 +187,7 @@ class _Integrator:
         return rounded(result, self.length if scale is None else scale)
 
     def stiffness(self) -> Array:
-        """Return the stiffness matrix: curvatures of bending, strains of the others."""
+        """Return the stiffness matrix: from curvatures for bending, from strains for other deformations."""
         result = np.zeros((len(self.kinds), len(self.kinds)))
         for kind in dict.fromkeys(self.kinds):
             order = 2 if kind.startswith("bending") else 1
@@ -249,7 +251,8 @@ class _Integrator:
         return Station(rounded(value), rounded(turn, 1 / self.length), self.shortening(s))
 
     def stations(self, places: Sequence[float]) -> tuple[Station, ...]:
-        """Return the shape functions at many positions of the axis; slopes of the quadrature serve all of them."""
+        """Return the shape functions at many positions of the axis; all positions use the slopes at the quadrature
+        nodes."""
         s = [self.place(x) for x in places]
         f, slope, _ = self.values(array(s))
         planar = np.array(
@@ -272,7 +275,7 @@ class _Integrator:
 
 
 def _unless_zero(value: int, square: int, other: int) -> int:
-    """Return a value, or 0 if it is negligible against the root of the product of two squares."""
+    """Return a value, or 0 if the value is negligible compared with the root of the product of two squares."""
     return 0 if (abs(value) << _VANISHES) ** 2 <= square * other else value
 
 

@@ -21,7 +21,7 @@ class Station:
     Attributes
     ----------
     value : (n,) f_k: deflection, elongation, or angle of twist per unit of the coordinate
-    slope : (n,) f_k' of bending, 0 of the others
+    slope : (n,) f_k' for bending, 0 for other deformations
     shortening : (n, n) int_0^x f_k' f_l' between bending coordinates of one kind, 0 elsewhere
     """
 

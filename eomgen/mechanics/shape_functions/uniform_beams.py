@@ -162,7 +162,7 @@ class BendingModes:
 
     Attributes
     ----------
-    sign : 1 for a clamped-free, -1 for a free-free beam, without its rigid motions
+    sign : 1 for a clamped-free, -1 for a free-free beam, without rigid motions
     size : number of modes
     """
 

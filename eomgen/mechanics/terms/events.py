@@ -21,7 +21,7 @@ from eomgen.system.system import Block
 #: Quantities without a recorded rate along the motion, on which functions may depend.
 _WITHOUT_RATE = frozenset({"a", "lam", "u"})
 _SIGNS = {"rising": 1, "falling": -1, "both": 0}
-#: Quantities that the function of an impact may depend on: its gradient is the direction of the impulse.
+#: Admissible arguments of the function of an impact: the gradient of the function is the direction of the impulse.
 _POSITIONS = frozenset({"p", "t", "q", "base"})
 
 
@@ -71,13 +71,13 @@ def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
 
 
 def modes(derivation: Derivation) -> tuple[Mode, ...]:
-    """Return the modes of a scene, each with the tunable parameter that holds its value at the start."""
+    """Return the modes of a scene, each with the tunable parameter for the value at the start."""
     tunable = [parameter.name for parameter in derivation.scene.parameters if parameter.tunable]
     return tuple(Mode(name, tunable.index(mode_parameter(name))) for name in derivation.scene.modes)
 
 
 def events(derivation: Derivation) -> list[Block]:
-    """Return the functions of the events and their rates along the motion; 0 for a rate that is not known."""
+    """Return the functions of the events and the rates of the functions along the motion; 0 for an unknown rate."""
     tape, scene, nv = derivation.tape, derivation.scene, derivation.tree.nv
     values = _values(derivation)
     direction = rates_of(tape, configuration_directions(derivation.tree), derivation.prescribed)
@@ -154,8 +154,8 @@ def samples(derivation: Derivation) -> list[Block]:
 def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
     """Return the sampled states of a scene, in order.
 
-    A formula that reads another state sampled at the same time takes that state's new value; it takes the previous
-    value of its own state and of delayed states. Outputs of a controller come after the controller's signals.
+    A formula that reads another state sampled at the same time takes that state's new value; for its own state and for
+    delayed states, the formula takes the previous value. Outputs of a controller come after the controller's signals.
 
     Raises
     ------

@@ -57,7 +57,7 @@ from eomgen.system.system import Block
 
 @dataclass(frozen=True)
 class Articulated:
-    """Articulated inertia [[A, B], [B^T, C]] of a subtree and its bias wrench, in link axes about the link's origin."""
+    """Articulated inertia [[A, B], [B^T, C]] of a subtree and the bias wrench, in link axes about the link's origin."""
 
     A: Matrix
     B: Matrix
@@ -89,12 +89,12 @@ class Articulated:
 
 
 def _symmetric(A: Matrix) -> Matrix:
-    """Return a symmetric matrix with its lower triangle replaced by references to the upper one."""
+    """Return a symmetric matrix with its lower triangle replaced by references to the upper triangle."""
     return (A[0], (A[0][1], A[1][1], A[1][2]), (A[0][2], A[1][2], A[2][2]))
 
 
 def _rigid(algebra: Algebra, inertia: Inertia, bias: Wrench) -> Articulated:
-    """Return the articulated body of one rigid link; ``bias`` is its wrench at zero acceleration."""
+    """Return the articulated body of one rigid link; ``bias`` is the wrench at zero acceleration."""
     second = inertia.second
     trace = second[0][0] + second[1][1] + second[2][2]
     A = tuple(tuple((trace - second[i][j]) if i == j else -second[i][j] for j in range(3)) for i in range(3))
@@ -121,7 +121,7 @@ def articulated_forward(
     ----------
     tree : without dependent (mimic) joints, since columns are eliminated one by one
     base : motion in base axes
-    loads : applied wrench per link about its origin in link axes, or None
+    loads : applied wrench per link about the link's origin in link axes, or None
     efforts : (nv,) generalized forces
     """
     algebra = tree.algebra
@@ -228,8 +228,8 @@ def _outward(
     return tree.by_dof(vdot)
 
 
-#: More operations, which take longer to compile and more room, have to be worth it: the expected time goes down to this
-#: part at least.
+#: Ratio of expected times up to which an algorithm with more operations, hence more compile time and memory, is
+#: preferred.
 FASTER = 0.85
 
 
@@ -242,7 +242,8 @@ def forward_blocks(derivation: Derivation) -> list[Block]:
 def forward_dynamics(derivation: Derivation) -> list[Scalar]:
     """Return vdot, (nv,), by the algorithm that is expected to be the fastest and loses no digits.
 
-    Deep trees try articulated bodies only; elastic trees and joints that follow others have M only.
+    For deep trees only articulated bodies are considered; elastic trees and joints that follow other joints have M
+    only.
     """
     loads = derivation.loads
     if not derivation.free_columns:

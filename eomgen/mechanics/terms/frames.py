@@ -45,7 +45,7 @@ Column = tuple[int, Vector, Vector]
 
 
 class FrameMotion:
-    """Twists of mounts on one tree per unit of v, and their rates along the motion.
+    """Twists of mounts on one tree per unit of v, and the rates of these columns along the motion.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ class FrameMotion:
         return path[::-1]
 
     def _columns(self, index: int) -> list[Column]:
-        """Return the columns of a link's joint in axes of the base, each with its velocity component."""
+        """Return the columns of a link's joint in axes of the base, each with the index of its velocity component."""
         link, R = self.tree.links[index], self.kinematics.pose(index)[0]
         ratio = link.coordinates.ratio
         return [
@@ -158,7 +158,7 @@ class FrameMotion:
 
 
 def frame_mount(derivation: Derivation, frame: FixedFrame) -> Mount:
-    """Return the mount of a frame on its link; on a beam, on the station at the frame's origin."""
+    """Return the mount of a frame on a link; on a beam, on the station at the frame's origin."""
     position = derivation.quantities.vector(frame.position)
     mount = derivation.tree.mount_at(frame.body, position)
     orientation = multiply(mount.orientation, derivation.algebra.matrix(frame.orientation))
@@ -196,7 +196,8 @@ def frame_drifts(derivation: Derivation, reference: str) -> list[Block]:
 
 
 def frame_mobilities(derivation: Derivation) -> list[Block]:
-    """Return J M^-1 J^T of each frame, (frames, 6, 6), J in world axes about its origin, angular first."""
+    """Return J M^-1 J^T of each frame, (frames, 6, 6), with J in world axes about the origin of the frame, angular
+    first."""
     nv = derivation.tree.nv
     (J,) = frame_jacobians(derivation, "local_world_aligned")
     rows = mass_rows(derivation.grouped, derivation.composites)

@@ -40,7 +40,7 @@ def extended_partials(
 ) -> tuple[dict[str, Entries], tuple[int, ...]]:
     """Return the nonzeros by (row, column) of K, C, M, X, and of Rz, Fq, Fv, Fz, Fx of internal states.
 
-    Also returned is, for each unknown s, the first velocity component of its link.
+    Also returned is, for each unknown s, the first velocity component of the unknown's link.
 
     Rows: the residual, then one definition g(q, v, a, s) - s for each unknown s. Columns of K (left-trivialised), C, M:
     velocity components; of X: the unknowns s; of Rz: internal states. F: rows are the rates of internal states.
@@ -76,7 +76,7 @@ def extended_partials(
 
 
 def _alone(tree: Tree) -> set[int]:
-    """Return the links on the base without children: the recursion has no quantities for them."""
+    """Return the links on the base without children, for which the recursion has no quantities."""
     carrying = {link.parent for link in tree.links}
     return {index for index, link in enumerate(tree.links) if link.parent == ROOT and index not in carrying}
 
@@ -84,8 +84,7 @@ def _alone(tree: Tree) -> set[int]:
 def _passed_on(
     tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], *, posed: bool
 ) -> Iterable[tuple[int, Scalar]]:
-    """Yield the quantities of the recursion with the number of their link; poses and twists if
-    ``posed``."""
+    """Yield the quantities of the recursion with the number of the link; poses and twists if ``posed``."""
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     net = net_wrenches(tree, fields, loads)
     for index, omega in enumerate(angular_velocities(tree, base.omega)):
@@ -102,13 +101,13 @@ def _passed_on(
 
 
 def pattern(entries: Entries) -> tuple[tuple[tuple[int, int], ...], tuple[Ref, ...]]:
-    """Return the indices (row, column) in row order, and their references."""
+    """Return the indices (row, column) in row order, and the references of the entries."""
     indices = tuple(sorted(entries))
     return indices, tuple(entries[index] for index in indices)
 
 
 def equations(derivation: Derivation) -> list[Block]:
-    """Return the blocks of residual, constraints with rates, and rates of internal states, as far as they exist."""
+    """Return the blocks of residual, constraints with rates, and rates of internal states, unless empty."""
     blocks = derivation.residual()
     if derivation.constraints is not None:
         blocks += [*derivation.constraint(), *derivation.constraint_velocity()]
@@ -134,7 +133,7 @@ def differentiated_iteration(derivation: Derivation) -> list[Block]:
     """Return the nonzeros of K, C, M, and of B and Z of constraints, by forward differentiation with known
     positions.
 
-    For many bodies of which few carry others: along long branches recursions are cheaper.
+    For many bodies of which few carry other bodies: along long branches recursions are cheaper.
     """
     tape, nv, calculus = derivation.tape, derivation.tree.nv, derivation.constraints
     residual = derivation.residual()[0].refs
@@ -157,7 +156,7 @@ def differentiated_iteration(derivation: Derivation) -> list[Block]:
 
 
 def extended_iteration(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of the partials of each step of the recursion, and store their indices."""
+    """Return the nonzeros of the partials of each step of the recursion, and store the indices."""
     with derivation.tape.block("partials of each step of the recursion"):
         partials, derivation.inner_owners = extended_partials(
             derivation.grouped,
@@ -180,14 +179,14 @@ def jacobian_values(derivation: Derivation) -> list[Block]:
 
 
 def _nonzeros(derivation: Derivation, name: str, entries: Entries, description: str) -> Block:
-    """Return the entries of a matrix, row by row, and keep their positions."""
+    """Return the entries of a matrix, row by row, and store the positions."""
     indices, refs = pattern({index: ref for index, ref in entries.items() if ref != ZERO})
     derivation.patterns[name] = indices
     return Block(name, (len(refs),), refs, f"nonzeros of {description}")
 
 
 def _packed(derivation: Derivation, block: Block) -> Block:
-    """Return the entries of a matrix that are not zero by structure, row by row, and keep their positions."""
+    """Return the entries of a matrix that are not zero by structure, row by row, and store the positions."""
     columns = block.shape[1]
     derivation.patterns[block.name] = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)
     refs = tuple(ref for ref in block.refs if ref != ZERO)

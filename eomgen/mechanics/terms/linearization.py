@@ -49,7 +49,7 @@ _OF_STATE = (("q", "dq, left-trivialised"), ("v", "dv"), ("a", "da"), ("z", "dz"
 
 
 def linearization(derivation: Derivation) -> list[Block]:
-    """Return the nonempty ones of M0, C0, K0, B0, E0 and the matrices of internal states."""
+    """Return the nonempty matrices among M0, C0, K0, B0, E0 and the matrices of internal states."""
     tape, scene = derivation.tape, derivation.scene
     K, C, M = derivation.partials()
     blocks = [
@@ -92,7 +92,7 @@ def acceleration_partials(derivation: Derivation) -> list[Block]:
 
 
 def joint_velocity_partials(derivation: Derivation) -> list[Block]:
-    """Return joint velocities and accelerations of absolute bodies, and their partials Pv, Pq, Pav, Paq."""
+    """Return joint velocities and accelerations of absolute bodies, and the partials Pv, Pq, Pav, Paq."""
     calculus = joint_velocities(derivation.scene, derivation.tree, derivation.quantities)
     nv, count = derivation.tree.nv, len(calculus.level)
     refs = tuple(entry.ref for row in calculus.jacobian() for entry in row)
@@ -173,7 +173,7 @@ def _accelerations_of_base() -> list[int]:
 def _matrix(
     derivation: Derivation, values: Sequence[Scalar], seeds: Seeds, columns: int, name: str, description: str
 ) -> list[Block]:
-    """Return the partials of values along the directions of seeds as one block; none if it would be empty."""
+    """Return the partials of values along the directions of seeds as one block; no block if the matrix is empty."""
     if not values or not columns:
         return []
     tangents = forward_partials(derivation.tape, [value.ref for value in values], seeds)
@@ -226,7 +226,7 @@ class Partials:
                 self._follow("base", range(len(law)), law)
 
     def _follow(self, block: str, numbers: Sequence[int], laws: Sequence[Scalar]) -> None:
-        """Let components of an input block change as their laws do."""
+        """Let components of an input block change by given laws."""
         tangents = forward_partials(self.derivation.tape, [law.ref for law in laws], self.seeds)
         self.seeds |= {
             InputSymbol(block, number): tangent for number, tangent in zip(numbers, tangents, strict=True) if tangent

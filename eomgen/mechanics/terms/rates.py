@@ -36,12 +36,12 @@ def rate_blocks(derivation: Derivation, term: Term) -> list[Block]:
     return blocks
 
 
-#: For each component its derivatives from order 0 on.
+#: For each component the derivatives from order 0 on.
 Paths = list[list[Ref]]
 
 
 def derivatives_of(derivation: Derivation, source: str, order: int) -> tuple[Block, Paths]:
-    """Return a quantity as a block, and the time derivatives of its components up to ``order``."""
+    """Return a quantity as a block, and the time derivatives of the components up to ``order``."""
     if source in CLOSED_MATRICES or source.startswith("closed_"):
         return closed_block(derivation, source, order)
     (block,) = RECORDERS[source](derivation)
@@ -61,7 +61,7 @@ def _by_jets(derivation: Derivation, block: Block, order: int, along: Paths | No
 
 
 def closed_block(derivation: Derivation, source: str, order: int) -> tuple[Block, Paths]:
-    """Return a quantity of the closed form as a block, and the time derivatives of its components up to ``order``."""
+    """Return a quantity of the closed form as a block, and the time derivatives of the components up to ``order``."""
     system = SystemMatrices(derivation.tree, velocity_paths(derivation, order))
     with derivation.tape.block(f"closed form of {source}"):
         if source == "closed_inverse_dynamics":
@@ -79,11 +79,11 @@ def closed_block(derivation: Derivation, source: str, order: int) -> tuple[Block
 
 
 def forward_rates(derivation: Derivation, order: int) -> Paths:
-    """Return vdot and its time derivatives along the motion of the forced system, (nv, order + 1).
+    """Return vdot and the time derivatives of vdot along the motion of the forced system, (nv, order + 1).
 
-    Each derivative of tau is linear in the highest derivative of v, with M before it, and zero along that motion: so
-    every derivative more is one substitution more in the factors of M. If the tree is too deep for M: jets of vdot
-    along its flow.
+    Each derivative of tau is linear in the highest derivative of v, with the factor M, and zero along this motion: so
+    every further derivative takes one further substitution in the factors of M. For trees too deep for M: jets of vdot
+    along the flow.
     """
     tree = derivation.tree
     if derivation.deep and tree.rigid and not tree.following:
@@ -103,15 +103,16 @@ def forward_rates(derivation: Derivation, order: int) -> Paths:
 
 
 def motion_jets(derivation: Derivation) -> MotionJets:
-    """Return the jets of a scene along its motion."""
+    """Return the jets of a scene along a motion."""
     scene = derivation.scene
     return MotionJets(derivation.tree, derivation.kinematics.carrier, len(scene.inputs), derivation.internal)
 
 
 def inverse_dynamics_rates(derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Paths:
-    """Return tau and its time derivatives, (nv, order + 1): inertia and gravity by recursion, applied loads by jets.
+    """Return tau and the time derivatives of tau, (nv, order + 1): inertia and gravity by recursion, applied loads by
+    jets.
 
-    ``along`` are a and its derivatives if they are not inputs.
+    ``along`` are a and its derivatives unless these are inputs.
     """
     tree = derivation.grouped
     omega, acceleration = base_paths(derivation, order)
@@ -124,21 +125,22 @@ def inverse_dynamics_rates(derivation: Derivation, order: int, along: Sequence[S
 def velocity_paths(
     derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None = None
 ) -> list[list[Scalar]]:
-    """Return v and its time derivatives up to order + 1 for each velocity component."""
+    """Return v and the time derivatives up to order + 1 for each velocity component."""
     tape = derivation.tape
     given = accelerations(tape, derivation.tree.nv, order) if along is None else along
     return [[Scalar(tape, ref) for ref in (tape.input("v", k), *path)] for k, path in enumerate(given)]
 
 
 def base_paths(derivation: Derivation, order: int) -> tuple[Path, Path]:
-    """Return paths of the root frame's angular velocity, and of its origin's acceleration less gravity, in its axes."""
+    """Return paths of the root frame's angular velocity, and of the acceleration of the root frame's origin minus
+    gravity, in root axes."""
     omega, velocity, fall = base_motion(derivation, order)
     acceleration = [plus(velocity[k + 1], cross_path(omega, velocity, k)) for k in range(order + 1)]
     return omega, [minus(x, y) for x, y in zip(acceleration, fall, strict=True)]
 
 
 def base_motion(derivation: Derivation, order: int) -> tuple[Path, Path, Path]:
-    """Return paths of the root frame's omega and velocity up to order + 1, and of gravity, in its axes."""
+    """Return paths of the root frame's omega and velocity up to order + 1, and of gravity, in root axes."""
     base, zero = derivation.base, derivation.algebra.zero_vector
     omega, velocity = [zero] * (order + 2), [zero] * (order + 2)
     if base.moving:

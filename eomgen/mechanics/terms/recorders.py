@@ -25,10 +25,10 @@ from eomgen.system.system import Block
 
 
 def section_loads(derivation: Derivation) -> list[Block]:
-    """Return x of the elements' middles at rest, m, their strains, and the loads of their sections.
+    """Return x of the middle of each element at rest, m, strains, and loads of sections.
 
     A load is exerted by the part beyond on a section: moment, N m, then force, N, in the axes of the section. Elements
-    transmit it from node to node; loads on their halves are a separate block.
+    transmit loads from node to node; loads on the halves of elements are a separate block.
     """
     beams = derivation.section_loads.beams
     rows = [row for beam in beams for row in derivation.section_loads.rows(beam.name)]

@@ -42,8 +42,8 @@ def regressor(scene: Scene, tree: Tree, base: BaseMotion, quantities: Quantities
 
     Parameters
     ----------
-    tree : in joint coordinates, inertias as they are or grouped
-    base : motion of the base, with gravity in its axes
+    tree : in joint coordinates, inertias of single bodies or grouped
+    base : motion of the base, with gravity in base axes
     """
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     motions = link_columns(tree)
@@ -73,7 +73,7 @@ def _undamped(joint: Joint) -> Joint:
 
 
 def _of_body(tree: Tree, mount: Mount, field: LinkField, motions: Columns) -> dict[int, list[Scalar]]:
-    """Return by velocity component the virtual work per unit of each parameter of a body, in its own axes."""
+    """Return by velocity component the virtual work per unit of each parameter of a body, in body axes."""
     algebra, back = tree.algebra, transpose(mount.orientation)
     acceleration, alpha = apply(back, field.at(mount.position)), apply(back, field.alpha)
     symmetric = multiply(multiply(back, field.symmetric), mount.orientation)
@@ -121,8 +121,7 @@ def parameter_values(algebra: Algebra, scene: Scene, number: Callable[[Formula],
 
 
 def regressor_blocks(derivation: Derivation) -> list[Block]:
-    """Return Y, (nv, parameters), and tau0, (nv,): springs, inputs and all forces by formulas, with their sign in
-    tau."""
+    """Return Y, (nv, parameters), and tau0, (nv,): springs, inputs and all forces by formulas, with the sign of tau."""
     scene, tree, quantities = derivation.scene, derivation.tree, derivation.quantities
     rows = regressor(scene, tree, derivation.motion, quantities)
     names = [item.name for item in linear_parameters(scene)]

@@ -41,7 +41,7 @@ FreeLink = tuple[Link, Factor]
 
 
 def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str]) -> Tree:
-    """Return the free bodies of a scene; bodies on fixed joints are merged into the body that carries them.
+    """Return the free bodies of a scene; a body on a fixed joint is merged into the carrying body.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def _pose_link(algebra: Algebra, name: str, q_start: int, v_start: int, inertia:
 def _separate_links(
     algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, index: int
 ) -> list[FreeLink]:
-    """Return a translating point and the body that turns about it: R^3 x SO(3), angular velocity first."""
+    """Return a translating point and the body rotating about this point: R^3 x SO(3), angular velocity first."""
     position = Factor("R", f"{name}.position", q_start + 4, 3, v_start + 3, 3)
     turn = Factor("SO3", f"{name}.orientation", q_start, 4, v_start, 3)
     return [

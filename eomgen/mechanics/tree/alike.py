@@ -22,21 +22,21 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector
 #: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have
 #: long won.
 LONG_TREE = 20_000
-#: Trees of more velocity components are stepped with the sparse extended system, however short their branches are: from
-#: here on forming and factoring whole matrices costs more.
+#: Trees with more velocity components are stepped with the sparse extended system, even if branches are short: above
+#: this number, forming and factoring whole matrices takes longer.
 MANY = 64
 #: Fewer links than these are no loop.
 FEWEST = 8
-#: A number that is not zero in a smaller part of the links makes these differ from the others.
+#: Share of links up to which a nonzero number at a place makes a link different from links with a zero at this place.
 RARE = 0.02
-#: Links are regular if, for some period up to LONGEST_PERIOD, this part of them equal the link one period before.
+#: Links are regular if, for some period up to LONGEST_PERIOD, this share of links equals the link one period earlier.
 REGULAR, LONGEST_PERIOD = 0.9, 6
 
 
 def is_irregular(scene: Scene, tree: Tree, grouped: Tree) -> bool:
     """Return whether a long tree has many links whose numbers differ in zeros and signs without regularity.
 
-    Links that equal the link one to six places before them are regular: loops over them need no change of axes.
+    Links equal to the link one to six places earlier are regular: loops over these links need no change of axes.
     """
     if not _long(scene):
         return False
@@ -59,7 +59,8 @@ def _pattern(link: Link, grouped: Inertia, mount: Mount | None) -> tuple[object,
 
 
 def joints_along_z(scene: Scene) -> frozenset[str]:
-    """Return the joints whose axis becomes the z of their links: all joints of a type with several axis directions."""
+    """Return the joints whose axis becomes the z axis of the joint's links: all joints of a type with several axis
+    directions."""
     kinds: dict[str, list[Joint]] = {}
     for joint in scene.joints:
         if joint.kind.turned_about or any(motion.axes for motion in joint.kind.chain):
@@ -88,7 +89,7 @@ def _long(scene: Scene) -> bool:
 
 
 def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
-    """Return a tree, and the one with grouped inertias, in which links that differ in zeros and signs have generic
+    """Return a tree, and the tree with grouped inertias, in which links that differ in zeros and signs have generic
     constants.
 
     Inertias have been added and grouped by then, since both look at numbers.
@@ -119,7 +120,7 @@ def generic_rows(
 ) -> list[list[Scalar]]:
     """Return rows of numbers, one of each member, with generic constants in columns that differ.
 
-    Numbers that depend on parameters stay as they are.
+    Numbers that depend on parameters are not changed.
     """
     columns = []
     for place, column in enumerate(zip(*rows, strict=True)):
@@ -147,7 +148,7 @@ _UPPER = [(i, j) for i in range(3) for j in range(i, 3)]
 
 
 def _numbers(link: Link, grouped: Inertia, mount: Mount | None) -> list[Scalar]:
-    """Return orientation and position at neutral coordinates, inertias, pitch, rotors, and the mount of its body."""
+    """Return orientation and position at neutral coordinates, inertias, pitch, rotors, and the mount of the body."""
     numbers = [*_flat(link.orientation), *link.neutral_position]
     for inertia in (link.inertia, grouped):
         numbers += [inertia.mass, *inertia.first, *(inertia.second[i][j] for i, j in _UPPER)]
@@ -206,7 +207,7 @@ def _equal_moments(row: Sequence[Scalar]) -> Iterable[int]:
 
 
 def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[Link, Inertia]:
-    """Return a link and its grouped inertia with other numbers in place of their own."""
+    """Return a link and its grouped inertia with other numbers substituted."""
     motion, _ = _motion_of(link)
     orientation, position, pitch = _matrix(row[_ORIENTATION]), _vector(row[_POSITION]), row[_PITCH]
     rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, link.coordinates.q)
@@ -227,7 +228,7 @@ def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[
 
 
 def _motion_of(link: Link) -> tuple[Motion, Scalar]:
-    """Return the elementary motion that moves a link, and its pitch, m/rad."""
+    """Return the elementary motion of a link, and the pitch, m/rad."""
     if link.motion is None or link.pitch is None:
         raise ValueError(f"link {link.name} is not moved by a joint")
     return link.motion, link.pitch

@@ -84,7 +84,7 @@ def base_state(algebra: Algebra, scene: Scene, gravity: Vector, *, disturbed: bo
 
     Parameters
     ----------
-    disturbed : whether accelerations of the base are disturbances, so that they differ from its law
+    disturbed : whether accelerations of the base are disturbances, which differ from the law of the base
     """
     if scene.base is None:
         return resting_base(algebra, gravity)
@@ -116,14 +116,16 @@ def base_state(algebra: Algebra, scene: Scene, gravity: Vector, *, disturbed: bo
 
 
 def _zeros(scene: Scene, base: Base) -> tuple[int, ...]:
-    """Return the components of the base struct that its law keeps at zero for all times and tunable parameters."""
+    """Return the components of the base struct that are zero by the law of the base for all times and tunable
+    parameters."""
     algebra = Algebra(Tape())
     law = base_law(algebra, base, parameter_scalars(algebra, scene))
     return tuple(k for k, value in enumerate(law) if value.is_zero)
 
 
 def _accelerations(*, turning: bool) -> range:
-    """Return the places of the accelerations in the base struct; angular ones, too, for a base that may turn."""
+    """Return the indices of the accelerations in the base struct, including angular accelerations for a base that may
+    rotate."""
     return range(base_place("omega_dot" if turning else "velocity_dot"), BASE_SIZE)
 
 
@@ -166,7 +168,7 @@ def _rates(algebra: Algebra, formula: Formula, resolve: object) -> tuple[Scalar,
 
 
 def _about(algebra: Algebra, axis: Sequence[float], angle: Scalar) -> Matrix:
-    """Return the rotation about a constant unit axis (Rodrigues); about a coordinate axis it stays planar."""
+    """Return the rotation about a constant unit axis (Rodrigues); planar for a coordinate axis."""
     cosine, sine = algebra.call(Op.COS, angle), algebra.call(Op.SIN, angle)
     coordinate = coordinate_axis(axis)
     if coordinate is not None:

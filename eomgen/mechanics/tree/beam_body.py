@@ -22,7 +22,7 @@ Values = dict[str, Scalar]
 
 @dataclass(frozen=True)
 class RelativeMotion:
-    """Motion of a beam's points relative to its frame.
+    """Motion of the points of a beam relative to the beam frame.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class ElasticBody:
     # -- motions against the frame -------------------------------------------------------------------------------------
 
     def relative_motion(self, *, rates: bool, own_rates: bool, accelerations: bool) -> RelativeMotion:
-        """Return the relative motion of the elastic coordinates, or parts of it.
+        """Return the relative motion due to the elastic coordinates, or parts of this motion.
 
         Parameters
         ----------
@@ -211,7 +211,7 @@ def elastic_body(
 
 
 def deformations(beam: Beam) -> list[tuple[Deformation, range]]:
-    """Return each deformation of a beam with the range of its coordinates."""
+    """Return each deformation of a beam with the range of the deformation's coordinates."""
     ranges, start = [], 0
     for item in beam.deformations:
         ranges.append((item, range(start, start + item.modes)))

@@ -65,10 +65,10 @@ class DistributedMass:
 
     Attributes
     ----------
-    unit : factor of the shape integrals: mass per length if it is a constant, else 1
+    unit : factor of the shape integrals: mass per length if constant, else 1
     second_order : whether products of weight 3 and 4 are kept
-    beyond : (n, n) added to the integrals of products of shape functions, for coordinates of a kind that has more
-        inertia among themselves than their mass; None if no kind has
+    beyond : (n, n) added to the integrals of products of shape functions, for coordinates of a kind with more inertia
+        than the inertia of mass; None if no kind has
     """
 
     algebra: Algebra
@@ -119,7 +119,7 @@ class DistributedMass:
         return list(self.integrals.h2)
 
     def _contracted(self, tensor: Array, amplitudes: Amplitudes) -> tuple[tuple[Scalar, ...], ...]:
-        """Return a tensor contracted over its last index."""
+        """Return a tensor contracted over the last index."""
         return tuple(tuple(self._weighted(line, amplitudes) for line in row) for row in tensor)
 
     def _weighted(self, numbers: Array, amplitudes: Amplitudes) -> Scalar:
@@ -140,12 +140,12 @@ class DistributedMass:
 
 @dataclass(frozen=True)
 class Deflections:
-    """The separated fields of one beam's axis: position, and its derivatives in time and along each coordinate.
+    """The separated fields of the axis of one beam: position, and derivatives in time and along each coordinate.
 
     Attributes
     ----------
     integrals : integrals of the shape functions of the coordinates
-    shortens : whether the axis keeps its length when it bends
+    shortens : whether the axis has constant length in bending
     q, v, a : (n,) elastic coordinates, velocities, accelerations
     """
 
@@ -202,7 +202,7 @@ class Deflections:
         return tuple(a if bending else zero for a, bending in zip(amplitudes, bends, strict=True))
 
 
-#: Axis of deflection, axis of rotation and its sign, of each kind.
+#: Axis of deflection, axis of rotation and sign of the rotation, for each kind.
 DEFLECTS: dict[DeformationKind, int] = {"stretch": 0, "bending_y": 1, "bending_z": 2}
 ROTATIONS: dict[DeformationKind, tuple[int, float]] = {
     "torsion": (0, 1.0),
@@ -213,12 +213,12 @@ ROTATIONS: dict[DeformationKind, tuple[int, float]] = {
 
 @dataclass(frozen=True)
 class StationMotion:
-    """Pose of a station in the beam's frame, and its motion subspace.
+    """Pose of a station in the beam's frame, and motion subspace of the station.
 
     Attributes
     ----------
     angle : rotation vector (twist, -w', v')
-    columns : (n,) motion subspace in the station's axes; it depends on the coordinates
+    columns : (n,) motion subspace in the station's axes, a function of the coordinates
     bias : angular and linear acceleration in the station's axes that rates alone give
     shortening : (n, n) H(x), zero without stiffening
     """
@@ -287,7 +287,7 @@ def station_motion(
 
 
 def _turned(algebra: Algebra, angle: Vector) -> tuple[Rotation, Matrix | None]:
-    """Return exp(angle) and its tangent; no tangent if the axis of turning is fixed."""
+    """Return exp(angle) and the tangent; no tangent for a fixed axis of rotation."""
     axes = [k for k in range(3) if not angle[k].is_zero]
     if not axes:
         return Rotation(()), None

@@ -54,7 +54,8 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
     """Return the tree with the links of a beam, whose joint is in the tree already.
 
     The beam's link does not move relative to the parent: columns of the joint are zero, and elastic coordinates deform
-    the beam. So its frame, and with it the shape integrals, are the body's own for any axes of the joint.
+    the beam. So the frame of the beam, and with it the shape integrals, are the frame and the integrals of the body for
+    any axes of the joint.
     """
     if body.beam is None:
         return tree
@@ -129,7 +130,7 @@ def _station_positions(scene: Scene, body: str, number: Callable[[Formula], Scal
 
 
 def attached_along(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:
-    """Yield a label of everything attached to a body, with its x in the body's frame."""
+    """Yield a label of every element attached to a body, with the element's x in the body frame."""
     for joint in scene.joints:
         if joint.parent == body:
             yield f"joint {joint.name}", joint.position[0]
@@ -156,8 +157,9 @@ def build_tree(
     Parameters
     ----------
     given : values in place of components of q, v and a, by block and number
-    apart : fixed joints whose bodies keep links of their own, at rest relative to the links that carry them
-    along_z : joints whose axis is the z of their links, although it may be another coordinate axis of the body
+    apart : fixed joints whose bodies have separate links, at rest relative to the carrying links
+    along_z : joints whose axis is the z axis of the joint's links, although it may be another coordinate axis of the
+        body
 
     Raises
     ------
@@ -204,7 +206,7 @@ def _add_body(
     """Add a body to the links of a tree, and return the mount: on new links if the joint moves, else on the carrying
     link.
 
-    If it is not ``merged``, a body on a fixed joint has a link of its own, too.
+    Without ``merged``, a body on a fixed joint has a separate link, too.
     """
     algebra = tree.algebra
 
@@ -291,7 +293,7 @@ def _link(
     rotors: Sequence[Scalar],
     inertia: Inertia,
 ) -> Link:
-    """Return the link that one elementary motion of a joint carries."""
+    """Return the link that moves by one elementary motion of a joint."""
     own = coordinates.of(motion)
     with algebra.tape.block(f"{'position' if motion.kind == 'travel' else 'rotation'} of link {name}"):
         rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, own.q)
@@ -357,10 +359,10 @@ def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
 
 
 def _of_rotor(algebra: Algebra, inertia: Inertia, k: int) -> Scalar:
-    """Return the second moment along axis k that leaves a body of revolution no inertia but that about its axis, else
-    zero.
+    """Return the second moment along axis k whose subtraction leaves a body of revolution only the moment of inertia
+    about its axis; zero for other bodies.
 
-    Such a link needs no angular acceleration across its axis.
+    Such a link needs no angular acceleration across the axis.
     """
     i, j = (k + 1) % 3, (k + 2) % 3
     S = inertia.second

@@ -30,8 +30,8 @@ from eomgen.symbolic.scalar import (
 
 @dataclass(frozen=True)
 class AddedMass:
-    """Mass that a force element adds at one place of a body, as of water that moves with it: an acceleration a of the
-    place takes the force M a.
+    """Mass that a force element adds at one place of a body, such as water that moves with the body: an acceleration a
+    of the place requires the force M a.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class AddedMass:
 
 @dataclass(frozen=True)
 class Inertia:
-    """Shape integrals of a rigid body about the origin of its frame, in its axes.
+    """Shape integrals of a rigid body about the origin of the body frame, in body axes.
 
     Attributes
     ----------
@@ -65,7 +65,8 @@ class Inertia:
         return Inertia(self.mass + other.mass, plus(self.first, other.first), second, self.added + other.added)
 
     def moved(self, R: Matrix, p: Vector) -> Inertia:
-        """Return the integrals about another frame; this frame has orientation R, (3, 3), and origin p, (3,), in it."""
+        """Return the integrals about another frame; this frame has orientation R, (3, 3), and origin p, (3,), in the
+        other frame."""
         first = apply(R, self.first)
         added = tuple(
             AddedMass(apply(R, item.position), multiply(multiply(R, item.matrix), transpose(R))) for item in self.added
@@ -85,7 +86,8 @@ class Inertia:
 def added_masses(
     algebra: Algebra, scene: Scene, body: str, number: Callable[[Formula], Scalar]
 ) -> tuple[AddedMass, ...]:
-    """Return the masses that force elements add to a body, in its frame, by the functions that their classes name."""
+    """Return the masses that force elements add to a body, in the body frame, by the functions named in the elements'
+    classes."""
     result: list[AddedMass] = []
     for element in scene.elements:
         if element.adds_mass_to == body:
@@ -95,7 +97,8 @@ def added_masses(
 
 
 def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor: tuple[Scalar, ...]) -> Inertia:
-    """Return the shape integrals from mass, kg, centre, m, and inertia about it (xx, yy, zz, xy, xz, yz), kg m^2."""
+    """Return the shape integrals from mass, kg, centre, m, and inertia about the centre (xx, yy, zz, xy, xz, yz), kg
+    m^2."""
     xx, yy, zz, xy, xz, yz = tensor
     half_trace = (xx + yy + zz) * 0.5
     central = algebra.matrix([[half_trace - xx, -xy, -xz], [-xy, half_trace - yy, -yz], [-xz, -yz, half_trace - zz]])
@@ -110,8 +113,8 @@ def wrench(
 
     Added mass takes part as a mass does, with weight in a field that has gravity: forces of water take that away.
 
-    Across an axis with equal second moments the symmetric part of the gradient cancels, and alpha does with opposite
-    ones.
+    Across an axis with equal second moments the symmetric part of the gradient cancels, and alpha cancels for opposite
+    second moments.
     """
     gradient = skew(alpha) if symmetric is None else matrix_plus(symmetric, skew(alpha))
     values = {"m": inertia.mass}

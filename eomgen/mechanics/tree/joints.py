@@ -65,12 +65,12 @@ def quaternion_matrix(algebra: Algebra, quaternion: list[Scalar]) -> Matrix:
 
 
 def motions_of(joint: Joint, *, along_z: bool = False) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]:
-    """Return a joint's elementary motions from parent to child, with their axes in child axes.
+    """Return the elementary motions of a joint from parent to child, with axes in child axes.
 
-    With ``along_z`` the joint's axis becomes the z of its links.
+    With ``along_z`` the axis of the joint becomes the z axis of its links.
 
-    Between two motions of a joint there is a massless link. One screw with two columns would serve a cylindrical
-    joint; it needs as many operations, and more in partials.
+    Between two motions of a joint there is a massless link. A screw with two columns for a cylindrical joint would take
+    as many operations, and more operations in partials.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def motions_of(joint: Joint, *, along_z: bool = False) -> tuple[tuple[Direction,
 
 
 def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Direction]:
-    """Return the axes of a joint's links, and in them the joint's axis and its second axis."""
+    """Return the axes of a joint's links, and in these axes the joint's axis and second axis."""
     turned_about = [(joint.axis, joint.second_axis)[k] for k in joint.kind.turned_about]
     if None not in map(coordinate_axis, turned_about):
         return IDENTITY, joint.axis, joint.second_axis
@@ -111,7 +111,7 @@ def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Directio
 
 
 def frame_of(joint: Joint) -> tuple[Direction, ...]:
-    """Return a frame in child axes, (3, 3): z is the joint's axis, x its second axis if it has one."""
+    """Return a frame in child axes, (3, 3): z is the joint's axis, x the second axis, if any."""
     if joint.kind.second_key:
         return tuple(zip(joint.second_axis, perpendicular(joint.axis, joint.second_axis), joint.axis, strict=True))
     return rows(frame_about(np.array(joint.axis)))
@@ -140,7 +140,7 @@ def columns_of(algebra: Algebra, motion: Motion, pitch: Scalar) -> tuple[Column,
 
 
 def name_rotation(rotation: Rotation, joint: str, matrix: str) -> None:
-    """Name sine and cosine of a planar rotation after its joint, or the entries of any other rotation."""
+    """Name sine and cosine of a planar rotation after the joint, or the entries of any other rotation."""
     factor = rotation.factors[-1]
     if isinstance(factor, PlanarFactor):
         tape = factor.cosine.tape
@@ -153,7 +153,7 @@ def name_rotation(rotation: Rotation, joint: str, matrix: str) -> None:
 def pose_of(
     algebra: Algebra, motion: Motion, pitch: Scalar, orientation: Matrix, position: Vector, q: Sequence[Scalar]
 ) -> tuple[Rotation, Vector]:
-    """Return rotation and position of an elementary motion's frame in its parent frame, at coordinates q.
+    """Return rotation and position of the frame of an elementary motion in the parent frame, at coordinates q.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ class Coordinates:
     ----------
     components : components of q behind each coordinate
     dofs : component of v behind each velocity component
-    ratio, offset : q of the joint = ratio (component of q) + offset; 1 and 0 unless it follows another
+    ratio, offset : q of the joint = ratio (component of q) + offset; 1 and 0 unless the joint follows another joint
     given : values in place of components of q, v and a, by block and number
     """
 
@@ -244,8 +244,8 @@ def joint_coordinates(
 ) -> tuple[tuple[Factor, ...], dict[str, Coordinates]]:
     """Return the factors of the configuration in joint order, and the coordinates of moving joints and beams by name.
 
-    ``elastic`` gives the number of elastic coordinates of a body; they follow its joint's. ``given`` holds values in
-    place of components of q, v and a.
+    ``elastic`` gives the number of elastic coordinates of a body; elastic coordinates follow the coordinates of the
+    body's joint. ``given`` holds values in place of components of q, v and a.
     """
     moving = {joint.name: joint for joint in joints if joint.kind.moves}
     factors: list[Factor] = []

@@ -33,8 +33,8 @@ class Mount:
     """Constant pose of a body's frame in a link's frame.
 
     ``link`` is ROOT for bodies fixed to the base that carries the tree, CARRIER for bodies fixed to a base that does
-    not: in absolute coordinates links hang in the world and the base moves past them. WORLD is for bodies at rest
-    while the base moves.
+    not carry the tree: in absolute coordinates links hang in the world and the base moves separately. WORLD is for
+    bodies at rest while the base moves.
     """
 
     link: int
@@ -48,18 +48,19 @@ class Link:
 
     Attributes
     ----------
-    kind : the elementary motion that carries it
+    kind : the elementary motion of the link
     rotation, position : pose in the parent link's frame (base frame at the root), functions of q
-    neutral_position, travel : its origin at neutral coordinates, and its displacement from there
+    neutral_position, travel : origin at neutral coordinates, and displacement from the neutral position
     columns : motion subspace in this frame
     coordinates, velocities, accelerations : of the elementary motion, one velocity component per column
     inertia : shape integrals about this frame's origin
     rotor_inertias : one for each column
     balanced : whether the link turns about the centre of mass of all carried bodies, so that translation of the origin
     is uncoupled from the rotation
-    elastic : its deformation, None if it is rigid; ``inertia`` is then the inertia of the deformed body
-    station : its motion by elastic coordinates if it is a place on a beam; None if its motion subspace is constant
-    turn : the coordinate axis that it turns about, None if it does not turn about one axis
+    elastic : deformation, None for a rigid link; ``inertia`` is then the inertia of the deformed body ``inertia`` is
+        then the inertia of the deformed body
+    station : motion due to elastic coordinates, for a place on a beam; None for a constant motion subspace
+    turn : the coordinate axis of rotation, None without rotation about a single coordinate axis
     motion, pitch : of a joint; the pitch in m/rad
     """
 
@@ -104,8 +105,8 @@ class Tree:
 
     Attributes
     ----------
-    factors : of the configuration, in the order of the links that they move
-    coordinates : of all moving joints by name, dependent ones included, and of beams
+    factors : of the configuration, in the order of links
+    coordinates : by name, of all moving joints, including dependent joints, and of beams
     stations : the link at the station x of a beam, by (body, x)
     alike : groups of links that are recorded with the same operations, for any numbers
     """
@@ -126,7 +127,7 @@ class Tree:
 
     @property
     def rigid(self) -> bool:
-        """Whether all inertia is rigid: no link deforms, and no added mass of water moves with them."""
+        """Whether all inertia is rigid: no link deforms, and there is no added mass of water."""
         return not self.elastic and not any(link.inertia.added for link in self.links)
 
     def without_water(self) -> Tree:
@@ -135,7 +136,7 @@ class Tree:
         return replace(self, links=tuple(links))
 
     def mount_at(self, body: str, r: Vector) -> Mount:
-        """Return the mount of a body's frame at its point r; on a beam the mount of the station there."""
+        """Return the mount of a body's frame at a point r of the body; on a beam the mount of the station."""
         mount, x = self.mounts[body], r[0].constant
         link = None if x is None else self.stations.get((body, x))
         if link is None or link == mount.link:
@@ -166,10 +167,10 @@ class Tree:
         return tuple(dof in turning for dof in range(self.nv))
 
     def dof_parents(self) -> tuple[int, ...]:
-        """Return for each velocity component the nearest lower one coupled with it, -1 for none.
+        """Return for each velocity component the nearest lower component coupled with it, -1 for none.
 
         Elimination of M from the last component to the first has fill-in only along these parents. Without dependent
-        joints they are the tree's own.
+        joints these are the parents in the tree.
         """
         if not self.following and not any(link.balanced for link in self.links):
             return self._nearest_above()
@@ -192,14 +193,14 @@ class Tree:
 
     def _nearest_above(self) -> tuple[int, ...]:
         """Return, by velocity component, the nearest one towards the root; all components of a path are coupled."""
-        highest: list[int] = []  # largest component of each link and the links that carry it
+        highest: list[int] = []  # largest component of each link and the carrying links
         joints: dict[str, tuple[int, list[int]]] = {}
         for link in self.links:
             above = highest[link.parent] if link.parent != ROOT else -1
             joints.setdefault(link.joint.name, (above, []))[1].extend(link.dofs)
             highest.append(max((above, *link.dofs)))
         parents = [-1] * self.nv
-        for above, dofs in joints.values():  # a joint of several motions travels first, and counts its angles first
+        for above, dofs in joints.values():  # joints of several motions: travel first, counted angles first
             ordered = sorted(dofs)
             for nearest, dof in zip([above, *ordered], ordered, strict=False):
                 parents[dof] = nearest

@@ -29,7 +29,7 @@ def tangent_seeds(tape: Tape, group: str, q: Sequence[Ref], first: int = 0) -> d
     Raises
     ------
     ValueError
-        For an unknown group, or a number of references that does not fit it.
+        For an unknown group, or a number of references that does not fit the group.
     """
     sizes = {"R": len(q), "SO3": 4, "SE3": 7}
     if len(q) != sizes.get(group, -1):
@@ -81,7 +81,7 @@ def quaternion_jet(tape: Tape, q: Sequence[Ref], omega: Sequence[Jet], order: in
 
 
 def pose_jet(tape: Tape, pose: Sequence[Ref], twist: Sequence[Jet], order: int) -> list[list[Ref]]:
-    """Return the jets of a pose (quaternion, position), given the jets of its body twist (omega, v = R^T x')."""
+    """Return the jets of a pose (quaternion, position), given the jets of the body twist (omega, v = R^T x')."""
     turning = quaternion_jet(tape, pose[:4], twist[:3], order)
     entries = [ref for row in rotation(tape, pose[:4]) for ref in row]
     matrix = jets(tape, entries, dict(zip(pose[:4], turning, strict=True)), order)
@@ -100,7 +100,7 @@ def pose_jet(tape: Tape, pose: Sequence[Ref], twist: Sequence[Jet], order: int) 
 def configuration_jets(
     tape: Tape, factors: Iterable[tuple[str, int, int, int]], velocity: Sequence[Jet], order: int, block: str = "q"
 ) -> dict[Ref | InputSymbol, Jet]:
-    """Return the jets of a whole configuration, ready for ``jets``, given the jets of its left-trivialised velocity.
+    """Return the jets of a whole configuration, as input of ``jets``, given the jets of the left-trivialised velocity.
 
     ``factors`` are (group, q_start, q_size, v_start), groups as in ``tangent_seeds``; ``velocity`` holds one jet per
     velocity component, needed up to order - 1.

@@ -28,15 +28,14 @@ def jets(
     Parameters
     ----------
     input_jets : mapping from InputSymbol, or reference of a node, to [x_0, x_1, ...]
-        Normalised coefficients; those beyond the list are zero, and all other inputs are constant in time. x_0 is
-        usually the input itself; another reference there substitutes it.
+        Normalised coefficients; coefficients beyond the list are zero, and all other inputs are constant in time.
     order : int
         Highest power of time.
 
     Returns
     -------
     list of [c_0, ..., c_order]
-        One per output; c_0 is the output itself unless inputs were substituted.
+        One per output; c_0 is the output unless inputs were substituted.
     """
     algebra = JetAlgebra(tape)
     given = {abs(node): jet for node, jet in _given(tape, input_jets, order)}
@@ -71,7 +70,7 @@ def jets(
 
 
 def taylor_coefficients(tape: Tape, derivatives: Sequence[Ref]) -> list[Ref]:
-    """Return the jet [x, x', x''/2, ...] of a quantity from its time derivatives [x, x', x'', ...]."""
+    """Return the jet [x, x', x''/2, ...] of a quantity from the time derivatives [x, x', x'', ...]."""
     return [tape.mul(tape.constant(1.0 / math.factorial(k)), ref) for k, ref in enumerate(derivatives)]
 
 
@@ -81,7 +80,7 @@ def time_derivatives(tape: Tape, jet: Jet) -> list[Ref]:
 
 
 def coefficient(jet: Jet, k: int) -> Ref:
-    """Return coefficient k of a jet, 0 beyond its end."""
+    """Return coefficient k of a jet, 0 beyond the end."""
     return jet[k] if k < len(jet) else ZERO
 
 
@@ -93,7 +92,7 @@ class JetAlgebra:
         self._sine_cosine: dict[tuple[str, tuple[Ref, ...]], tuple[list[Ref], list[Ref]]] = {}
 
     def apply(self, op: Op, value: Ref, operands: Sequence[list[Ref]]) -> list[Ref]:  # noqa: C901  # a case per operation
-        """Return the jet of an operation from the jets of its operands; ``value`` is the coefficient of order 0."""
+        """Return the jet of an operation from the jets of the operands; ``value`` is the coefficient of order 0."""
         tape, x = self.tape, operands[0]
         flat = [value] + [ZERO] * (len(x) - 1)
         match op:
@@ -150,7 +149,7 @@ class JetAlgebra:
                 return flat
 
     def curve(self, curve: CurveLike, derivative: int, x: Jet) -> list[Ref]:
-        """Return the jet of a curve c(x): c' is the jet of its derivative, one coefficient shorter, times x'."""
+        """Return the jet of a curve c(x): c' is the jet of the derivative, one coefficient shorter, times x'."""
         value = self.tape.curve(curve, derivative, x[0])
         if not _varies(x):
             return [value] + [ZERO] * (len(x) - 1)
@@ -163,7 +162,7 @@ class JetAlgebra:
         return [self.tape.add(p, q) for p, q in zip(x, y, strict=True)]
 
     def multiply(self, x: Jet, y: Jet) -> list[Ref]:
-        """Return the product of two jets (Cauchy product), as long as they are."""
+        """Return the product of two jets (Cauchy product), of the length of the jets."""
         if list(x) == list(y):
             return [self._square(x, k) for k in range(len(x))]
         return [self._convolution(x, y, k, 0, k) for k in range(len(x))]

@@ -34,12 +34,13 @@ WeightedGradient = Callable[[Tape, Sequence[Ref], Sequence[Ref], Sequence[Ref]],
 def map_partials(
     tape: Tape, number: int, tangents: Mapping[int, Tangent], forward_partials: ForwardPartials
 ) -> list[Tangent]:
-    """Return the tangent of every result of a Map, numbered like its results, from the tangents of nodes.
+    """Return the tangent of every result of a Map, in the order of results, from the tangents of nodes.
 
-    One loop carries all directions. Only if most products would be with zeros (no carries, and each element reached
-    by few of the directions) the loop gives the local partials of each element instead, which are combined outside; or,
-    if fewer directions reach an element than the numbers it gathers, its derivatives along these directions. Quantities
-    shared by all elements are combined outside, too, if they are fewer than the directions that change them.
+    One loop carries all directions. Only if most products would be with zeros (no carries, and few directions reach
+    each element) the loop gives the local partials of each element instead, which are combined outside; or, if fewer
+    directions reach an element than the element gathers numbers, the derivatives of the element along these directions.
+    Derivatives in quantities shared by all elements are combined outside, too, if these quantities are fewer than the
+    directions that change them.
     """
     loop = cast("Map", tape.maps[number])
     outer = {symbol: [signed_tangent(tangents, ref) for ref in refs] for symbol, refs in _outer(loop).items()}
@@ -65,7 +66,7 @@ def map_partials(
 
 
 def map_jets(tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order: int, jets: Jets) -> list[list[Ref]]:
-    """Return the jet of every result of a Map, numbered like its results, from the jets of outer references."""
+    """Return the jet of every result of a Map, in the order of results, from the jets of outer references."""
     loop = cast("Map", tape.maps[number])
     outer = {symbol: [jet(ref) for ref in refs] for symbol, refs in _outer(loop).items()}
     loop = replace(
@@ -142,7 +143,7 @@ def map_adjoints(
 
 
 def compact(loop: Map, wanted: Iterable[int]) -> Map:
-    """Return a Map without unused operations; its ``wanted`` carries come first."""
+    """Return a Map without unused operations; the ``wanted`` carries come first."""
     carries = list(wanted)
     needed: set[InputSymbol] = set()
     fresh = loop.kernel.depends_on([*loop.sums, *loop.stacked, *(loop.last[k] for k in carries)])
@@ -185,7 +186,8 @@ class _Growth:
         self._carried: list[tuple[int, int]] = []
 
     def add_input(self, symbol: InputSymbol, label: int, column: Sequence[Ref]) -> Ref:
-        """Return the kernel reference of companion ``label`` of an input; ``column``: its outer references."""
+        """Return the kernel reference of companion ``label`` of an input; ``column``: the outer references of the
+        input."""
         constant = column[0] in (ZERO, ONE) and all(ref == column[0] for ref in column)
         if symbol.block == "carry":
             self._initial.append(column[0])
@@ -210,7 +212,7 @@ class _Growth:
         return sign * self.kernel.input("gather", slot)
 
     def rows(self, tape: Tape, companions: Sequence[Mapping[int, Ref]]) -> list[list[Tangent]]:
-        """Record the loop that computes companions of its results, and return them for each element."""
+        """Record the loop that computes the companions, and return them for each element."""
         stacked = tuple(ref for row in companions for ref in row.values())
         loop = self.loop
         grown = Map(
@@ -287,12 +289,13 @@ def _combined_partials(
 
 @dataclass(frozen=True)
 class _LocalDirections:
-    """Directions that reach each element, numbered alike if they change the same gathered numbers.
+    """Directions that reach each element, with local numbers that are equal for directions that change the same
+    gathered numbers.
 
     Attributes
     ----------
     count : the most numbers that any element has
-    numbers : by element, from its own number to the direction
+    numbers : by element, from the local number to the direction
     """
 
     count: int
@@ -328,7 +331,7 @@ def _partials_along(
     local: _LocalDirections,
     forward_partials: ForwardPartials,
 ) -> list[Tangent]:
-    """Return the tangents of all results by a loop over the local directions of its elements."""
+    """Return the tangents of all results by a loop over the local directions of the elements."""
     growth = _Growth(loop)
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
     gathered = {symbol: column for symbol, column in outer.items() if symbol.block == "gather"}
@@ -365,7 +368,7 @@ def _combine(tape: Tape, total: Tangent, partials: Mapping[int, Ref], tangents: 
 
 
 def _carries_of_elements(tape: Tape, loop: Map) -> list[tuple[Ref, ...]]:
-    """Return, for each carry, its value on entry to every element."""
+    """Return, for each carry, the value on entry to every element."""
     kernel = Tape()
     last = tuple(splice(kernel, loop.kernel, loop.last, {}))
     carries = tuple(kernel.input("carry", k) for k in range(len(last)))
@@ -383,7 +386,7 @@ def _outer(loop: Map) -> dict[InputSymbol, tuple[Ref, ...]]:
 
 
 def _moving(loop: Map, moving: set[InputSymbol]) -> list[InputSymbol]:
-    """Return the kernel inputs that depend on the given ones: these, and the carries that they reach."""
+    """Return the kernel inputs that depend on given inputs: the given inputs, and dependent carries."""
     reached = set(moving)
     sources = [loop.kernel.depends_on([ref]) for ref in loop.last]
     for _ in sources:

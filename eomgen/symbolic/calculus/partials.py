@@ -40,7 +40,7 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
     ----------
     seeds : mapping from InputSymbol, or reference of a node, to {direction: derivative}
         Derivatives of the independent quantities; all other inputs are constants. A seeded node that is not an input is
-        treated as independent: its own operands are not differentiated.
+        treated as independent: operands of this node are not differentiated.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
 
 
 def jacobian_vector(tape: Tape, outputs: Sequence[Ref], direction: Mapping[Ref | InputSymbol, Ref]) -> list[Ref]:
-    """Differentiate outputs along one direction, {independent quantity: its derivative}; all others are constants."""
+    """Differentiate outputs along one direction, {independent quantity: derivative}; all other inputs are constants."""
     partials = forward_partials(tape, outputs, {key: {0: ref} for key, ref in direction.items()})
     return [partial.get(0, ZERO) for partial in partials]
 
@@ -86,8 +86,8 @@ def second_directional(
     """Differentiate along ``first``, then the result along ``second``.
 
     The tangents in ``first`` are part of the expression that is differentiated again: if they depend on the
-    configuration, as tangents of quaternions do, their order matters (left-trivialised second derivatives do not
-    commute).
+    configuration, as for quaternions, the order of the two directions matters (left-trivialised second derivatives do
+    not commute).
     """
     return jacobian_vector(tape, jacobian_vector(tape, outputs, first), second)
 
@@ -115,7 +115,7 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
             pending[number] -= 1
             if follow:
                 of_maps.setdefault(number, {})[tape.b[node]] = adjoints[node]
-            # the first recorded of its results: all adjoints are complete
+            # first recorded result of the Map: all adjoints are complete
             if not pending[number] and number in of_maps:
                 for ref, adjoint in map_adjoints(tape, number, of_maps[number], weighted_gradient):
                     _accumulate(tape, adjoints, ref, adjoint)
@@ -137,7 +137,7 @@ def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
 
 
 def node_tangent(tape: Tape, node: int, op: Op, tangents: Mapping[int, Tangent]) -> Tangent:
-    """Return the tangent of an operation, given the tangents of its operands."""
+    """Return the tangent of an operation, given the tangents of the operands."""
     operands = tape.operands(node)
     inner = [signed_tangent(tangents, ref) for ref in operands]
     if not any(inner):
@@ -269,7 +269,7 @@ def cut_partials(
     Parameters
     ----------
     cuts : references of operations; leaves, repetitions and operations that no output depends on are skipped
-    first : direction of the first cut that is used; they are numbered in the order of the tape
+    first : direction of the first used cut; used cuts are numbered in the order of the tape
 
     Returns
     -------
@@ -277,8 +277,8 @@ def cut_partials(
 
     Notes
     -----
-    With s the cut nodes and s = g(x, s) their definitions, the results are rows of [f_x, f_s] and [g_x, g_s]. Results
-    of Maps are not cut.
+    With s the cut nodes and s = g(x, s) the definitions of the cut nodes, the results are rows of [f_x, f_s] and [g_x,
+    g_s]. Results of Maps are not cut.
     """
     wanted = {abs(ref) for ref in cuts}
     seeded = seeds_by_node(tape, seeds)
