@@ -307,12 +307,12 @@ Chosen = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class ConstrainedSamples:
-    """A constrained system as callables of n chosen samples at their own parameters.
+    """A constrained system as callables of n chosen samples, each with its parameters.
 
     Attributes
     ----------
     factors : of the configuration
-    lengths : (rows,) whether a row is measured in m, the ``holonomic`` first ones at position level
+    lengths : (rows,) whether a row is measured in m, the first ``holonomic`` rows at position level
     angular : (nv,) whether a velocity component turns something
     constraint(q, chosen) -> (n, holonomic), velocity(q, v, chosen) -> (n, rows), jacobian(q, chosen) -> (n, rows, nv)
     mass(q, chosen) -> (n, nv, nv)
@@ -337,7 +337,7 @@ class ConsistentStates(NamedTuple):
     Attributes
     ----------
     q, v : (n, nq), (n, nv)
-    met : (n,) whether they are; ``consistency`` examines the others and words their faults
+    met : (n,) whether the constraints are met; ``consistency`` examines the remaining states and describes their faults
     """
 
     q: Array
@@ -383,12 +383,12 @@ class _Rows:
 
     @property
     def limits(self) -> Array:
-        """Violations of the holonomic rows beyond which they are not met, (n, holonomic)."""
+        """Violations of the holonomic rows above which a row is not met, (n, holonomic)."""
         first = slice(self.holonomic)
         return np.maximum(CONTRADICTION * self.scale[:, first], WORST_ROUNDING * EPSILON * self.size[:, first])
 
     def rate_limits(self, speeds: Array) -> Array:
-        """Return rates of rows beyond which they are not met at components of v as large as ``speeds`` (n, nv)."""
+        """Return rates of rows above which a row is not met at components of v as large as ``speeds`` (n, nv)."""
         return np.maximum(
             CONTRADICTION * _times(self._possible(), speeds),
             WORST_ROUNDING * EPSILON * _times(self._summands(), speeds),
@@ -445,7 +445,7 @@ def consistent_states(system: ConstrainedSamples, q: Array, v: Array) -> Consist
 
 
 def _positions(system: ConstrainedSamples, q: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Return configurations on the constraints, and which of them are."""
+    """Return configurations on the constraints, and a mask of successful corrections."""
     q, met = np.array(q, dtype=float), np.zeros(len(q), dtype=bool)
     best = np.full((len(q), system.holonomic), np.inf)
     chosen = np.arange(len(q))

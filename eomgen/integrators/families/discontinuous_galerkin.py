@@ -364,13 +364,13 @@ _FIXED = ("its two passes are of orders 2 and 4, too far apart for an estimate o
 
 
 DEFAULT_TOLERANCE = 1e-6
-#: Steps may grow if they grow by so much: no stored data belong to a size.
+#: Least growth of a step: no stored data belong to a size, so that any growth is useful.
 LEAST_GROWTH = 1.0
 
 
 @dataclass(frozen=True)
 class AdaptiveDiscontinuousGalerkin(DiscontinuousGalerkin):
-    """A time-discontinuous Galerkin method in passes with steps of its own.
+    """A time-discontinuous Galerkin method in passes with adaptive steps.
 
     Parameters
     ----------
@@ -454,7 +454,8 @@ class AdaptiveDiscontinuousGalerkin(DiscontinuousGalerkin):
 
 
 def largest_between(nodes: Sequence[Fraction]) -> Fraction:
-    """Return the largest integral over (0, s) of the polynomial that is 0 at the nodes, 1 at 0: it is at a node."""
+    """Return the largest integral over (0, s) of the polynomial that is 0 at the nodes and 1 at 0; the maximum is at a
+    node."""
     coefficients = [Fraction(1)]
     for node in nodes:  # times 1 - s/node
         shifted = [Fraction(0), *(-x / node for x in coefficients)]

@@ -54,7 +54,7 @@ def add_structure(loads: Loads, body: ElasticBody, quantities: Quantities) -> No
 
 
 def law_of(kind: type[ForceElement]) -> Law:
-    """Return the law of a class of force elements, ``kind.law``, from its module.
+    """If the module does not load, or has no law for this class: an extension may be broken.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def _broken(kind: type[ForceElement], fault: str) -> UsageError:
 
 
 def laws_of(scene: Scene) -> list[Law]:
-    """Return the laws of a scene's force elements in the order of their sections in the register."""
+    """Return the laws of a scene's force elements in the order of the sections in the register."""
     return [law_of(kind) for kind in dict.fromkeys(type(element) for element in scene.elements)]
 
 

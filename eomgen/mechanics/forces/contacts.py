@@ -17,7 +17,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 
 @dataclass(frozen=True)
 class Contact:
-    """Contact force against a penetration, and its conservative part."""
+    """Contact force due to a penetration, and the conservative part of the force."""
 
     force: Scalar
     elastic: Scalar
@@ -27,7 +27,7 @@ class Contact:
 def contact(
     algebra: Algebra, penetration: Scalar, rate: Scalar, *, stiffness: Scalar, damping: Scalar, onset: Scalar
 ) -> Contact:
-    """Record the contact force from the penetration, m (negative without contact), and its rate, m/s."""
+    """Record the contact force from the penetration, m (negative without contact), and the rate of penetration, m/s."""
     depth = algebra.call(Op.MAX, penetration, algebra.zero)
     within = algebra.call(Op.MIN, depth, onset)
     rise, stored = LAWS["onset_of_contact"].instantiate(algebra, {"u": within / onset})

@@ -41,7 +41,8 @@ def _add_spring_and_damper(loads: Loads, joint: Joint, quantities: Quantities) -
 
 
 def _add_stop(loads: Loads, joint: str, stop: Stop, quantities: Quantities) -> None:
-    """Add the stops at both ends of a coordinate; they dissipate the difference of their force to the elastic one."""
+    """Add the stops at both ends of a coordinate; the difference between the force of a stop and the elastic force is
+    dissipated."""
     q, v = (quantities(Symbol(kind, joint, stop.index)) for kind in "qv")
     constants = {name: quantities.formula(getattr(stop, name)) for name in ("stiffness", "damping", "onset")}
     for bound, sign in ((stop.lower, -1.0), (stop.upper, 1.0)):
