@@ -33,7 +33,7 @@ _PACKAGE = __name__.partition(".")[0]
 
 
 def _method(row: Section) -> Callable[..., SceneBuilder]:
-    """Return the method that adds an entry of a section, or the section itself if it is one table."""
+    """Return the method that adds an entry of a section, or a section that is one table."""
     signature = signature_of(row)
     keys = {name: field.alias or name for name, field in row.entry.model_fields.items()}
 

@@ -18,11 +18,11 @@ from eomgen.scene.rotations import rows, snapped_rotation
 from eomgen.system.description import BASE, WORLD
 
 Axes = tuple[tuple[float, float, float], ...]
-#: A formula as a sum: factor of each formula, and of ``ONE`` for the number in it.
+#: A formula as a sum: factor of each formula, and of ``ONE`` for the constant.
 Sum = dict[Formula, float]
 #: Signs of the arguments of operations that are sums.
 _SIGNS = {"add": (1.0, 1.0), "sub": (1.0, -1.0), "neg": (-1.0,)}
-#: Sums below this share of their terms are rounding.
+#: Sums below this share of the sum of magnitudes are rounding.
 _ROUNDING = 1e-14
 
 
@@ -83,7 +83,7 @@ class DesignPoses:
     beams : collection of str
         Geometrically exact beams, on which places are counted along the axis.
     base_moves : bool
-        Whether the base has a place of its own in the world.
+        Whether the base has a pose in the world that differs from the world frame.
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class DesignPoses:
         ------
         UnknownPoseError
             If a geometrically exact beam carries the body, if the placements refer to one another in a circle, if no
-            joint carries the body, or for the world while the base has a place of its own in it.
+            joint carries the body, or for the world while the base has a pose in the world.
         """
         if body == WORLD and self._base_moves:
             raise UnknownPoseError("the base has a place of its own in the world", f'in = "{BASE}"')
@@ -196,7 +196,7 @@ def _plus(one: Sum, other: Sum, factor: float = 1.0) -> Sum:
 
 
 def _formula(total: Sum) -> Formula:
-    """Return a sum as one formula, its number at the end."""
+    """Return a sum as one formula, with the constant at the end."""
     result: Formula | None = None
     for formula, weight in total.items():
         if formula == ONE:

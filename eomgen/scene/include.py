@@ -51,7 +51,7 @@ class Renamer:
         self.file = file
 
     def document(self, data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-        """Return the sections of a file, each entry under its new name."""
+        """Return the sections of a file, each entry under the new name."""
         result = {}
         schema = document_for(data)
         sections = section_keys(schema)
@@ -90,7 +90,7 @@ class Renamer:
     def reference(self, section: str, name: Any) -> Any:
         """Return the new name of an entry that a key refers to; for an unknown entry, words that are no name.
 
-        A key may name several in a list, or hold something for each of them in a table.
+        A key may name several in a list, or have a table with a value for each name.
         """
         if isinstance(name, list | tuple):
             return [self.reference(section, entry) for entry in name]
@@ -115,7 +115,7 @@ class Renamer:
         return f"{letter}.{names['joints'].get(joint, names['beams'].get(joint, joint))}{index}"
 
     def texts(self, value: Any) -> Any:
-        """Return a value whose formulas carry their namespace."""
+        """Return a value with formulas marked by the namespace."""
         if isinstance(value, Refused):
             return value
         if isinstance(value, str):
@@ -126,14 +126,14 @@ class Renamer:
 
 
 def overridden(key: str, entry: Include, data: dict[str, Any], known: frozenset[str], report: Report) -> dict[str, str]:
-    """Put the values of an include in place of the parameters of a file, and return the formulas among them.
+    """Put the values of an include in place of the parameters of a file, and return the values that are formulas.
 
     Parameters
     ----------
     key : str
         Of the include.
     data : dict
-        Of the included file; its parameters are changed, and parameters given by formulas left out.
+        Of the included file; values of its parameters are replaced, and parameters with formulas are removed.
     known : frozenset of str
         Names of the including file, which no unit may have.
     """
@@ -170,7 +170,7 @@ _LINE_KEY = re.compile(r"([a-z_]+)\.([A-Za-z_][A-Za-z0-9_]*)(.*)", re.DOTALL)
 
 
 def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> Part:
-    """Return the data of a scene with the entries of all that it includes.
+    """Return the data of a scene with the entries of all included files.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> Part
     part = Part(dict(data), {key: report.place(key) for key in report.lines})
     try:
         return _Includer(report).expanded(part, report, folder, (folder / report.file,))
-    except _TooManyFilesError as error:  # other faults follow from it, or are reported once there are fewer files
+    except _TooManyFilesError as error:  # further faults follow, or are reported later with fewer files
         raise DescriptionError(error.problem) from None
 
 
@@ -208,8 +208,8 @@ class _Includer:
         return self._resolved[path]
 
     def expanded(self, part: Part, report: Report, folder: Path, chain: Sequence[Path]) -> Part:
-        """Add the entries of the files that a file includes to its part; ``report`` is the file's own, ``chain`` leads
-        from the scene to it."""
+        """Add the entries of the files that a file includes to the part of this file; ``report`` is the report of the
+        file, ``chain`` leads from the scene to the file."""
         written = part.data.pop("include", {})
         if not isinstance(written, Mapping):
             report.add(
@@ -233,7 +233,7 @@ class _Includer:
         return part
 
     def opened(self, key: str, entry: Include, report: Report, folder: Path, chain: Sequence[Path]) -> Part | None:
-        """Return the data of an included file; None if they cannot be read."""
+        """Return the data of an included file; None if the data cannot be read."""
         path, place = folder / entry.file, f"{key}.file"
         self.files += 1
         try:
@@ -296,7 +296,7 @@ class _Includer:
 
 
 def _entry(name: str, raw: object, report: Report) -> Include | None:
-    """Return an entry of the section, if it is well formed."""
+    """Return an entry of the section, None unless well formed."""
     file = raw.get("file") if isinstance(raw, Mapping) else None
     table = include_of(source_of(Path(file)) if isinstance(file, str) else None)
     try:
@@ -347,7 +347,7 @@ def _check_top_level(data: dict[str, Any], report: Report) -> None:
 
 
 def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -> None:
-    """Put an included part into the part that includes it."""
+    """Put an included part into the including part."""
     key, prefix = key_of("include", name), _prefix(name, entry)
     known = frozenset(_names(part.data, "parameters") + _names(part.data, "inputs"))
     values = overridden(key, entry, inner.data, known, report)
@@ -385,7 +385,7 @@ def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -
 
 
 def _base(name: str, entry: Include, part: Part, report: Report, taken: Collection[str]) -> str:
-    """Return the body that a part's base is: the parent itself, or a massless body that is fixed to it.
+    """Return the body that takes the place of a part's base: the parent itself, or a massless body fixed to the parent.
 
     ``taken`` are the names of the part's frames, which no body may have.
     """

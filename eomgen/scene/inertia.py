@@ -55,14 +55,14 @@ def entries_of(matrix: Array) -> list[Numbers]:
 
 
 def turned(rotation: Array, entries: Sequence[Numbers]) -> list[Numbers]:
-    """Return the entries of R I R^T for a symmetric I by its entries (xx, yy, zz, xy, xz, yz), numbers or batches."""
+    """Return the entries of R I R^T for a symmetric I with entries (xx, yy, zz, xy, xz, yz), numbers or batches."""
     rows = rotation.tolist()
     along = [times(entries, row) for row in rows]
     return [dot(rows[i], along[j]) for i, j in _ENTRIES]
 
 
 def times(entries: Sequence[Numbers], vector: Sequence[float]) -> tuple[Numbers, Numbers, Numbers]:
-    """Return the product of a symmetric matrix by its entries (xx, yy, zz, xy, xz, yz) and a vector."""
+    """Return the product of a symmetric matrix with entries (xx, yy, zz, xy, xz, yz) and a vector."""
     xx, yy, zz, xy, xz, yz = entries
     x, y, z = vector
     return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
@@ -112,7 +112,7 @@ def impossible(mass: float, about_center: Array) -> str:
 
 
 def _impossible_moments(moments: NDArray[np.floating[Any]]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Tell whether principal moments (..., 3), increasing, are negative, and whether they violate the triangle
+    """Return whether principal moments (..., 3), increasing, are negative, and whether the moments violate the triangle
     inequality."""
     smallest, middle, largest = moments[..., 0], moments[..., 1], moments[..., 2]
     rounding = _RELATIVE * np.max(np.abs(moments), axis=-1)
@@ -120,8 +120,8 @@ def _impossible_moments(moments: NDArray[np.floating[Any]]) -> tuple[NDArray[np.
 
 
 def not_physical(entries: Sequence[Numbers]) -> Flags:
-    """Tell of inertias (xx, yy, zz, xy, xz, yz) about a centre of mass, numbers or batches, whether no real body has
-    them.
+    """Return flags of inertias (xx, yy, zz, xy, xz, yz) about a centre of mass, numbers or batches, that no real body
+    has.
 
     Both conditions are that half the trace less the inertia, the second moments of the density, is positive
     semidefinite.
@@ -148,7 +148,7 @@ def singular(entries: Sequence[Numbers]) -> Flags:
 
 
 def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
-    """Tell of symmetric matrices whether their smallest eigenvalue is surely above ``least``; False is inconclusive.
+    """Return whether the smallest eigenvalue of symmetric matrices is surely above ``least``; False is inconclusive.
 
     If the leading minors are positive, the product of the two larger eigenvalues is below the square of half the
     trace.

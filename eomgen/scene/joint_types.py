@@ -93,20 +93,20 @@ _BALL, _FREE = ElementaryMotion("ball", (), (0, 1, 2)), ElementaryMotion("free",
 
 @dataclass(frozen=True)
 class Connection:
-    """A type of joint, of constraint, or of both, by the relative motion that it allows between two frames.
+    """A type of joint, of constraint, or of both, by the admissible relative motion between two frames.
 
     Attributes
     ----------
-    chain : elementary motions from the parent to the child, travels first; components of the velocity are angular ones
+    chain : elementary motions from the parent to the child, travels first; in the velocity, angular components come
         first
-    meanings : of coordinates that are plain numbers, if "angle" and "travel" do not tell them apart
+    meanings : of coordinates that are plain numbers, if "angle" and "travel" do not distinguish the coordinates
     drive : the coordinate that a constraint of the type may prescribe
     urdf : names of the type in URDF
     light : hint for a joint that carries no inertia, with ``{}`` for the body
     equations : numbers of holonomic and velocity rows of a constraint that no chain describes
-    needs : axes of its two frames that the rows of such a constraint use
+    needs : axes of the two frames used by the rows of such a constraint
     keys : of constraints of this type alone
-    rod : whether it is drawn as a rod between the origins
+    rod : whether pictures show a rod between the origins
     """
 
     name: str
@@ -150,7 +150,8 @@ class Connection:
 
     @cached_property
     def coordinates(self) -> Mapping[str, str]:
-        """Unit of each coordinate by its meaning, if all are plain numbers: these may have springs and limits."""
+        """Unit of each coordinate by meaning, if all are plain numbers: such coordinates may have springs and
+        limits."""
         if self.group != "R":
             return {}
         meanings = self.meanings or tuple("angle" if unit == "rad" else "travel" for unit in self.units)
@@ -158,32 +159,32 @@ class Connection:
 
     @property
     def angles(self) -> int:
-        """Number of coordinates that are angles; they come first."""
+        """Number of coordinates that are angles; angles come first."""
         return sum(unit == "rad" for unit in self.coordinates.values())
 
     @property
     def counted(self) -> tuple[int, ...]:
-        """Angles that two frames tell up to whole turns only; a screw's travel tells its turns."""
+        """Angles that two frames determine up to whole turns only; the travel of a screw determines its turns."""
         return tuple(k for motion in self.chain if motion.kind == "turn" for k in motion.components)
 
     @property
     def is_revolute(self) -> bool:
-        """Whether it is one turn about its axis."""
+        """Whether the type is one rotation about the axis."""
         return self.chain == (_turn(),)
 
     @property
     def starts(self) -> tuple[str, ...]:
-        """Keys that give its initial position."""
+        """Keys for the initial position."""
         return _STARTS[self.group]
 
     @property
     def turned_about(self) -> tuple[int, ...]:
-        """Directions that it turns about one by one, in order."""
+        """Directions of the successive elementary rotations, in order."""
         return tuple(motion.axes[0] for motion in self.chain if motion.kind in ("turn", "screw"))
 
     @property
     def travels(self) -> tuple[int, ...]:
-        """Directions of its translations, without screws."""
+        """Directions of the translations, without screws."""
         return tuple(axis for motion in self.chain if motion.kind == "travel" for axis in motion.axes)
 
     def has(self, kind: MotionKind) -> bool:
@@ -198,12 +199,12 @@ class Connection:
 
     @property
     def needed(self) -> tuple[str, ...]:
-        """Keys of its own that a joint has to have, besides the axis."""
+        """Required keys of a joint of this type, besides the axis."""
         return ("second_axis",) * (self.second_key == "second_axis") + ("pitch",) * self.has("screw")
 
     @property
     def drawn(self) -> tuple[bool, bool]:
-        """Whether it is drawn as a pin along its axis, and whether as a rail; joints with one axis only."""
+        """Whether pictures show a pin along the axis, and whether a rail; for joints with one axis only."""
         along = all(motion.axes == (AXIS,) for motion in self.chain)
         return along and bool(self.turned_about), along and bool(self.travels or self.has("screw"))
 
@@ -220,7 +221,7 @@ class Connection:
 
     @property
     def uses(self) -> tuple[Need, Need]:
-        """Axes of the first and of the second frame that its rows use."""
+        """Axes of the first and of the second frame used by the rows."""
         if self.needs is not None or not self.chain:
             return self.needs or ("any", "any")
         if self.has("ball"):
@@ -229,13 +230,13 @@ class Connection:
 
     @property
     def constraint_keys(self) -> tuple[str, ...]:
-        """Keys that a constraint has besides its frames."""
+        """Keys of a constraint besides the frames."""
         return ("drive",) * bool(self.drive) + self.keys + ("pitch",) * self.has("screw")
 
 
 #: Keys of the surface that touches a plane.
 _SURFACE = ("radius", "shape", "semi_axes", "tube_radius")
-#: Types that URDF has come first, in its order: hints list them so.
+#: Types of URDF come first, in the order of URDF: hints have this order.
 _ROWS = (
     Connection("revolute", (_turn(),), drive="angle", urdf=("revolute", "continuous")),
     Connection("prismatic", (_travel(),), drive="travel", urdf=("prismatic",)),
@@ -272,7 +273,7 @@ CONSTRAINTS: Mapping[str, Connection] = {name: TYPES[name] for name in get_args(
 
 
 def by_component(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
-    """Return the units of values by velocity component, by type of joint: one unit for types with equal ones."""
+    """Return the units of values by velocity component, by type of joint: one unit for types with equal units."""
     result: dict[str, str | tuple[str, ...]] = {}
     for name, row in JOINTS.items():
         units = tuple(angular if unit == "rad" else linear for unit in row.units)

@@ -29,7 +29,7 @@ def load(
     Parameters
     ----------
     path : str or Path
-        The file; its ending says the kind.
+        The file; the ending determines the kind.
     strict : bool
         Raise an error for elements that an importer would leave out with a note.
     coordinates : str, optional
@@ -45,9 +45,9 @@ def load(
     FileError
         If the file cannot be read or is larger than 10 MB.
     DescriptionError
-        With everything that is wrong with its content.
+        With all faults of the content.
     UsageError
-        If the kind of file is not known, or an option does not fit it.
+        If the kind of file is unknown, or an option does not fit the kind.
     """
     path = _expanded(path)
     if coordinates not in (None, "joint", "absolute"):
@@ -57,7 +57,7 @@ def load(
 
 
 def data_of(path: str | Path, *, strict: bool = False, **options: Any) -> dict[str, Any]:
-    """Return nested data of a scene, as ``from_data`` takes them, from a file of any kind in the register of sources.
+    """Return nested data of a scene, in the form of ``from_data``, from a file of any kind in the register of sources.
 
     Raises FileError, DescriptionError or UsageError, as ``load``.
     """
@@ -65,15 +65,15 @@ def data_of(path: str | Path, *, strict: bool = False, **options: Any) -> dict[s
 
 
 def method_of(path: str | Path, *, strict: bool = False, **options: Any) -> tuple[object, str]:
-    """Return the ``simulation.method`` of a file that cannot be loaded, None if it has none, and its place for
-    messages. Errors as of ``load``."""
+    """Return the ``simulation.method`` of a file that cannot be loaded, None without this key, and the place of the key
+    for messages. Errors as of ``load``."""
     path = _expanded(path)
     read = _read(path, strict=strict, **options)
     return named_method(read.data), Report(shown_file(path), read.lines).place("simulation.method")
 
 
 def named_method(data: Mapping[str, Any]) -> object:
-    """Return the ``simulation.method`` of unchecked data, None if it has none."""
+    """Return the ``simulation.method`` of unchecked data, None without this key."""
     simulation = data.get("simulation")
     return simulation.get("method") if isinstance(simulation, Mapping) else None
 
@@ -87,7 +87,7 @@ def _expanded(path: str | Path) -> Path:
         raise UsageError(Problem("path", fault, hint + ("" if ending == ".urdf" else ", or load(tomllib.loads(text))")))
     try:
         return Path(path).expanduser()
-    except RuntimeError:  # there is no home: the file is looked for as it is written
+    except RuntimeError:  # no home folder: the path is used unchanged
         return Path(path)
 
 
@@ -176,7 +176,7 @@ def from_data(
     file, lines : str, mapping
         Origin of the data, for messages: the line of each dotted key, or ``file:line``.
     problems : sequence of Problem
-        Known problems, to be reported together with further ones.
+        Known problems, to be reported together with further problems.
     notes, metadata
         Handed on to the scene.
     inertias_checked : bool

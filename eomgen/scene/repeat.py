@@ -34,7 +34,7 @@ def repeated(
     lines: MutableMapping[str, str],
     sections: Sequence[str] | None = None,
 ) -> dict[str, Any]:
-    """Return the data of a file with the copies that its tables ``repeat`` make, after the entries of each section.
+    """Return the data of a file with the copies made by tables ``repeat``, after the entries of each section.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def repeated(
     report : Report
         Takes faults.
     lines : mapping
-        Takes the lines of the copies: the lines of their originals.
+        Takes the lines of the copies, which are the lines of the originals.
     sections
         Whose entries may repeat; by default the sections of scenes.
     """
@@ -76,14 +76,14 @@ def repeated(
 
 
 def _sections(data: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the sections of a scene file, with sections of other distributions that its tables ``repeat`` have."""
+    """Return the sections of a scene file, including sections of other distributions in tables ``repeat``."""
     tables = data["repeat"].values() if isinstance(data["repeat"], Mapping) else ()
     within = (key for table in tables if isinstance(table, Mapping) for key in table if key not in (_INDICES, _WHERE))
     return section_keys(document_for(data, dict.fromkeys(within)))
 
 
 def numbers_of_copies(data: Mapping[str, Any]) -> dict[str, int]:
-    """Return the number of copies that each table ``repeat`` makes of its entries; invalid tables are left out."""
+    """Return the number of copies of its entries that each table ``repeat`` makes; invalid tables are left out."""
     aside, result = Report("", {}), {}
     for name, table in data["repeat"].items():
         ranges = _ranges("", table, aside) if isinstance(table, Mapping) else None
@@ -95,7 +95,8 @@ def numbers_of_copies(data: Mapping[str, Any]) -> dict[str, int]:
 
 
 def _by_entry(lines: Mapping[str, Any]) -> dict[str, list[tuple[str, Any]]]:
-    """Return the lines within each entry of tables ``repeat``: by the first four parts of their keys, the rest."""
+    """Return the lines within each entry of tables ``repeat``: from the first four parts of a key to the remaining
+    parts and the line."""
     result: dict[str, list[tuple[str, Any]]] = {}
     for key in lines:
         if key.startswith("repeat."):
@@ -108,7 +109,7 @@ def _by_entry(lines: Mapping[str, Any]) -> dict[str, list[tuple[str, Any]]]:
 
 
 def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, range] | None:
-    """Return the numbers that each index takes; None for invalid ones."""
+    """Return the numbers that each index takes; None for invalid indices."""
     place = f"{key}.{_INDICES}"
     indices = table.get(_INDICES)
     if not isinstance(indices, Mapping) or not indices:
@@ -134,7 +135,7 @@ def _whole(number: object) -> bool:
 
 
 class _Copies:
-    """The copies that one table makes."""
+    """The copies made by one table."""
 
     def __init__(
         self,
@@ -202,7 +203,7 @@ class _Copies:
             self.lines[f"{section}.{copy}{rest}"] = line if isinstance(line, str) else f"{self.report.file}:{line}"
 
     def _filled(self, value: Any, values: Mapping[str, int], key: str) -> Any:
-        """Return a value with numbers in place of its braces."""
+        """Return a value with numbers in place of braces."""
         if isinstance(value, str):
             if "{" not in value and "}" not in value:
                 return value
@@ -215,15 +216,15 @@ class _Copies:
         return value
 
     def _text(self, text: str, values: Mapping[str, int], key: str) -> str:
-        """Return a text with numbers in place of its braces."""
+        """Return a text with numbers in place of braces."""
         filled = _BRACES.sub(lambda match: repr(self._number(match[1], values, key)), text)
         if ("{" in filled or "}" in filled) and not self.report.concerns(key):
             self.report.add(key, f"{shown(text)} has a brace without its other", f"{{{next(iter(self.ranges))}}}")
         return filled
 
     def _number(self, formula: str, values: Mapping[str, int], key: str) -> float:
-        """Return the value of a formula of the indices, whole if it is an integer; 0 if it has none, which is reported
-        once."""
+        """Return the value of a formula of the indices, as an integer if whole; 0 for a formula without a value, which
+        is reported once."""
         if self.report.concerns(key):
             return 0
         try:

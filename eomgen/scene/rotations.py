@@ -38,14 +38,14 @@ _ORTHONORMAL = 1e-14
 
 
 class CoordinateAxis(NamedTuple):
-    """A coordinate axis, 0 to 2, and which way along it, 1 or -1."""
+    """A coordinate axis, 0 to 2, and a direction along this axis, 1 or -1."""
 
     place: int
     sense: float
 
     @property
     def unit(self) -> tuple[float, float, float]:
-        """The unit vector along it."""
+        """The unit vector along the axis."""
         x, y, z = (self.sense if k == self.place else 0.0 for k in range(3))
         return x, y, z
 
@@ -81,8 +81,8 @@ def snapped(entries: Array) -> Array:
 def snapped_rotation(matrix: Array) -> Array:
     """Return a rotation with right angles made exact, and still a rotation.
 
-    If only some entries of a row are near 0 or 1, as for a turn by 1e-5, rounding them alone leaves the matrix skew
-    by up to 1e-10; then the nearest rotation (the orthogonal polar factor) is taken instead.
+    If only some entries of a row are near 0 or 1, as for a turn by 1e-5, rounding these entries alone makes the matrix
+    non-orthogonal by up to 1e-10; then the nearest rotation (the orthogonal polar factor) is taken instead.
     """
     result = snapped(matrix)
     if np.max(np.abs(result @ result.T - np.eye(3))) <= _ORTHONORMAL:
@@ -125,8 +125,8 @@ def frame_about(axis: Array, x_axis: Array | None = None) -> Array:
     Parameters
     ----------
     x_axis : (3,) array, optional
-        The first column is along its part across ``axis``; by default the coordinate axis farthest from ``axis``,
-        the first of equally far ones.
+        The first column is along the component of ``x_axis`` orthogonal to ``axis``; by default the coordinate axis
+        farthest from ``axis``, the first of several equally distant axes.
     """
     sizes = np.abs(axis)
     wanted = np.eye(3)[first_near(sizes.tolist(), sizes.min())] if x_axis is None else x_axis
@@ -166,8 +166,8 @@ def rows(matrix: Array) -> tuple[tuple[float, float, float], ...]:
 def quaternion_of_matrix(m: Sequence[Sequence[float]]) -> tuple[float, float, float, float]:
     """Return the unit quaternion (w, x, y, z) of a rotation matrix (Shepperd's largest-component rule).
 
-    Its w is positive; for angles within tolerance of pi, w is about 0 and the first of the largest components is
-    positive, so that signs of poses do not change there.
+    w is positive; for angles within tolerance of pi, w is about 0 and the first of the largest components is positive,
+    so that signs of poses do not change there.
     """
     squares = [
         1.0 + m[0][0] + m[1][1] + m[2][2],

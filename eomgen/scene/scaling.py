@@ -62,7 +62,7 @@ class UnitsOf:
 
 
 def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
-    """Return nested data of a scene with tunable factors, all of them neutral.
+    """Return nested data of a scene with tunable factors, all equal to 1.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ class _Scaled:
         return f"({' * '.join(factors)}) * ({value})" if factors else value
 
     def in_own_units(self, match: re.Match[str]) -> str:
-        """Return a symbol of a formula divided by its unit."""
+        """Return a symbol of a formula divided by the unit of the symbol."""
         kind, joint, index, bare = match.groups()
         if kind in _OF_POINTS:
             unit = _OF_POINTS[kind]

@@ -46,7 +46,7 @@ def digest_of(data: Mapping[str, Any]) -> bytes:
     Raises
     ------
     TypeError
-        For a value of a class that no Scene has: its unread parts could differ between two scenes.
+        For a value of a class that no Scene contains: unread parts of the value could differ between two scenes.
     """
     parts: list[bytes] = []
     _add(data, parts, {})
@@ -54,7 +54,7 @@ def digest_of(data: Mapping[str, Any]) -> bytes:
     return hashlib.sha256(b"\0".join(parts)).digest()
 
 
-#: Bytes of fields by the identity of their values, which are held so that no other value takes it.
+#: Bytes of fields by the identity of the values; the values are kept alive, so that identities stay unique.
 Known = dict[int, tuple[Any, bytes]]
 
 
@@ -89,7 +89,7 @@ def _add(value: Any, parts: list[bytes], known: Known) -> None:
 
 
 def _add_field(value: Any, parts: list[bytes], known: Known) -> None:
-    """Add the bytes of a field; equal parts of a scene share most of their fields."""
+    """Add the bytes of a field; equal parts of a scene share most fields."""
     if type(value) is not tuple and not is_dataclass(value):
         _add(value, parts, known)
         return
@@ -101,7 +101,7 @@ def _add_field(value: Any, parts: list[bytes], known: Known) -> None:
 
 
 def _add_sorted(values: Iterable[Any], parts: list[bytes], known: Known) -> None:
-    """Add the items of a set, in an order of their own."""
+    """Add the items of a set, sorted by bytes."""
     items: list[bytes] = []
     for item in values:
         own: list[bytes] = []
@@ -116,7 +116,7 @@ def _field_names(kind: Hashable) -> tuple[str, ...]:
     return tuple(item.name for item in fields(cast("Any", kind)))
 
 
-#: Parts of a scene in the order of the summary, with their singular and plural.
+#: Parts of a scene in the order of the summary, with singular and plural nouns.
 _PARTS = (
     ("bodies", "body", "bodies"), ("joints", "joint", "joints"), ("constraints", "constraint", "constraints"),
     ("elements", "force element", "force elements"), ("controllers", "controller", "controllers"),
@@ -127,7 +127,7 @@ _PARTS = (
 
 
 class Shown(Protocol):
-    """The fields of a ``Scene`` that its summary shows."""
+    """The fields of a ``Scene`` in the summary."""
 
     @property
     def name(self) -> str: ...
@@ -169,7 +169,7 @@ def _counted(scene: Shown) -> Iterator[str]:
 
 
 def html(scene: Shown) -> str:
-    """Return the scene as tables: bodies with their joints, constraints, force elements, signals and parameters."""
+    """Return the scene as tables: bodies with joints, constraints, force elements, signals and parameters."""
     carried = dict(zip((body.name for body in scene.bodies), scene.joints, strict=True))
     bodies = (
         (body.name, infix(body.mass), _vector(body.center_of_mass), joint.name, joint.type, joint.parent)
@@ -228,7 +228,7 @@ class _Kind(Generic[Element]):
 @checked_calls('eomgen.load("scene.toml"), or eomgen.SceneBuilder("pendulum")...build()')
 @dataclass(frozen=True)
 class Scene:
-    """A checked scene. Bodies and joints are in an order in which every parent comes before its children.
+    """A checked scene. Bodies and joints are in an order with every parent before the children.
 
     Attributes
     ----------
@@ -240,22 +240,22 @@ class Scene:
     constraints : loop closures, in addition to the joints of the tree.
     reactions : points and axes of reactions that differ from the default of every joint and constraint.
     references : motions that formulas ask inverse dynamics about.
-    motions : the inputs that are motions, which are no inputs of the equations; they are polynomials of time whose
-        coefficients are tunable parameters
-    parts : by section of a product, the objects of its entries
-    modes : numbers that only events change; their values are the tunable parameters ``mode_...``
+    motions : the inputs that are motions, which are no inputs of the equations, but polynomials of time with tunable
+        parameters as coefficients
+    parts : by section of a product, the objects of the entries
+    modes : numbers that only events change, with values in the tunable parameters ``mode_...``
     events : roots of formulas that stop a run, are counted, or change the state, in order
-    coordinates : ``joint``, or ``absolute``: every body moves on its own and joints are constraints.
+    coordinates : ``joint``, or ``absolute``: every body is free and joints are constraints.
     groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. With ``SE3``, the
         default, a lower-pair joint to ground or to slow bodies holds exactly along a step. ``R3xSO3`` is for
         bodies that spin fast and freely.
-    points : the origins of frames among them, under the frames' names.
+    points : including the origins of frames, under the frames' names.
     frames : frames of bodies by name.
     task_frames : the bodies and frames that the terms of frames give; empty means all.
     requirements : rules for values that depend on tunable parameters; checked when these are given.
-    terms : the terms the scene asks for; empty means all that its users may need.
+    terms : the terms requested by the scene; empty means all terms that may be needed.
     source : mapping from a dotted key (``bodies.arm.mass``) to ``file:line`` for messages.
-    content : bytes that determine the scene as it was described (canonical JSON of its data).
+    content : bytes that determine the scene as described (canonical JSON of the data).
     notes : on elements that an importer converted, merged, snapped or left out; one sentence each.
     """
 
@@ -303,7 +303,7 @@ class Scene:
 
     @cached_property
     def digest(self) -> bytes:
-        """Key of a scene in caches, of its content and its data, so that ``dataclasses.replace`` makes another.
+        """Key of a scene in caches, of content and data, so that ``dataclasses.replace`` changes the key.
 
         Empty if the content is empty: such a scene is unchecked.
         """
@@ -312,7 +312,7 @@ class Scene:
 
     @property
     def leading_joints(self) -> tuple[Joint, ...]:
-        """The joints with coordinates of their own: they move and follow no other joint."""
+        """The joints with independent coordinates: joints that move and follow no other joint."""
         return tuple(joint for joint in self.joints if joint.mimic is None and joint.kind.moves)
 
     def frames_of_terms(self) -> tuple[FixedFrame, ...]:
@@ -324,7 +324,7 @@ class Scene:
     def design_places(self) -> list[DesignPlace]:
         """Return the places of joints, points, frames and frames of constraints with every joint at zero.
 
-        Places on geometrically exact beams are left out, for they follow from the shape of the beam.
+        Places on geometrically exact beams are left out, because they follow from the shape of the beam.
         """
         placements = {joint.child: Placement(joint.parent, joint.position, joint.orientation) for joint in self.joints}
         poses = DesignPoses(placements, {body.name for body in self.bodies if body.node_of})
@@ -356,7 +356,7 @@ class Scene:
     def _repr_html_(self) -> str:
         return html(self)
 
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+    if not TYPE_CHECKING:  # type checkers know the attributes
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)

@@ -23,15 +23,15 @@ from eomgen.scene.reading.values import Values
 from eomgen.system.signals import Parameter, variables_of
 
 Kept = TypeVar("Kept")
-#: From the key, body and position of a place to the body and the position in it that stand for them.
+#: From the key, body and position of a place to the equivalent body and the position in this body.
 AttachByKey = Callable[[str, str, Vector], tuple[str, Vector]]
-#: From the key, the kind and the entry of an output of a beam's section to its three components.
+#: From the key, the kind and the entry of an output of a beam's section to the three components.
 SectionFormulas = Callable[[str, str, Any], tuple[Formula, ...]]
 _NAMES = frozenset(item.name for item in fields(Names))
 
 
 class Entries(Protocol):
-    """A scene file as data; its entries are well formed."""
+    """A scene file as data with well-formed entries."""
 
     @property
     def coordinates(self) -> str: ...
@@ -57,7 +57,7 @@ class Unused(NamedTuple):
     names: Sequence[str]
 
 
-@dataclass(frozen=True, eq=False)  # rows are themselves
+@dataclass(frozen=True, eq=False)  # rows are compared by identity
 class Section:
     """A section of a scene file: a row of the register.
 
@@ -65,20 +65,21 @@ class Section:
     ----------
     key : of the section in a file
     entry : schema of an entry
-    singular : noun of an entry on the reference page; by default the key without its last letter
+    singular : noun of an entry on the reference page; by default the key without the last letter
     method : name of the builder's method; by default ``singular``
     positional : keys of an entry that the builder's method takes by position, behind the name
-    documentation : of the builder's method; by default it follows from the documentation of ``entry``
-    bare : noun of an entry, ``a parameter``, if formulas call it by name alone
+    documentation : of the builder's method; by default derived from the documentation of ``entry``
+    bare : noun of an entry, ``a parameter``, if formulas refer to entries by name alone
     single : whether the section is one table in place of entries by name
-    behind : key of the section before it on the reference page, for a row of a product
-    after : sections that are read before this one; they fix the order of messages and requirements, too
-    before : sections that are read after this one, of a product that they do not know
-    last : whether it observes a motion, and is read after all sections that do not
+    behind : key of the preceding section on the reference page, for a row of a product
+    after : sections that are read before this section; the order of reading is the order of messages and requirements,
+        too
+    before : sections, unknown to a product, that are read after this section
+    last : whether the section observes a motion, and is read after all sections that do not
     attached : whether entries have places on bodies, which are nodes on geometrically exact beams
     scene_field : field of the Scene that holds the items; empty if ``fields`` says more
-    always : whether the digest of a scene's content names the section if it has no entries
-    bounds : bound of each value by itself, by key within the entry; None for any number
+    always : whether the digest of a scene's content includes the section even without entries
+    bounds : bound of each single value, by key within the entry; None for any number None for any number
     """
 
     key: str
@@ -131,7 +132,7 @@ class Section:
         return ()
 
     def prepare(self, reading: Reading) -> None:
-        """Read the entries that readers of other sections need, before any of them is called."""
+        """Read the entries that readers of other sections need, before these readers are called."""
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
         """Return the items of the Scene that entries become, by name; problems go to the report of ``reading``."""
@@ -139,22 +140,22 @@ class Section:
         return {name: self.read_entry(name, entry, reading) for name, entry in entries}
 
     def read_entry(self, name: str, entry: Any, reading: Reading) -> Any:
-        """Return the item that one entry becomes."""
+        """Return the item of an entry."""
         return entry
 
     def check(self, reading: Reading) -> None:
-        """Report faults between entries, after they are read."""
+        """Report faults between entries, after all entries are read."""
 
     def notes(self, reading: Reading) -> Iterable[str]:
         """Return notes on doubtful entries of a scene without problems."""
         return ()
 
     def unused(self, reading: Reading) -> Unused:
-        """Return the entries that no formula mentions although they are for formulas alone."""
+        """Return the entries that no formula mentions although such entries only serve formulas."""
         return Unused("", "", ())
 
     def plain_angles(self, entries: Mapping[str, Any]) -> Iterable[tuple[str, float]]:
-        """Return subject and value, rad, of each angle that is a plain number in the entries as they are written."""
+        """Return subject and value, rad, of each angle that is a plain number in the entries as written."""
         return ()
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
@@ -170,7 +171,7 @@ class Reading:
     ----------
     document : Entries
     refused : mapping
-        Names of refused entries by section: they exist, but their data are unknown.
+        Names of refused entries by section: these entries exist, but the data are unknown.
     data : mapping
         The nested data of the document.
     rows : sequence of Section
@@ -181,7 +182,7 @@ class Reading:
     judged : collection of str
         Keys whose values an importer has judged, which have no requirements.
     bounds : mapping
-        Bounds of values by themselves, by key.
+        Bounds of single values, by key.
 
     Attributes
     ----------
@@ -189,7 +190,7 @@ class Reading:
     values : the reader of values
     parameters : of the scene so far
     items : results of the sections that are read, by section and name
-    attach : puts places on geometrically exact beams on their nodes
+    attach : moves places on geometrically exact beams to nodes
     section_formulas : gives outputs of beams' sections
     bodies : names of all bodies and beams
     broken : names of refused bodies and beams
@@ -237,7 +238,7 @@ class Reading:
         return (*self.document.section(key), *sorted(self.refused[key]))
 
     def reader(self, report: Report | None = None) -> Values:
-        """Return a new reader of values; it reports to the scene's report or another."""
+        """Return a new reader of values, which reports to the scene's report or to another report."""
         defaults = {parameter.name: parameter.value for parameter in self.parameters}
         refused = frozenset().union(*self.refused.values())
         return Values(self.names, defaults, report or self.report, refused, self._judged, self._bounds)
@@ -258,7 +259,7 @@ class Reading:
         self.values.parameters = {**self.values.parameters, **{item.name: item.value for item in parameters}}
 
     def keep(self, thing: object) -> None:
-        """Keep an object for the readers of other sections, which find it by its class."""
+        """Keep an object for the readers of other sections, which get the object by class."""
         self._kept[type(thing)] = thing
 
     def kept(self, kind: type[Kept]) -> Kept:
@@ -279,8 +280,8 @@ def join(whole: dict[str, Any], part: Mapping[str, Any]) -> None:
 
 
 def in_reading_order(rows: Sequence[Section]) -> list[Section]:
-    """Return the rows with predecessors before their successors, in the order of the register otherwise; observing
-    sections at the end."""
+    """Return the rows with predecessors before successors, otherwise in the order of the register; observing sections
+    come at the end."""
     by_key = {row.key: row for row in rows}
     order: dict[str, Section] = {}
 

@@ -16,8 +16,8 @@ from eomgen.scene.section import Section
 from eomgen.scene.signals.sections import CURVES, DEFINITIONS, INPUTS, OUTPUTS, PARAMETERS, STATES
 from eomgen.scene.tree.sections import BASE, BEAMS, BODIES, CONSTRAINTS, FRAMES, JOINTS, POINTS, REACTIONS
 
-#: The group of entry points under which a distribution gives its sections: objects of the class ``Section``, each under
-#: its key.
+#: The group of entry points for sections of other distributions: objects of the class ``Section``, each under the key
+#: of the section.
 GROUP = "eomgen.sections"
 _CORE: tuple[Section, ...] = (
     PARAMETERS,
@@ -76,6 +76,6 @@ def sections_for(keys: Iterable[str]) -> tuple[Section, ...]:
 
 @cache
 def bounds_of(rows: Sequence[Section]) -> dict[str, Row]:
-    """Return the requirement of each value of the sections by itself, by key."""
+    """Return the requirement of each single value of the sections, by key."""
     given = {f"{row.key}.{key}": bound for row in rows for key, bound in row.bounds.items() if bound is not None}
     return dict(BOUNDS) | bounds(given)

@@ -54,7 +54,7 @@ def add_structure(loads: Loads, body: ElasticBody, quantities: Quantities) -> No
 
 
 def law_of(kind: type[ForceElement]) -> Law:
-    """If the module does not load, or has no law for this class: an extension may be broken.
+    """Return the law of a class of force elements, ``kind.law``, from its module.
 
     Raises
     ------

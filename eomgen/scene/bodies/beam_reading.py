@@ -23,7 +23,7 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, percent_of_critical
 
-#: Number of coordinates of a mesh by its ends: per element, and beside these.
+#: Number of coordinates of a mesh by its ends: per element, and in addition.
 _NODAL = {"clamped_free": (2, 0), "free_free": (2, 1), "pinned_pinned": (2, -1)}
 _NODAL_BENDING = {"clamped_free": (2, 0), "free_free": (2, 2), "pinned_pinned": (2, 0)}
 _UNIFORM = (1.0,)
@@ -74,7 +74,7 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
 
 
 def undeformed(name: str, beam: Beam) -> Body:
-    """Return a beam as a body: mass, centre of mass and inertia of the straight line it is at rest."""
+    """Return a beam as a body: mass, centre of mass and inertia of the straight beam at rest."""
     start, length = (Fraction(number) if math.isfinite(number) else Fraction(1) for number in (beam.start, beam.length))
     zeroth, first, second = (_moment(beam.profiles.get("mass", _UNIFORM), power) for power in range(3))
     polar = times(length * _moment(beam.profiles.get("polar", _UNIFORM), 0), beam.polar_inertia)
@@ -91,7 +91,7 @@ def _moment(profile: Sequence[float], power: int) -> Fraction:
 
 
 class _Section:
-    """Masses and stiffnesses of a beam, written as such or following from its section."""
+    """Masses and stiffnesses of a beam, as given or computed from the section."""
 
     def __init__(self, key: str, entry: written.Beam, values: Values) -> None:
         self.key, self.entry, self.values = key, entry, values

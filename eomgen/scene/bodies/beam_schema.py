@@ -18,8 +18,8 @@ from eomgen.scene.reading.kinds import Pair, Rotations, SixBySixValues, Triple, 
 
 MOST_MODES = 100
 MOST_ELEMENTS = 400
-#: Nodal coordinates of one deformation: each is a state of its own, and the time to build goes with their square and
-#: more.
+#: Largest number of nodal coordinates of one deformation: each coordinate is a state, and the time to build grows
+#: faster than the square of this number.
 MOST_NODAL = 60
 #: Elements of a geometrically exact beam: each has six states and as many velocities.
 MOST_EXACT_ELEMENTS = 10_000
@@ -346,7 +346,7 @@ _IN_PLACE_OF: Mapping[str, Sequence[str]] = {
 
 @dataclass(frozen=True)
 class Keys:
-    """Keys of a beam, or of one of its parts; a key that the part does not give is read from the beam.
+    """Keys of a beam or of a part of a beam; keys missing in the part are read from the beam.
 
     Attributes
     ----------

@@ -17,9 +17,9 @@ from eomgen.scene.bodies.model import Body
 
 Rows = tuple[tuple[Formula, ...], ...]
 
-#: Strains of a section in order, by the stiffness that resists them. Deflection along y is rotation about z.
+#: Strains of a section in order, named by the stiffness against the strain. Deflection along y is rotation about z.
 STRAINS = ("torsion", "bending_z", "bending_y", "stretch", "shear_y", "shear_z")
-#: Models of geometrically exact beams, each with the strains that it does not have.
+#: Models of geometrically exact beams, each with the strains that are zero in the model.
 CONSTRAINED: Mapping[str, tuple[str, ...]] = {
     "cosserat": (),
     "kirchhoff": ("shear_y", "shear_z"),
@@ -28,7 +28,7 @@ CONSTRAINED: Mapping[str, tuple[str, ...]] = {
 #: Numbers of an element: strain, mean load, wrenches on both nodes, loads of the first and the last section, 6 each,
 #: rotations and moments first.
 SECTION_ROW = 36
-#: By kind of output: index of its three numbers at the first and at the last section.
+#: By kind of output: index of the first of three numbers at the first and at the last section.
 SECTION_PARTS: Mapping[str, tuple[int, int]] = {
     "section_curvature": (0, 0),
     "section_strain": (3, 3),
@@ -45,10 +45,10 @@ class BeamSection:
     ----------
     mass_per_length : kg/m
     rotary_inertia : density times second moments of area, kg m: polar, about y and about z of the sections
-    center_of_mass : m, along y and z of the sections; ``rotary_inertia`` and ``products`` are about it
+    center_of_mass : m, along y and z of the sections; ``rotary_inertia`` and ``products`` are about this centre
     products : of inertia per length, kg m, as entries xy, xz and yz of the tensor
-    stiffness, damping : rows of 6, rotations first, section axes: GJ, EI about y and z (N m^2), EA and GA along y and
-        z (N) on the diagonal, 0 for strains that it does not have; damping by rates of strain
+    stiffness, damping : rows of 6, rotations first, section axes: GJ, EI about y and z (N m^2), EA and GA along y and z
+        (N) on the diagonal, 0 for strains without stiffness; damping by rates of strain
     prestrain : (6,), strains in the initial shape, 1/m for rotations
     """
 
@@ -106,7 +106,7 @@ class Cosserat:
 
     @property
     def nodes(self) -> tuple[str, ...]:
-        """Names of the nodes; no name of a scene has a dot in it."""
+        """Names of the nodes; contain a dot, unlike all other names of a scene."""
         return (self.name, *(f"{self.name}.{number}" for number in range(1, self.elements + 1)))
 
     def bodies(self) -> tuple[Body, ...]:
@@ -143,7 +143,7 @@ def _node(name: str, beside: list[tuple[Fraction, BeamSection]], beam: str) -> B
 
 
 def _sum(terms: list[tuple[Fraction, Formula]]) -> Formula:
-    """Return a sum of numbers times formulas, of which equal ones are taken together."""
+    """Return a sum of numbers times formulas, with equal formulas collected."""
     if all(formula == terms[0][1] for _, formula in terms):
         return times(sum((factor for factor, _ in terms), Fraction(0)), terms[0][1])
     return reduce(total, (times(factor, formula) for factor, formula in terms))

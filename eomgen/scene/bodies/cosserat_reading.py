@@ -30,7 +30,7 @@ def widths_between(places: Sequence[Fraction], count: int) -> tuple[Fraction, ..
 
     Parameters
     ----------
-    places : in increasing order, both ends among them
+    places : in increasing order, including both ends
     """
     pieces = [end - start for start, end in pairwise(places)]
     counts = [1] * len(pieces)
@@ -64,7 +64,7 @@ def is_exact(entry: written.Beam) -> bool:
 
 
 def check_keys(name: str, entry: written.Beam, values: Values) -> None:
-    """Report the keys of a beam that belong to another model than its own."""
+    """Report the keys of a beam that belong to another beam model."""
     exact, model = is_exact(entry), entry.model or "euler_bernoulli"
     for field in _OF_DEFLECTIONS if exact else _OF_EXACT:
         if field in entry.model_fields_set:
@@ -159,7 +159,7 @@ def _beyond_numbers(beam: Cosserat, values: Values) -> str:
 
 @dataclass(frozen=True)
 class _Piece:
-    """A beam, or a part of it, and the lengths of its elements, m."""
+    """A beam, or a part of a beam, and the lengths of the elements, m."""
 
     keys: Keys
     widths: tuple[Fraction, ...]
@@ -174,7 +174,7 @@ def _equal(length: Fraction, count: int) -> tuple[Fraction, ...]:
 
 
 def _pieces(whole: Keys, shape: Shape | None, values: Values) -> list[_Piece]:
-    """Return the parts of a beam; one part if it has no list of parts."""
+    """Return the parts of a beam; one part for a beam without a list of parts."""
     entry, report = whole.entry, values.report
     if not entry.parts:
         if entry.elements is None:

@@ -30,14 +30,14 @@ from eomgen.scene.inertia import NO_INERTIA, impossible
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 
-#: Terms of the series of a rectangle: its remainder is below 1e-16 if the first side is the longer one.
+#: Terms of the series of a rectangle: the remainder is below 1e-16 if the first side is the longer side.
 _TERMS = 6
 _ZETA_OF_FIVE_ODD = 1.0045237627951396  # the sum of 1/k^5 over odd k
 
 
 @dataclass(frozen=True)
 class ShapeValues:
-    """Properties of a section that follow from its shape.
+    """Properties of a section that follow from the shape.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ def _ellipse(sizes: Sequence[Formula], ratio: Formula, _: Callable[[Formula], fl
 
 @dataclass(frozen=True)
 class SectionShape:
-    """A shape of sections: the keys of its sizes, in the order of its law."""
+    """A shape of sections: the keys of its dimensions, in the order of the arguments of its law."""
 
     sizes: tuple[str, ...]
     law: Law
@@ -173,7 +173,7 @@ class SectionReader:
 
     @cached_property
     def shear_modulus(self) -> Formula | None:
-        """By itself, or by Poisson's ratio: G = E/(2 (1 + nu))."""
+        """As given, or by Poisson's ratio: G = E/(2 (1 + nu))."""
         given = self.section.poisson_ratio
         if self.section.shear_modulus is not None or given is None:
             return self._optional("shear_modulus")
@@ -213,7 +213,7 @@ class SectionReader:
         return self._missing(field) if value is None else value
 
     def needed_pair(self, field: str) -> tuple[Formula, Formula]:
-        """Return two values of the section; missing ones are reported."""
+        """Return two values of the section; missing values are reported."""
         pair: tuple[Formula, Formula] | None = getattr(self, field)
         return (self._missing(field),) * 2 if pair is None else pair
 
@@ -225,7 +225,7 @@ class SectionReader:
         return ZERO
 
     def _check_shape(self) -> None:
-        """Report keys that the shape of the section does not take, or computes itself, and keys that it lacks."""
+        """Report keys that the shape of the section does not take or determines, and missing keys."""
         section, report = self.section, self.values.report
         given = [size for size in _SIZES if getattr(section, size) is not None]
         if section.shear_modulus is not None and section.poisson_ratio is not None:
@@ -290,7 +290,8 @@ class ResistsItsStrains:
 
 
 def unlike(matrix: Array) -> tuple[int, int] | None:
-    """Return the first entry of a matrix that differs from its mirror across the diagonal; None if it is symmetric."""
+    """Return the first entry of a matrix that differs from the entry mirrored across the diagonal; None for a symmetric
+    matrix."""
     result = np.argwhere(np.abs(matrix - matrix.T) > _ROUNDING * float(np.max(np.abs(matrix))))
     return (int(result[0][0]), int(result[0][1])) if len(result) else None
 
@@ -321,7 +322,7 @@ def _stiffness_fault(matrix: Array, model: str) -> tuple[str, str]:
     return f"{fault} its smallest eigenvalue is {smallest:.6g}", _DEFINITE
 
 
-#: Part of its size by which a block of a matrix may miss its form: written matrices have few digits.
+#: Relative deviation of a block of a matrix from the required form that is allowed: written matrices have few digits.
 _INERTIA_ROUNDING = 1e-6
 _FORM = "[[J, S], [-S, m]], of rotary inertia J, mass m, and S = m [[0, -z, y], [z, 0, 0], [-y, 0, 0]]"
 

@@ -35,20 +35,21 @@ IDENTITY = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
 class Shape(Protocol):
-    """An initial shape, of so many m."""
+    """An initial shape with a length in m."""
 
     @property
     def length(self) -> float: ...
 
     def between(self, start: Fraction, end: Fraction) -> tuple[Array, float]:
         """Return the logarithm, (6,), of the pose of the section at x = ``end`` m relative to the section at x =
-        ``start`` m, and the angle of the turn between them, rad, which may be above half a turn."""
+        ``start`` m, and the rotation angle between both sections, rad, which may exceed half a turn."""
         ...
 
 
 @dataclass(frozen=True)
 class Bent:
-    """A shape by its curvature, (3,), 1/m, section axes, at x; ``constant`` tells whether it is the same on a range."""
+    """A shape by curvature, (3,), 1/m, section axes, at x; ``constant`` returns whether the curvature is constant on a
+    range."""
 
     length: float
     curvature: Callable[[float], Array]
@@ -99,7 +100,7 @@ class Joined:
 
 @dataclass(frozen=True)
 class Turned:
-    """A shape with its sections turned about the axis by an angle at each x, rad."""
+    """A shape with sections rotated about the axis by an angle at each x, rad."""
 
     shape: Shape
     angle: Callable[[float], float]
@@ -125,7 +126,7 @@ def _about_x(angle: float) -> Array:
 
 
 def through_points(points: Array) -> Joined:
-    """Return a shape along the cubic spline through points, (count, 3), that leaves the first one along x."""
+    """Return a shape along the cubic spline through points, (count, 3), that leaves the first point along x."""
     knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     slopes = _slopes(knots, points)
     places, tangents = [points[:1]], [slopes[:1]]
@@ -139,7 +140,7 @@ def through_points(points: Array) -> Joined:
 
 
 def _slopes(knots: Array, points: Array) -> Array:
-    """Return the derivatives of a spline at its knots: along x at the first one; the last two pieces are one cubic, or
+    """Return the derivatives of a spline at the knots: along x at the first knot; the last two pieces are one cubic, or
     a single piece is a parabola."""
     widths = np.diff(knots)
     count = len(knots)
@@ -160,7 +161,7 @@ def _slopes(knots: Array, points: Array) -> Array:
 
 
 def _hermite(points: Array, slopes: Array, width: float) -> tuple[Array, Array]:
-    """Return places and derivatives of one piece of a spline at the ends of its parts but the first."""
+    """Return places and derivatives at the ends of the parts of one piece of a spline, without the first end."""
     u = np.arange(1, _PARTS + 1)[:, np.newaxis] / _PARTS
     (a, b), (c, d) = points, width * slopes
     place = (1 + 2 * u) * (1 - u) ** 2 * a + u * (1 - u) ** 2 * c + u**2 * (3 - 2 * u) * b + u**2 * (u - 1) * d
@@ -169,7 +170,8 @@ def _hermite(points: Array, slopes: Array, width: float) -> tuple[Array, Array]:
 
 
 def _least_turning(axis: Array, tangents: Array) -> Array:
-    """Return frames, (count, 7), with x along a curve and the least turn about it; the first is the beam's frame."""
+    """Return frames, (count, 7), with x along a curve and the least rotation about the curve; the first frame is the
+    beam's frame."""
     along = tangents / np.linalg.norm(tangents, axis=1)[:, np.newaxis]
     across = np.array([0.0, 1.0, 0.0])
     poses = [IDENTITY]
@@ -196,11 +198,11 @@ def through_frames(poses: Array) -> Joined:
 
 #: How far from the beam's frame the first point or frame may be, by the size of the shape.
 _AT_ORIGIN = 1e-9
-#: Angle from x from which on the second point is behind the first one.
+#: Angle from x above which the second point lies behind the first point.
 _BEHIND = 0.5 * math.pi
 #: Least distance of a bend between chords from a reversal by half a turn, rad; nearer bends have no defined side.
 _FOLDED = math.radians(5.0)
-#: Largest angle from x of a piece between frames, rad, and the angle from which on a note reports it.
+#: Largest angle from x of a piece between frames, rad, and the angle above which a note reports the piece.
 _OFF_AXIS, _OBLIQUE = math.radians(40.0), math.radians(3.0)
 
 
@@ -314,7 +316,7 @@ def _several(key: str, plural: str, places: Array, values: Values) -> bool:
 
 
 def bent_shape(pieces: Sequence[tuple[float, Keys]], values: Values) -> Shape:
-    """Return the shape of given curvature; ``pieces``: end of each piece, m, and its keys."""
+    """Return the shape of given curvature; ``pieces``: end of each piece, m, and the keys of the piece."""
     ends = [end for end, _ in pieces]
     length = ends[-1]
     straight = np.zeros(3)
@@ -332,7 +334,7 @@ def bent_shape(pieces: Sequence[tuple[float, Keys]], values: Values) -> Shape:
 
 
 def pretwisted(whole: Keys, shape: Shape, values: Values) -> Shape:
-    """Return a shape with the sections turned about its axis as the beam says."""
+    """Return a shape with sections rotated about the axis by the pretwist of the beam."""
     given, key = whole.entry.pretwist, f"{whole.key}.pretwist"
     if given is None:
         return shape

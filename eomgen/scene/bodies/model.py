@@ -27,7 +27,7 @@ KINDS: tuple[DeformationKind, ...] = ("bending_y", "bending_z", "stretch", "tors
 #: Tolerance in parts of the length of a beam: places beyond an end by less than this count as at that end.
 AT_END = 1e-6
 
-#: Nodal coordinates held at the ends; negative ones are counted from the last.
+#: Nodal coordinates held at the ends; negative indices are counted from the last coordinate.
 _FIXED_IN_BENDING: dict[Ends, tuple[int, ...]] = {"clamped_free": (0, 1), "free_free": (), "pinned_pinned": (0, -2)}
 _FIXED: dict[Ends, tuple[int, ...]] = {"clamped_free": (0,), "free_free": (), "pinned_pinned": (0, -1)}
 
@@ -48,13 +48,13 @@ class Deformation:
     elements : of the mesh behind ``finite_elements``, else 0
     ends : conditions at the ends for ``polynomial`` and ``finite_elements``: ``clamped_free``, ``free_free``,
         ``pinned_pinned``
-    stiffness : EI of bending in this direction (N m^2), EA of stretch (N), GJ of torsion (N m^2); a profile multiplies
-        it
+    stiffness : EI of bending in this direction (N m^2), EA of stretch (N), GJ of torsion (N m^2); multiplied by a
+        profile
     damping_ratio : modal damping, a part of critical; fixed
     stiffness_damping : D = this times K, s
-    inertia_factor : multiplies the inertia of these coordinates among themselves; 1 unless published data need it
+    inertia_factor : factor of the mutual inertia of these coordinates; 1 unless published data require another factor
     initial_position, initial_velocity : one number per coordinate, empty for zeros
-    nodal : coordinates are the nodal displacements of the mesh (m; slopes in rad), not its modes
+    nodal : coordinates are the nodal displacements of the mesh (m; slopes in rad), not modes
     normalisation : ``natural`` is the family's own; ``mean_square`` makes int f^2 = 1 over s = 0 .. 1; ``unit`` makes
         the
         deflection of a free second end 1, else the greatest one
@@ -79,7 +79,7 @@ class Deformation:
 
     @property
     def free_nodal(self) -> list[int]:
-        """Which nodal coordinates of a mesh its ends leave free; in bending deflections and slopes come in turn."""
+        """Nodal coordinates of a mesh left free by its ends; for bending, deflections and slopes alternate."""
         bending = self.kind.startswith("bending")
         size = 2 * self.elements + (2 if bending else 1)
         fixed = {dof % size for dof in (_FIXED_IN_BENDING if bending else _FIXED)[self.ends]}
@@ -100,14 +100,13 @@ class Beam:
     Attributes
     ----------
     start, length : m, fixed
-    mass_per_length : rho A, kg/m; a profile multiplies it
+    mass_per_length : rho A, kg/m; multiplied by a profile
     polar_inertia : rho I_p of the sections about the axis, kg m
     profiles : of ``mass``, ``bending_y``, ``bending_z``, ``stretch``, ``torsion`` and ``polar``: coefficients, constant
         first, of a polynomial in s = (x - start) / length that multiplies the property along the beam; absent: 1
     deformations : at most one of each kind, in the order of ``KINDS``
-    order : 1 keeps the kinetic energy to second order in elastic coordinates and their rates, so that their own
-        equations are
-        linear; 2 keeps all that the kinematics has
+    order : 1 keeps the kinetic energy to second order in elastic coordinates and their rates, so that the equations of
+        these coordinates are linear; 2 keeps all terms of the kinematics
     stiffening : whether the shortening of the bent axis is kept, which centrifugal stiffening comes from
     """
 
@@ -130,7 +129,7 @@ class Beam:
         return min(max(x, self.start), self.start + self.length)
 
     def is_beyond(self, x: float) -> bool:
-        """Return whether x is so far beyond an end that it is not at that end."""
+        """Return whether x lies beyond an end of the beam by more than the tolerance."""
         return abs(x - self.nearest(x)) > AT_END * self.length
 
 
@@ -138,7 +137,7 @@ class Beam:
 class Base:
     """Prescribed motion of the base: position in world axes and intrinsic rotations, formulas of t and parameters.
 
-    ``added_by``: keys of products that make the leading rotations, one for each; others are written as rotations.
+    ``added_by``: keys of products that make the leading rotations, one for each; further rotations are written as such.
     """
 
     position: Vector = ZERO_VECTOR
@@ -150,7 +149,7 @@ class Base:
 class Body:
     """A body. Inertia (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes; products as tensor entries.
 
-    ``beam``: its elastic part, None for a rigid body; mass, centre of mass and inertia are then the undeformed beam's.
+    ``beam``: the elastic part, None for a rigid body; mass, centre of mass and inertia are then the undeformed beam's.
     ``node_of``: the geometrically exact beam of which the body is a node.
     """
 

@@ -19,7 +19,7 @@ from eomgen.system.description import BASE, WORLD, FixedFrame, Point
 
 
 def read_base(base: written.Base | None, values: Values) -> Base | None:
-    """Return the motion of the base; its formulas of time must be twice differentiable."""
+    """Return the motion of the base; formulas of time must be twice differentiable."""
     if base is None:
         return None
     position = values.vector("base.position", base.position, MOTION)

@@ -187,7 +187,8 @@ def _tracking(key: str, entry: Written, kp: Formula, ki: Formula, values: Values
 
 
 def algebraic_loop(depends: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return a cycle in ``depends`` without a state, its first member repeated at the end; empty without a cycle."""
+    """Return a cycle in ``depends`` without a state, with the first member repeated at the end; empty without a
+    cycle."""
     try:
         TopologicalSorter(depends).prepare()
     except CycleError as error:
@@ -215,7 +216,7 @@ def _used(formulas: Iterable[Formula]) -> list[str]:
     )
 
 
-#: Keys beside signal, limits and labels that each type takes; the first ones it must have.
+#: Keys of each type in addition to signal, limits and labels: required keys, then optional keys.
 _KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "pi": ((), ("proportional", "integral", "tracking")),
     "pid": (("time_constant",), ("proportional", "integral", "derivative", "tracking", "initial_filtered")),
@@ -247,7 +248,7 @@ SUFFIXES: Mapping[str, tuple[str, ...]] = {
 
 
 def made_by_controller(name: str, entry: Written) -> dict[str, list[str]]:
-    """Return the names that a controller makes beside its own, by the section whose entries they are like."""
+    """Return the names that a controller adds besides its name, by the section whose entries they are like."""
     made: dict[str, list[str]] = {"states": [f"{name}_{suffix}" for suffix in SUFFIXES[entry.type]]}
     if entry.type == "sampled":
         sampled = sampled_names(name, entry)
@@ -302,7 +303,7 @@ def read_controllers(
     Parameters
     ----------
     springs : mapping
-        As they are written, for their points.
+        As written in the file, for their points.
     outputs : collection of str
         Names of the scene's outputs, for weights.
     folder : Path
@@ -351,7 +352,7 @@ def _check_keys(name: str, entry: Written, values: Values) -> None:
     if entry.initial and entry.type == "lead_lag":
         report.add(f"{key}.initial", "a lead_lag controller starts from initial_filtered", "initial_filtered = ...")
     if not SUFFIXES[entry.type]:
-        sampled = entry.type == "sampled"  # its function limits its outputs
+        sampled = entry.type == "sampled"  # outputs are limited by the function
         for option in ("signal", "minimum", "maximum") if sampled else ("signal", "initial"):
             if getattr(entry, option) not in (None, 0.0):
                 report.add(f"{key}.{option}", f"{option} has no meaning for {entry.type}", f"no {option}")

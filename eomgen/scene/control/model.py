@@ -33,12 +33,12 @@ class StateFeedback:
     Attributes
     ----------
     name : of the entry in the scene.
-    outputs : (m,) names of the controllers that it makes.
-    signals : (r,) formulas y; positions of ``coordinates``, their velocities, then the user's signals.
+    outputs : (m,) names of the controllers of the feedback.
+    signals : (r,) formulas y; positions of ``coordinates``, their rates, then the user's signals.
     labels : (r,) ``q.body``, ``v.body`` or the user's name of each signal.
     gains : (m, r) names of parameters.
     references : (r,) names of the parameters y_ref that a calibration fills; empty names without one.
-    calibration : method of the gains; None if the user gives them.
+    calibration : method of the gains; None if the user gives the gains.
     """
 
     name: str

@@ -55,7 +55,7 @@ def sampled_names(name: str, entry: Written) -> SampledNames:
 def read_sampled_controller(
     name: str, entry: Written, values: Values, folder: Path
 ) -> tuple[list[State], SampledController]:
-    """Return the states of a sampled controller, and the function called at its samples; faults are reported.
+    """Return the states of a sampled controller, and the function called at the samples; faults are reported.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def read_sampled_controller(
 
 
 def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource | None:
-    """Return the C file of a controller; None if the caller gives its function, or if a fault is reported."""
+    """Return the C file of a controller; None if the caller gives the function, or if a fault is reported."""
     if entry.source is None:
         if entry.function is not None:
             report.add(f"{key}.function", "function is the name of one in a C file", 'source = "controller.c"')

@@ -60,7 +60,7 @@ class ReferenceEntry(Table):
 
 
 def read_reference(name: str, entry: ReferenceEntry, followers: frozenset[str], values: Values) -> Reference:
-    """Return a reference motion; ``followers`` are joints that mimic others."""
+    """Return a reference motion; ``followers`` are joints that mimic other joints."""
     parts: dict[str, tuple[tuple[str, Formula], ...]] = {}
     for part in ("position", "velocity", "acceleration"):
         formulas = []
@@ -133,7 +133,7 @@ class _Controllers(Section):
 
 
 def _made(name: str, entry: Controller) -> list[tuple[str, str]]:
-    """Return the names that a controller makes beside its own, each with its section."""
+    """Return the names that a controller adds besides its name, each with a section."""
     return [(section, made) for section, names in made_by_controller(name, entry).items() for made in names]
 
 

@@ -24,7 +24,7 @@ class FeedbackNames:
 
     Attributes
     ----------
-    outputs : of its controllers.
+    outputs : of the controllers of the feedback.
     gains : of parameters, by output, in the order of signals.
     references : of parameters, by signal; empty for velocities, and if the user gives the reference.
     """
@@ -71,7 +71,7 @@ def feedback_names(name: str, entry: Written) -> FeedbackNames:
 
 
 def parameters_of(name: str, entry: Written) -> list[Parameter]:
-    """Return the tunable parameters of a state feedback, gains that the user gives as their values."""
+    """Return the tunable parameters of a state feedback, with the user's gains as values."""
     made = feedback_names(name, entry)
     tables = [(entry.position_gains or {}, joint) for joint in entry.coordinates or ()]
     tables += [(entry.velocity_gains or {}, joint) for joint in entry.coordinates or ()]
@@ -92,7 +92,8 @@ def parameters_of(name: str, entry: Written) -> list[Parameter]:
 def read_state_feedback(
     name: str, entry: Written, values: Values, outputs: Collection[str]
 ) -> tuple[list[Formula], StateFeedback]:
-    """Return the formula of each output of a state feedback, and its record; ``outputs`` are the scene's outputs."""
+    """Return the formula of each output of a state feedback, and the record of the feedback; ``outputs`` are the
+    scene's outputs."""
     key, report = key_of("controllers", name), values.report
     coordinates, signals = entry.coordinates or (), entry.signals or {}
     if not coordinates and not signals:

@@ -37,8 +37,7 @@ def assemble(
     coordinates: Literal["joint", "absolute"] | None,
     folder: Path,
 ) -> Scene:
-    """Check the data of a scene, included files among them, and return the scene; arguments as for
-    ``load.from_data``.
+    """Check the data of a scene, with included files, and return the scene; arguments as for ``load.from_data``.
 
     Raises
     ------
@@ -64,7 +63,8 @@ def assemble(
 
 
 def content(document: Document) -> bytes:
-    """Return bytes that determine the scene: canonical JSON, with entries as pairs because their order counts."""
+    """Return bytes that determine the scene: canonical JSON, with entries as pairs because the order of entries
+    counts."""
     data = document.model_dump(mode="json", exclude_none=True, exclude={"include", "repeat"})
     for row in document.rows:
         if not row.single:
@@ -84,7 +84,7 @@ def _content_of_files(fields: Mapping[str, Any]) -> bytes:
 
 
 def _fields(reading: Reading, document: Document, bound: Mapping[str, str]) -> dict[str, Any]:
-    """Return the fields of the Scene; they are right only if the report stays empty.
+    """Return the fields of the Scene; the fields are valid only if the report stays empty.
 
     Parameters
     ----------

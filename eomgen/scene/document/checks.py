@@ -25,11 +25,11 @@ from eomgen.system.motions import motion_parameters
 
 
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
-    """Return the document without the entries whose names are not legal; their names go to ``refused``."""
+    """Return the document without the entries whose names are not legal; these names go to ``refused``."""
     if not is_legal(document.name):
         report.add("name", f"the name {shown(document.name)} is not legal", NAME_RULE)
     kept: dict[str, object] = {}
-    rows = sorted(document.rows, key=lambda row: row is CURVES)  # their names count as the last ones
+    rows = sorted(document.rows, key=lambda row: row is CURVES)  # names of curves count last
     for row in document.rows:
         if row.single:
             continue
@@ -50,7 +50,7 @@ def _fault(row: Section, name: str, document: Document, rows: Sequence[Section])
         return f"the name {shown(name)} is not legal", NAME_RULE
     if row.bare and name in RESERVED:
         return f"the name {name} is a word of formulas", f"{name}_value"
-    bare = [other for other in rows if other.bare] if row.bare else []  # formulas call all of them by their bare names
+    bare = [other for other in rows if other.bare] if row.bare else []  # formulas use the names of all these entries
     for other in takewhile(lambda other: other is not row, bare):
         if name in document.section(other.key):
             return f"the name {name} is both {other.bare} and {row.bare}", "another name for one of them"
@@ -75,7 +75,7 @@ def _check_frames_of_elements(document: Document, reading: Reading) -> None:
 
 
 def _check_places(document: Document, reading: Reading) -> None:
-    """Report attachments to a beam beyond its ends."""
+    """Report attachments to a beam beyond the ends."""
     items = reading.items
     check_places(
         items["bodies"],
@@ -93,7 +93,7 @@ def _elements(reading: Reading) -> list[ForceElement]:
 
 
 def _check_groups(document: Document, reading: Reading) -> None:
-    """Report the groups of bodies that do not move on their own."""
+    """Report groups of bodies that do not move freely."""
     for joint in document.section("joints").values():
         body = document.section("bodies").get(joint.child)
         if not JOINTS[joint.type].moves and body is not None and body.group is not None:
@@ -170,7 +170,7 @@ def unused_names(document: Document, reading: Reading) -> list[str]:
 
 
 def efforts_on_drives(document: Document) -> list[str]:
-    """Return a note on each effort on a joint whose motion is prescribed by its drive."""
+    """Return a note on each effort on a joint whose motion is prescribed by a drive."""
     return [
         f"{key_of('efforts', name)}: the joint {effort.joint} is driven, so the effort changes nothing of its motion,"
         f" only drive_effort.{effort.joint}"

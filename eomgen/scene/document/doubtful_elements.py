@@ -31,7 +31,8 @@ from eomgen.system.description import BASE, Point
 _SLENDEREST = 2.5e4
 #: Doubtful distance of a place from the axis, relative to the beam's length.
 _BESIDE = 0.25
-#: Rounding of lengths, as a part of them, and the part of a beam's loads that forces by it may be.
+#: Rounding of lengths, as a part of the lengths, and the part of a beam's loads that forces due to this rounding may
+#: be.
 _ROUNDING, _NOISE = 1e-16, 1e-3
 #: m/s^2, for the order of magnitude of loads.
 _GRAVITY = 9.81
@@ -48,7 +49,7 @@ def doubtful_beams(
 
     Parameters
     ----------
-    bodies, points, elements : of the scene; geometrically exact beams are represented by their nodes
+    bodies, points, elements : of the scene; geometrically exact beams are represented by nodes
     """
     elements = list(elements)
     exact = {element.beam.name: element.beam for element in elements if isinstance(element, CosseratBeam)}
@@ -65,7 +66,7 @@ def doubtful_beams(
 
 
 def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> Iterator[str]:
-    """Yield a note on sections larger than the length of their beam, or negligible against the length."""
+    """Yield a note on sections larger than the length of the beam, or negligible compared with the length."""
     for name, length in lengths.items():
         entry, key = document.section("beams")[name], key_of("beams", name)
         tables = [(f"{key}.section", entry.section)]
@@ -82,7 +83,7 @@ def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> 
 
 
 def _of(key: str, section: Section, values: Values) -> Iterator[tuple[str, float]]:
-    """Yield the largest size of a section, m, with its key; the root of its area if no shape is given."""
+    """Yield the largest size of a section, m, with the key; the root of the area for a section without a shape."""
     there = values.at(0.5)
     fields = ("area",) if section.shape is None else SHAPES[section.shape].sizes
     given = [(f"{key}.{field}", getattr(section, field)) for field in fields]
@@ -119,7 +120,7 @@ def _rigid_arms(
     elements: Iterable[ForceElement],
     values: Values,
 ) -> Iterator[str]:
-    """Yield a note on each place doubtfully far from the axis of its beam, to which a rigid arm connects it."""
+    """Yield a note on each place doubtfully far from the axis of a beam, to which a rigid arm connects the place."""
     places: list[tuple[str, str, Vector]] = [
         (
             key_of("points" if point.name in document.section("points") else "frames", point.name, "position"),
@@ -171,7 +172,7 @@ def _below_zero(document: Document, field: str) -> Iterator[tuple[str, float]]:
 
 
 def springs_within_bodies(document: Document) -> list[str]:
-    """Return a note on each spring between two points of one body, which has no effect on its motion."""
+    """Return a note on each spring between two points of one body, which has no effect on the motion."""
     notes = []
     points = {**document.section("frames"), **document.section("points")}
     for name, spring in document.section("springs").items():
@@ -187,7 +188,7 @@ def springs_within_bodies(document: Document) -> list[str]:
 def tyres_in_the_road(
     tyres: Sequence[Tyre], points: Sequence[Point], places: Mapping[str, tuple[Array, Array]], values: Values
 ) -> list[str]:
-    """Return a note on each tyre that starts deep in its road; inputs are zero there, and t is."""
+    """Return a note on each tyre that starts deep in the road, at zero inputs and t = 0."""
     by_name, notes = {point.name: point for point in points}, []
     for tyre in tyres:
         point = by_name.get(tyre.center)
@@ -212,7 +213,7 @@ def tyres_in_the_road(
 
 
 def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[Array, Array]]:
-    """Return orientation and position of the bodies at the start, as far as joints alone decide them."""
+    """Return orientation and position of the bodies at the start, as far as joints determine both."""
     result: dict[str, tuple[Array, Array]] = {BASE: (np.eye(3), np.zeros(3))}
     for joint in joints:
         moved = _moved(joint)
@@ -228,7 +229,7 @@ def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[A
 
 
 def _moved(joint: Joint) -> tuple[Array, Array] | None:
-    """Return rotation and translation of a joint at its initial position; None for types that are not checked."""
+    """Return rotation and translation of a joint at the initial position; None for types that are not checked."""
     q, axis = joint.initial_position, np.array(joint.axis)
     if not any(q):
         return np.eye(3), np.zeros(3)

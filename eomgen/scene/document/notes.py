@@ -33,7 +33,7 @@ class Facts:
 
     Attributes
     ----------
-    data : nested data as a file has them, included files among them
+    data : nested data as in a file, with included files
     document : the same, checked
     scene : fields of the Scene
     reading : the state of reading at the end
@@ -58,7 +58,7 @@ class Facts:
 
     @cached_property
     def places(self) -> Mapping[str, tuple[Array, Array]]:
-        """Places of the bodies at the start, in the world; empty if they do not follow from the joints."""
+        """Poses of the bodies at the start, in the world; empty if the joints do not determine the poses."""
         if self.scene["base"] is not None or self.starts_in_equilibrium:
             return {}
         return initial_places(self.scene["joints"], self.values)
@@ -72,7 +72,7 @@ class Note:
     ----------
     name : of the row
     evaluate : from the facts to the texts of the notes, none if there is no doubt
-    behind : name of the row before it, for a row of a product
+    behind : name of the preceding row, for a row of a product
     """
 
     name: str
@@ -81,7 +81,7 @@ class Note:
 
 
 def _beyond_stops(facts: Facts) -> Iterator[str]:
-    """Yield a note for each initial coordinate beyond its stop; an equilibrium is looked for elsewhere."""
+    """Yield a note for each initial coordinate beyond a stop; an equilibrium is looked for elsewhere."""
     for joint in facts.scene["joints"]:
         if joint.initial_position and not facts.starts_in_equilibrium:
             for stop, limit in zip(joint.stops, joint.limits, strict=True):
@@ -119,7 +119,7 @@ def _tyres_in_the_road(facts: Facts) -> Iterable[str]:
 
 #: The group of rows that products add.
 GROUP = "eomgen.notes"
-#: Of the core, in the order in which a scene lists them.
+#: Notes of the core, in the order of their listing.
 NOTES: tuple[Note, ...] = (
     Note("start beyond a stop", _beyond_stops),
     Note("doubts of single sections", _of_sections),

@@ -25,7 +25,8 @@ from eomgen.system.description import BASE, WORLD, Point
 
 #: How many times as large as the scene a length has to be to be doubted.
 _FACTOR = 100.0
-#: The same for a radius of gyration, if enough arms give the size of the scene: kg cm^2 make it ten times as large.
+#: The same limit for a radius of gyration, if there are enough lengths for the size of the scene: inertias in kg cm^2
+#: instead of kg m^2 make the radius ten times as large.
 _OF_GYRATION, _ARMS = 10.0, 3
 #: Density of steel, kg/m^3.
 _DENSEST = 8_000.0
@@ -54,7 +55,7 @@ def out_of_scale(
     values: Values,
 ) -> list[str]:
     """Return a note on each mass, radius of gyration, length of a spring, radius of a tyre and place in a body that is
-    far beyond the other arms in the scene, at the default parameters; empty for a scene without arms.
+    much larger than the other lengths in the scene, at the default parameters; empty for a scene without arms.
 
     Parameters
     ----------
@@ -120,7 +121,8 @@ def _arms(
 
 
 def _far(arms: Sequence[_Arm]) -> list[_Arm]:
-    """Return the few arms that are a hundred times as long as all others, of which there are more than one."""
+    """Return the few lengths that are a hundred times as long as all other lengths, of which there are more than
+    one."""
     ordered = sorted((arm for arm in arms if arm.length >= _SHORTEST), key=lambda arm: -arm.length)
     for count, (longer, shorter) in enumerate(itertools.pairwise(ordered), 1):
         if 2 * count > len(ordered) or len(ordered) - count < 2:
@@ -160,7 +162,7 @@ def angles_of_several_turns(data: Mapping[str, Any], rows: Sequence[Section]) ->
 
     Parameters
     ----------
-    data : of a scene that is well formed, as it is written: unit strings are not converted
+    data : of a well-formed scene, as written: unit strings are not converted
     """
     result = [*_of_joints(data), *_of_springs(data), *_of_rotations(data)]
     result += [angle for row in rows if not row.single for angle in row.plain_angles(data.get(row.key, {}))]
@@ -217,7 +219,7 @@ def doubtful_times(data: Mapping[str, Any], document: Document) -> list[str]:
 
     Parameters
     ----------
-    data : of ``document`` as it is written: unit strings are not converted
+    data : of ``document``, as written: unit strings are not converted
     """
     notes = []
     for section in ("states", "controllers"):

@@ -78,14 +78,14 @@ _KINDS: tuple[tuple[Any, str], ...] = (
 
 
 def tables() -> dict[str, type[Table]]:
-    """Return every class of the schema by name, an entry of force elements by its element's name."""
+    """Return every class of the schema by name, for entries of force elements by the name of the element."""
     models = tables_of(every_document()).values()
     parts = (part for table in models for part in table.__mro__ if issubclass(part, Table) and part is not Table)
     return {part.__name__.removesuffix("Entry"): part for part in parts}
 
 
 def table(model: type[Table]) -> str:
-    """Return the Markdown table of a class of the schema: a row for each key of its own that has a description."""
+    """Return the Markdown table of a class of the schema: a row for each key of the class with a description."""
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     hints = get_type_hints(model, include_extras=True)
     for name, field in model.model_fields.items():
@@ -96,7 +96,7 @@ def table(model: type[Table]) -> str:
 
 
 def renewed(page: str) -> str:
-    """Return the text of a page with its tables as the schema has them."""
+    """Return the text of a page with the tables of the present schema."""
     known = tables()
     page = _UNITS.sub(lambda match: match[1] + units() + match[2], page)
     return _MARKED.sub(lambda match: match[1] + table(known[match[2]]) + match[4], page)
@@ -178,16 +178,16 @@ if __name__ == "__main__":
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON Schema of scene files; ``x-unit`` and ``x-names`` say the unit of a key and the scope of its
-    formulas.
+    """Return the JSON Schema of scene files; ``x-unit`` and ``x-names`` are the unit of a key and the scope of the
+    formulas of a key.
 
-    It holds keywords that draft 4 and later drafts read alike, since editors of TOML know draft 4.
+    The schema has only keywords with equal meaning in draft 4 and later drafts, since editors of TOML know draft 4.
     """
     document = every_document()
     description = document.model_json_schema()
     definitions = description["$defs"]
     for name, model in tables_of(document).items():
-        properties = definitions.get(name, description)["properties"]  # the document itself is no definition
+        properties = definitions.get(name, description)["properties"]  # the document is no definition
         for key_name, (meaning, _) in fields_of(model).items():
             _annotate(properties[key_name], meaning)
     definitions["Parameter"] = {"anyOf": [NUMBER_SCHEMA, QUANTITY_SCHEMA, definitions["Parameter"]]}
@@ -199,7 +199,7 @@ def schema() -> dict[str, Any]:
 
 
 def _of_every_draft(node: Any) -> Any:
-    """Return a JSON Schema without the keywords that came after draft 4, which others can say."""
+    """Return a JSON Schema with keywords of draft 4 only: later keywords are replaced by equivalents."""
     if isinstance(node, list):
         return [_of_every_draft(entry) for entry in node]
     if not isinstance(node, dict):
@@ -213,7 +213,7 @@ def _of_every_draft(node: Any) -> Any:
 
 
 def _annotate(entry: dict[str, Any], meaning: Meaning) -> None:
-    """Add the unit, names and references of a key to its JSON Schema."""
+    """Add the unit, names and references of a key to the JSON Schema of the key."""
     units = every_unit(meaning)
     if units:
         entry["x-unit"] = " or ".join(units)

@@ -165,7 +165,7 @@ def without_absent_sections(schema: type[Document], data: Mapping[str, Any]) -> 
         kept: dict[str, Any] = {
             name: (field.annotation, field) for name, field in schema.model_fields.items() if name not in key[1]
         }
-        # it has all that readers of a Document use besides the entries of sections
+        # the class has all attributes that readers of a Document use besides the entries of sections
         made = cast("type[Document]", create_model("Document", __base__=(_Sections, Table), **kept))
         made.rows = schema.rows
         _SHORTENED[key] = made
@@ -173,7 +173,7 @@ def without_absent_sections(schema: type[Document], data: Mapping[str, Any]) -> 
 
 
 class _Sections:
-    """Access to the sections of a scene file by their keys."""
+    """Access to the sections of a scene file by key."""
 
     rows: ClassVar[tuple[Section, ...]] = OWN
 

@@ -84,7 +84,8 @@ class ColumnUnits:
 
 
 def columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | None:
-    """Return the units of an entry's columns known from its kind and its label; None if the entry is no curve."""
+    """Return the units of an entry's columns known from kind and label of the entry; None for entries that are no
+    curve. None if the entry is no curve."""
     labels = model.column_labels(data)
     return labels and ColumnUnits(*labels)
 
@@ -115,7 +116,7 @@ def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list
     Parameters
     ----------
     data : mapping
-        As ``tomllib`` reads a scene file; malformed parts are left as they are.
+        As ``tomllib`` reads a scene file; malformed parts are not changed.
     report : Report
         Takes quantities that cannot be converted.
     """
@@ -198,7 +199,7 @@ class _Converter:
         return self.value(columns.of(column) or ANY_UNIT, key, value) if isinstance(value, str) else value
 
     def label_columns(self, model: type[Table], key: str, columns: ColumnUnits, result: dict[str, Any]) -> None:
-        """Label a curve by the units that its columns were converted to; report a label that says otherwise."""
+        """Label a curve by the units to which the columns were converted; report a contradictory label."""
         if "unit" in model.model_fields and "value" in columns.converted:
             label = result.get("unit", "")
             if not model.labels_values:
@@ -271,7 +272,7 @@ class _Converter:
 
         ``over_time``: formulas of time could stand instead.
         """
-        if isinstance(value, Refused | Included):  # read with its own file
+        if isinstance(value, Refused | Included):  # read with the included file
             return value
         if isinstance(value, str):
             if is_quantity(value):
@@ -298,7 +299,7 @@ class _Converter:
         Returns
         -------
         Refused or None
-            In place of the name, if it is refused.
+            In place of a refused name.
         """
         factors = _factors(self.labels.get(name, ""))
         if not factors or not isinstance(unit, str) or unit in ("", ANY_UNIT) or factors == _factors(unit):
@@ -380,7 +381,7 @@ def _unit(meaning: Meaning, kind: object, index: object) -> Units:
 
 
 def _label(entry: object) -> str:
-    """Return the unit of a parameter, an input or the like, as it is written; empty without one."""
+    """Return the unit of a parameter, an input or the like, as written; empty without a unit."""
     value, unit = (entry.get("value"), entry.get("unit", "")) if isinstance(entry, Mapping) else (entry, "")
     if isinstance(value, str) and is_quantity(value):
         number_and_unit = _NUMBER_AND_UNIT.fullmatch(value)

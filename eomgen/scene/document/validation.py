@@ -41,7 +41,7 @@ _BY_KEY: Mapping[str, str] = {
     "velocity_weights": "velocity_weights = { JOINT = 1 }",
     "signals": 'signals = { error = "1 - q.joint" }',
 }
-#: Examples of an entry of a section, behind its name.
+#: Examples of an entry of a section, after the name of the section.
 _ENTRIES: Mapping[str, str] = {
     "bodies": "{ mass = 1.0, inertia = [0.1, 0.1, 0.1] }",
     "inputs": '{ formula = "sin(t)" }',
@@ -116,7 +116,7 @@ def is_file(given: object) -> bool:
 
 
 def quoted(given: object) -> str:
-    """Return a value as a scene file writes it."""
+    """Return a value in the notation of a scene file."""
     return f'"{shown(given)[1:-1]}"' if isinstance(given, str) else f"{given}"
 
 
@@ -202,7 +202,7 @@ def key_meant(name: str, keys: Collection[str], given: object) -> str:
     return next((key for key in meant if key in keys), "")
 
 
-#: So many words that a key may hold are listed in a hint; of more, the nearest are.
+#: Largest number of admissible words of a key listed in a hint; of more words, the nearest are listed.
 _LISTED = 12
 _AXES = ("x", "y", "z")
 
@@ -298,7 +298,7 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     document : Document
         Of the entries that are well formed.
     refused : dict
-        For each section, the names of the entries left out: they exist, and are not to be reported as unknown.
+        For each section, the names of the entries left out: these names exist, and are not to be reported as unknown.
     """
     schema = document_for(data)
     sections = section_keys(schema)
@@ -323,6 +323,6 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
             elif section in kept:
                 broken = broken or section in sections
                 del kept[section]
-    if broken:  # every reference into a section that is not there would be a problem of its own
+    if broken:  # avoids a separate problem for every reference into a missing section
         report.raise_problems()
     return without_absent_sections(schema, kept).model_validate({"format": 1, "name": "scene", **kept}), refused

@@ -13,7 +13,7 @@ class Event:
 
     Attributes
     ----------
-    resets : pairs of a coordinate, a velocity or an internal state, and its new value; of ``reset``
+    resets : pairs of a coordinate, a velocity or an internal state, and the new value; of ``reset``
     restitution : of ``impact``
     mode, value : of ``switch``
     least_interval : s; 0 by default
@@ -33,6 +33,6 @@ class Event:
     place: str = ""
 
     def actions(self) -> list[Formula]:
-        """Return the formulas of its action: new values, a restitution, a new mode."""
+        """Return the formulas of the action: new values, a restitution, a new mode."""
         given = [self.restitution, self.value]
         return [*(formula for _, formula in self.resets), *(formula for formula in given if formula is not None)]

@@ -23,7 +23,7 @@ from eomgen.system.signals import Parameter
 
 #: Quantities that a reset may set.
 _TARGETS = Scope('coordinates, velocities and internal states: "q.joint", "v.joint"', frozenset({"q", "v", "state"}))
-#: Keys that belong to one action, and whether it needs them.
+#: Keys that belong to one action.
 _KEYS = {"reset": ("reset",), "impact": ("restitution",), "switch": ("mode", "to")}
 #: Of a restitution that parameters decide.
 _RESTITUTION = Row(
@@ -48,7 +48,7 @@ def read_event(
     ----------
     joints : joints without faults, by name
     modes : names of all modes
-    absolute : whether joints have no coordinates of their own
+    absolute : whether the scene is in absolute coordinates, without coordinates of joints
     """
     key = key_of("events", name)
     when = values.formula(f"{key}.when", entry.when, EVERYTHING)
@@ -99,7 +99,7 @@ def read_event(
 
 
 def _is_comparison(formula: Formula) -> bool:
-    """Return whether a formula is a comparison, or comparisons with words between them: 1 or 0."""
+    """Return whether the value of a formula is 1 or 0: a comparison, or comparisons joined by logical words."""
     if not isinstance(formula, Operation):
         return False
     joined = formula.name in ("mul", "min", "max") and all(map(_is_comparison, formula.arguments))
@@ -111,7 +111,7 @@ def _value(key: str, value: float | str | None, values: Values) -> Formula | Non
 
 
 def _restitution(key: str, value: float | str | None, values: Values) -> Formula | None:
-    """Return the formula of a restitution: from 0 to 1 if it depends on parameters alone; in other formulas a run
+    """Return the formula of a restitution: from 0 to 1 if the formula has parameters only; for other formulas a run
     refuses negative values."""
     formula = _value(key, value, values)
     if formula is not None and all(symbol.kind == "parameter" for symbol in symbols(formula)):
@@ -120,7 +120,7 @@ def _restitution(key: str, value: float | str | None, values: Values) -> Formula
 
 
 def _fault(symbol: Formula, target: str, joints: Mapping[str, Joint], absolute: bool) -> tuple[str, str] | None:
-    """Return the reason why a quantity cannot be set, and a hint; None if it can be set."""
+    """Return the reason why a quantity cannot be set, and a hint; None if the quantity can be set."""
     if symbol is UNKNOWN:
         return None
     if not isinstance(symbol, Symbol) or symbol.kind not in ("q", "v", "state"):

@@ -44,7 +44,7 @@ class NodeLoad:
 
     Attributes
     ----------
-    halves : m, weights of the element before the node and of the one beyond it
+    halves : m, weights of the element before the node and of the element after the node
     """
 
     node: str
@@ -66,8 +66,8 @@ class DistributedLoad(ForceElement):
     ----------
     start, length : of the beam, m
     profile : coefficients of the polynomial in s = (x - start) / length, constant first
-    axes : ``beam``: axes of its undeformed frame, or of each section of a geometrically exact beam
-    nodes : of a geometrically exact beam, which bears all of it there
+    axes : ``beam``: axes of the undeformed beam frame, or of each section of a geometrically exact beam
+    nodes : of a geometrically exact beam, on which the whole load acts
     """
 
     section: ClassVar[str] = "distributed_loads"

@@ -10,20 +10,21 @@ from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.joints.model import Frame
 from eomgen.system.description import Line, Wheel
 
-#: From the parts of a key, body and position of a place to the body and the position that stand for it.
+#: From the parts of a key, body and position of a place to the equivalent body and position.
 Attach = Callable[[tuple[str, ...], str, Vector], tuple[str, Vector]]
 
 
 @dataclass(frozen=True)
 class ForceElement:
-    """A force element of a Scene. A kind overrides only the properties that it has.
+    """A force element of a Scene. A kind overrides only the properties that apply.
 
     Attributes
     ----------
     section : of a scene file
-    law : module and name of the ``mechanics.forces.loads.Law`` of its loads, ``module:LAW``; mechanics imports it
+    law : module and name of the ``mechanics.forces.loads.Law`` of the element's loads, ``module:LAW``; mechanics
+        imports the law
     added_masses : module and name of the function of algebra, element and number (of a formula of parameters) that
-        returns the ``mechanics.tree.inertia.AddedMass`` that it adds to its body; empty for none
+        returns the ``mechanics.tree.inertia.AddedMass`` that the element adds to a body; empty for none
     """
 
     name: str
@@ -37,11 +38,13 @@ class ForceElement:
         return f"{self.section.removesuffix('s').replace('_', ' ')} {self.name}"
 
     def formulas(self) -> Iterator[tuple[Formula, int]]:
-        """Yield the formulas of the state and of time that it depends on, and of how many of their time derivatives."""
+        """Yield the formulas of the state and of time in the element, each with the number of time derivatives
+        needed."""
         yield from ()
 
     def passive(self) -> Self | None:
-        """Return the element without its formula forces, which have no potential; None if it has no other part."""
+        """Return the element without forces by formulas, which have no potential; None for an element with no other
+        part."""
         return self
 
     @property
@@ -54,7 +57,7 @@ class ForceElement:
         return ()
 
     def frames(self) -> tuple[Frame, Frame] | None:
-        """Return the frames of two bodies that it connects."""
+        """Return the two frames between which the element acts."""
         return None
 
     def places(self) -> Iterator[tuple[tuple[str, ...], str, Vector]]:
@@ -64,7 +67,7 @@ class ForceElement:
             yield (side, "position"), frame.body, frame.position
 
     def attached(self, at: Attach) -> Self:
-        """Return the element with its places on bodies moved to the results of ``at``."""
+        """Return the element with places on bodies replaced by the results of ``at``."""
         frames = self.frames()
         if frames is None:
             return self
@@ -75,9 +78,10 @@ class ForceElement:
         return replace(self, **moved)  # type: ignore[arg-type]  # kinds with frames have these fields
 
     def angles(self) -> tuple[tuple[str, int], ...]:
-        """Return the angles, by joint and index, that act on it as numbers, so that whole turns matter."""
+        """Return the angles, by joint and index, on which the element depends as numbers, so that whole turns
+        matter."""
         return ()
 
     def drawn(self) -> Line | Wheel | None:
-        """Return the line or wheel that pictures draw for it; None for an element without one."""
+        """Return the line or wheel that represents the element in pictures; None for an element without a picture."""
         return None

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class Site:
     """Data for a reader of a force element: names of bodies and of beams, points, and the scene's values.
 
-    ``exact``: geometrically exact beams, as far as they are read.
+    ``exact``: geometrically exact beams read so far.
     """
 
     bodies: Collection[str]
@@ -41,8 +41,8 @@ class ElementSection(Section):
     ----------
     model : class of the elements
     reader : from name, entry and site to the element
-    offers : quantities of an element that formulas may mention (``length.strut``), with their kind in scopes:
-        ``element``, or ``tension`` of quantities that the force of a spring must not depend on
+    offers : quantities of an element for formulas (``length.strut``), with the kind in scopes: ``element``, or
+        ``tension`` of quantities that the force of a spring must not depend on
     """
 
     model: type[ForceElement]

@@ -15,5 +15,5 @@ ELEMENTS: tuple[ElementSection, ...] = (
     distributed_loads.SECTION,
     forces.EFFORT_SECTION,
 )
-#: Force elements that entries of other sections bring with them.
+#: Force elements that entries of other sections imply.
 STRUCTURE: tuple[type[ForceElement], ...] = (cosserat_beams.CosseratBeam,)

@@ -104,7 +104,8 @@ class TorsionSpringEntry(Table):
 
 @dataclass(frozen=True)
 class TorsionSpring(ForceElement):
-    """Torsional spring-damper between two angles, coordinates of joints (or one and its rest angle, ``second`` empty).
+    """Torsional spring-damper between two angles, coordinates of joints (or one angle and a rest angle, ``second``
+    empty).
 
     Effort on ``first``: -(stiffness (q1 - q2 - rest) + damping (v1 - v2)), opposite on ``second``.
     """

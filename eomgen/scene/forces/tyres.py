@@ -54,7 +54,7 @@ class Slip:
 
     Attributes
     ----------
-    axis : unit vector of the wheel's spin in the axes of its centre's body
+    axis : unit vector of the wheel's spin in the axes of the body at the wheel centre
     stiffness : longitudinal and lateral, per unit of slip and of load
     velocity : added in squares to the rolling speed, m/s
     """
@@ -67,13 +67,13 @@ class Slip:
 
 @dataclass(frozen=True)
 class Tyre(ForceElement):
-    """A point contact between a wheel and a road of given height; it lifts off if the road falls away.
+    """A point contact between a wheel and a road of given height; the wheel may lift off.
 
     Attributes
     ----------
     center : point, the centre of the wheel
     road : height of the road in the world, formula of time, inputs and the centre's x and y
-    road_rate : its rate from time and inputs; None if it follows from the formula
+    road_rate : rate of the height due to time and inputs; None if the rate follows from the formula
     moving_road : whether time or inputs move the road
     """
 
@@ -91,7 +91,7 @@ class Tyre(ForceElement):
     slip: Slip | None = None
 
     def formulas(self) -> Iterator[tuple[Formula, int]]:
-        yield self.road, 1  # the damping takes its rate
+        yield self.road, 1  # damping depends on the rate of the road
         if self.road_rate is not None:
             yield self.road_rate, 0
 

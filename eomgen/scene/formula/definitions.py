@@ -15,7 +15,8 @@ from eomgen.scene.formula.scope import Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
 
 _NUMBER = re.compile(r"\s*-?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,2})?\s*", re.ASCII)
-#: Operations and levels of a formula with its definitions written out, at most: Python walks each of them.
+#: Largest numbers of operations and levels of a formula with definitions expanded: Python visits each operation and
+#: level.
 MOST_OPERATIONS, MOST_LEVELS = 20_000, 150
 #: Definitions within one another at most.
 MOST_NESTED = 50
@@ -23,12 +24,12 @@ MOST_NESTED = 50
 
 class DefinitionError(FormulaError):
     """A definition that mentions itself, directly or through other definitions, or mentions too many definitions; the
-    text names them."""
+    message names the definitions."""
 
 
 @dataclass(frozen=True)
 class Written:
-    """A definition's formula in a scope, and its size: operations, levels, and definitions within one another."""
+    """A definition's formula in a scope, and the size of the formula: operations, levels, and nested definitions."""
 
     formula: Formula
     operations: int
@@ -38,14 +39,14 @@ class Written:
 
 @dataclass(eq=False)
 class NamedExpression:
-    """A named expression as text, and its formulas in the scopes in which it has been read.
+    """A named expression as text, and the formulas of the text in the scopes read so far.
 
     Attributes
     ----------
     name : in the scene
-    text : in the names of its file
-    open : the definitions of the scene that are being read, each within the one before
-    used : whether a formula mentions it
+    text : with the names of the file of the definition
+    open : the definitions of the scene that are being read, from the outermost to the innermost
+    used : whether a formula mentions the expression
     """
 
     name: str
@@ -61,7 +62,7 @@ class NamedExpression:
         return float(self.text) if _NUMBER.fullmatch(self.text) else None
 
     def read(self, scope: Scope, read: Callable[[str], Formula]) -> Written:
-        """Return the formula in a scope, with its name.
+        """Return the formula in a scope, and the symbol of the expression.
 
         Parameters
         ----------
@@ -70,7 +71,8 @@ class NamedExpression:
         Raises
         ------
         FormulaError
-            In the words of the definition's text; since the definition mentions itself, or through too many others.
+            With the text of the definition; for a definition that mentions itself, or that mentions too many
+            definitions.
         """
         self.used = True
         if scope not in self._written:
@@ -117,7 +119,7 @@ def expanded(symbol: Symbol, names: Names, scope: Scope, read: Callable[[str], F
 
 
 def mentioned(formula: Formula) -> set[Symbol]:
-    """Return the symbols of definitions in a formula as its text says it."""
+    """Return the symbols of definitions in a formula before their expansion."""
     if isinstance(formula, Symbol):
         return {formula} if formula.kind == "definition" else set()
     if isinstance(formula, Application):
@@ -128,7 +130,7 @@ def mentioned(formula: Formula) -> set[Symbol]:
 
 
 def check_extent(formula: Formula, parts: Mapping[Symbol, Written]) -> None:
-    """Check the size of a formula with its definitions written out, before they are. Raises FormulaError."""
+    """Check the size of a formula before definitions are expanded. Raises FormulaError."""
     operations, levels = extent(formula, parts)
     if operations > MOST_OPERATIONS or levels > MOST_LEVELS:
         fault = (

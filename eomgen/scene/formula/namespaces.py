@@ -25,7 +25,7 @@ _NOTHING_KNOWN = Symbol("parameter", "")
 
 @dataclass(frozen=True, eq=False)
 class Namespace:
-    """Translation of the names of an included file to names of the file that includes it.
+    """Translation of the names of an included file to names of the including file.
 
     Attributes
     ----------
@@ -55,12 +55,12 @@ class Included(str):
 
 
 def spaces_of(text: str) -> tuple[Namespace, ...]:
-    """Return the namespaces around a text, the innermost first; none for a text of the scene itself."""
+    """Return the namespaces around a text, the innermost first; none for a text of the main scene file."""
     return text.spaces if isinstance(text, Included) else ()
 
 
 def read_included(text: str, names: Names, scope: Scope) -> Formula:
-    """Read a formula in the names of its own file, and return it in the scene's names, ``names``.
+    """Read a formula in the names of its file, and return the formula in the scene's names, ``names``.
 
     Raises
     ------
@@ -78,8 +78,8 @@ def read_included(text: str, names: Names, scope: Scope) -> Formula:
 
 
 def _by_parameters(symbol: Symbol, names: Names, scope: Scope) -> Formula:
-    """Return a mode as the tunable parameter that holds its value, a motion as its polynomial, a law as the
-    input of its name or, in scopes without inputs, as its formula; other symbols unchanged."""
+    """Return the replacement of a symbol: for a mode the tunable parameter of the mode, for a motion the polynomial,
+    for a law the input of the same name or, in scopes without inputs, the formula; other symbols are unchanged."""
     if symbol.kind in names.laws:
         return Symbol("input", symbol.name) if "input" in scope.kinds else names.laws[symbol.kind].formulas[symbol.name]
     if symbol.kind == "input" and symbol.name in names.motions:
@@ -122,7 +122,7 @@ def _read(text: str, spaces: tuple[Namespace, ...], names: Names, scope: Scope) 
 
 
 def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
-    """Return the names of a scene as a file sees its own among them."""
+    """Return the part of the names of a scene that a file can use, under the names of the file."""
     if not spaces:
         return names
     space, outer = spaces[0], _visible(names, spaces[1:])
@@ -156,7 +156,7 @@ def _locally(space: Namespace, section: str, known: Collection[str]) -> dict[str
 
 
 class _Renamed(Mapping[str, Entry]):
-    """Entries under the names that an included file has for them."""
+    """Entries under the names in an included file."""
 
     def __init__(self, entries: Mapping[str, Entry], names: Mapping[str, str]) -> None:
         self.entries = entries
@@ -173,7 +173,7 @@ class _Renamed(Mapping[str, Entry]):
 
 
 def _bound(value: str, spaces: tuple[Namespace, ...], names: Names) -> Formula:
-    """Return the scene's formula of a parameter of an included file; a nameless symbol if it cannot be read, which is
+    """Return the scene's formula of a parameter of an included file; a nameless symbol for a faulty formula, which is
     reported elsewhere."""
     try:
         return _read(value, spaces, names, PARAMETERS)
@@ -188,7 +188,7 @@ def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: Names) -> Fo
             return _bound(space.values[symbol.name], spaces[place + 1 :], names)
         section = names.section_of(symbol.kind)
         if section == "joints" and symbol.name in space.names["beams"]:
-            section = "beams"  # their elastic coordinates are named like coordinates of joints
+            section = "beams"  # elastic coordinates are named like coordinates of joints
         if section in ("reactions", "drives"):
             section = space.section_with(symbol.name, REACTING if section == "reactions" else DRIVEN)
         if section:
@@ -199,7 +199,7 @@ def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: Names) -> Fo
 
 
 def mapped(formula: Formula, rename: Callable[[Symbol], Formula]) -> Formula:
-    """Return a formula with every symbol replaced; curves are known by themselves, not by name."""
+    """Return a formula with every symbol replaced; curves are referred to as objects, not by name."""
     if isinstance(formula, Symbol):
         return rename(formula)
     if isinstance(formula, Operation):
@@ -211,15 +211,15 @@ def mapped(formula: Formula, rename: Callable[[Symbol], Formula]) -> Formula:
 
 @dataclass
 class Part:
-    """The data of a file with all that it includes.
+    """The data of a file, including all included files.
 
     Attributes
     ----------
-    data : as a scene file without includes holds them.
+    data : as in a scene file without includes.
     lines : ``file:line`` of each dotted key.
     notes : of importers, and of elements left out.
     judged : bodies whose inertias an importer has judged.
-    bound : by key, formulas of parameters of included files; they are read even without use.
+    bound : by key, formulas for parameters of included files; these formulas are read even without use.
     spaces : every namespace, in order.
     """
 
@@ -232,7 +232,8 @@ class Part:
 
 
 def signature(spaces: Sequence[Namespace]) -> bytes:
-    """Return bytes that tell namespaces apart, for the cache key: texts alone do not say whose names they mention."""
+    """Return bytes that distinguish namespaces, for the cache key: a text does not determine the meaning of its
+    names."""
     if not spaces:
         return b""
     return json.dumps([[dict(space.names), dict(space.values)] for space in spaces], sort_keys=True).encode()

@@ -66,7 +66,7 @@ def read_formula(text: str, names: Names, scope: Scope) -> Formula:
     Raises
     ------
     FormulaError
-        With its column and a hint.
+        With column and hint.
     """
     return _Reader(text, names, scope).read()
 
@@ -97,7 +97,7 @@ class _Reader:
         return FormulaError(fault, self.text.column(node.col_offset), hint)
 
     def convert(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
-        """Return the formula of a node, and its value if it is a constant."""
+        """Return the formula of a node, and the value of a constant node."""
         if depth > DEPTH:
             raise self.error(node, f"{TOO_DEEP} (each term of a long sum counts)", "brackets around groups of terms")
         if isinstance(node, ast.Constant) and type(node.value) in (int, float):
@@ -211,7 +211,7 @@ class _Reader:
         return self.fold(node, name, parts) if variadic else self.operation(node, name, parts)
 
     def application(self, node: ast.Call, name: str, word: str, depth: int) -> tuple[Formula, float | None]:
-        """Return a curve, or a derivative of it, at an argument."""
+        """Return a curve, or a derivative of a curve, at an argument."""
         name = name.removeprefix(PREFIX)
         call = f"{word}.{name}" if word else name
         if word in self.kinds() and word not in DERIVATIVES:
@@ -342,7 +342,7 @@ class _Reader:
         raise self.error(node, f"unknown name {shown(name)}", hint)
 
     def definition(self, name: str) -> tuple[Formula, float | None]:
-        """Return a definition: a number, or a symbol until the definition is written out and its kinds are checked."""
+        """Return a definition: a number, or a symbol until the definition is expanded and checked."""
         definition: NamedExpression = self.names.definitions[name]
         if (number := definition.number) is None:
             return Symbol("definition", name), None
@@ -350,7 +350,7 @@ class _Reader:
         return Number(number), number
 
     def check_alone(self, node: ast.expr, name: str, meaning: str) -> None:
-        """Check that a name with a meaning of its own here is no parameter or definition of the scene."""
+        """Check that a name with a special meaning in this place is no parameter or definition of the scene."""
         for kind, taken in (("parameter", self.names.parameters), ("definition", self.names.definitions)):
             if name in taken:
                 fault = f"{name} is the {meaning} here, and a {kind} is called so too"
@@ -457,7 +457,7 @@ class _Reader:
         return [*QUANTITIES, *self.names.offered, *(["mode"] if self.names.modes else [])]
 
     def family(self, kind: str, name: str) -> tuple[list[str] | None, int | None]:
-        """Return the names that a kind of quantity can take, and how many components this one has if that is known."""
+        """Return the possible names of a kind of quantity, and the number of components of this quantity if known."""
         if kind in ("q", "v", "a"):
             row = JOINTS.get(self.names.joints.get(name, ""))
             size = (row.q_size if kind == "q" else row.v_size) if row else self.names.beams.get(name) or None
@@ -479,7 +479,7 @@ class _Reader:
 
 
 def _is_tau(node: ast.expr) -> bool:
-    """Return whether a node is ``tau.NAME``, or a component of it."""
+    """Return whether a node is ``tau.NAME``, or a component of ``tau.NAME``."""
     inner = node.value if isinstance(node, ast.Subscript) else node
     name = inner.value if isinstance(inner, ast.Attribute) else None
     return isinstance(name, ast.Name) and name.id.removeprefix(PREFIX) == "tau"
@@ -495,7 +495,7 @@ def _is_reaction(node: ast.expr) -> bool:
 
 
 def _before(node: ast.expr) -> tuple[str, str]:
-    """Return a name, or a quantity, that something is written behind as its part, and the name of that part."""
+    """Return the word before the dot of a node such as ``position.tip``, and the name of the part after the dot."""
     if isinstance(node, ast.Name):
         return node.id.removeprefix(PREFIX), ""
     if not (isinstance(node, ast.Attribute) and isinstance(node.value, ast.Attribute)):

@@ -12,9 +12,9 @@ from eomgen.base.messages import is_legal, nearest, shown
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import Formula
 
-#: Words before the name of a curve, and which derivative they stand for.
+#: Words before the name of a curve, and the order of the derivative for each word.
 DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}
-#: Kinds of quantities that every scene has, and the kind of thing that has them.
+#: Kinds of quantities of every scene, and the kind of entry with such a quantity.
 QUANTITIES: Mapping[str, str] = {
     **dict.fromkeys(("q", "v", "a"), "joint"),
     **dict.fromkeys(("position", "velocity", "acceleration"), "point"),
@@ -23,13 +23,13 @@ QUANTITIES: Mapping[str, str] = {
     "drive_effort": "drive",
     **dict.fromkeys(("gravity", "tau"), "joint"),
 }
-#: Sections whose entries have a reaction, in the order in which its name is looked for.
+#: Sections whose entries have a reaction, in the order of the search for a name.
 REACTING = ("reactions", "joints", "constraints")
 #: Sections whose entries may be driven.
 DRIVEN = ("joints", "constraints")
 #: Quantities of force elements that are forces.
 _FORCES = ("tension", "load")
-#: Parts of a reaction, and the index of the first of their three components: angular first.
+#: Parts of a reaction, and the index of the first of three components: angular first.
 REACTION_PARTS: Mapping[str, int] = {"moment": 0, "force": 3}
 ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
 
@@ -40,7 +40,7 @@ class Scope:
 
     Attributes
     ----------
-    reasons : for kinds that it does not have for a special reason: kind, reason and hint
+    reasons : for kinds excluded for a special reason: kind, reason and hint
     """
 
     description: str
@@ -90,7 +90,7 @@ MOTION = Scope(
         ),
     ),
 )
-#: Names of the coordinates of a constraint's second frame in the first one.
+#: Names of the coordinates of a constraint's second frame in the first frame.
 IN_FRAME = ("x", "y", "z")
 _FORCES_INSTEAD = "an effort or a force that depends on it"
 _NOT_IN_CONSTRAINTS = (
@@ -158,15 +158,15 @@ ALONG_A_BEAM: Mapping[Scope, Scope] = {
     for scope in (PARAMETERS, FIXED_PARAMETERS, LOCAL_LOAD)
 }
 EVERYTHING = Scope("any quantity", LOAD.kinds | {"a", "acceleration", "power", "reaction", "drive_effort"})
-#: Of named expressions by themselves, which stand in any formula.
+#: Scope of named expressions before their use in a formula, which may be any formula.
 ANYWHERE = Scope(EVERYTHING.description, EVERYTHING.kinds | {"local"})
 ANYWHERE_ALONG_A_BEAM = Scope(EVERYTHING.description, ANYWHERE.kinds | {"place"})
 
 
 @dataclass(frozen=True)
 class Offered:
-    """A kind of quantity that the force elements of a section offer: the kind of scope that allows it, and the names of
-    the elements."""
+    """A kind of quantity of the force elements of a section: the kind of scope that allows the quantity, and the names
+    of the elements."""
 
     section: str
     scope: str
@@ -188,17 +188,17 @@ class Names:
 
     Attributes
     ----------
-    parameters : mapping from name to whether it is tunable.
-    joints : mapping from name to joint type; an empty type if it is not known.
-    beams : mapping from name to number of elastic coordinates; 0 if it is not known.
+    parameters : mapping from name to whether the parameter is tunable.
+    joints : mapping from name to joint type; an empty type if unknown.
+    beams : mapping from name to number of elastic coordinates; 0 if unknown.
     exact_beams : beams that are geometrically exact, and have no elastic coordinates.
     reactions : names in [reactions]; every joint and constraint has a reaction in addition.
     curves : mapping from name to curve.
-    curve_arguments : units in SI of the arguments of curves, of curves that say them.
+    curve_arguments : units in SI of the arguments of curves, for curves with known units.
     motions : formulas of time of the inputs that are motions.
-    laws : by section of a product, formulas of time that its entries are.
-    entries : by section, the objects of its entries by name, of which words of the register are quantities.
-    offered : mapping from kind of quantity to the elements that offer it.
+    laws : by section of a product, formulas of time of its entries.
+    entries : by section, objects of entries by name, for words of the register of formula words.
+    offered : mapping from kind of quantity to the elements with this quantity.
     definitions : mapping from name to the ``NamedExpression``.
     """
 
@@ -324,7 +324,7 @@ def of_name(name: str, names: Names, scope: Scope, known: Iterable[str]) -> str:
 
 
 def of_parts(names: Names, word: str, part: str) -> str:
-    """Return a hint in place of parts such as ``position.tip.x`` and ``q[0]``, from the word before them."""
+    """Return a hint in place of parts such as ``position.tip.x`` and ``q[0]``, from the word before the part."""
     if part and part in _AXES and word:
         return f"{word}[{_AXES.index(part)}]"
     if word in names.points:

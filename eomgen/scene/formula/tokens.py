@@ -36,7 +36,7 @@ _SIGNS: Mapping[str, str] = {
     "\u2265": ">=",
     "?": "2 if t > 1 else 0, for t > 1 ? 2 : 0",
 }
-#: Words for angles in degrees or radians, which have hints of their own.
+#: Words for angles in degrees or radians, which have special hints.
 DEGREES = frozenset({"deg", "degs", "degree", "degrees", "radians", "rad", "deg2rad", "rad2deg", "\N{DEGREE SIGN}"})
 #: Quantities of a geometrically exact beam in formulas.
 ON_A_POINT = "position.NAME[0], with NAME in [points] at one of its nodes"
@@ -57,7 +57,7 @@ class FormulaError(DescriptionError):
 
 
 class FormulaText:
-    """A formula's text and its form for the parser, ``aliased``.
+    """The text of a formula, and ``aliased``, its form for the parser.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import UNKNOWN, Values, unit_of
 from eomgen.system.description import BASE, WORLD, Point
 
-#: Keys of some types only, in the order in which they are looked at.
+#: Keys of some types only, in the order of their checks.
 _CONSTRAINT_KEYS = (
     "drive",
     "length",
@@ -43,7 +43,7 @@ _CONSTRAINT_KEYS = (
     "velocity_equation",
     "unit",
 )
-#: Keys that surfaces need beside their shape.
+#: Keys that surfaces need besides the shape.
 _OF_SHAPES: Mapping[str, Mapping[str, str]] = {
     "disc": {"radius": "1.0"},
     "sphere": {"radius": "1.0"},
@@ -52,7 +52,7 @@ _OF_SHAPES: Mapping[str, Mapping[str, str]] = {
 }
 _EQUATION = 'equation = "q.rod - lift(q.cam)", which is 0 on the constraint'
 _VELOCITIES = ("v", "velocity")
-#: Functions that jump or have a corner, with the noun of it.
+#: Functions that jump or have a corner, with the noun for the singularity.
 _ROUGH = {"abs": "a corner", "min": "a corner", "max": "a corner", "sign": "a jump", "lt": "a jump", "le": "a jump"}
 _COUNTS = {1: "one derivative", 2: "two derivatives"}
 #: Degree in velocities of formulas that are not linear.
@@ -126,7 +126,7 @@ def _frame(
 
 
 def _check_shape(key: str, shape: Shape, entry: written.Constraint, values: Values) -> None:
-    """Report keys that a shape needs, and keys that it does not have."""
+    """Report missing keys of a shape, and keys that do not belong to the shape."""
     for field in ("radius", "semi_axes", "tube_radius"):
         given, example = getattr(entry, field) is not None, _OF_SHAPES[shape].get(field)
         if example is not None and not given:
@@ -161,12 +161,12 @@ def _kind(entry: written.Constraint) -> str:
 def read_equation(
     key: str, entry: written.Constraint, points: Mapping[str, Point], values: Values
 ) -> tuple[Formula | None, EquationUnit]:
-    """Return the equation of a constraint and its unit; faults go to the report of ``values``.
+    """Return the equation of a constraint and the unit of the equation; faults go to the report of ``values``.
 
     Returns
     -------
     tuple
-        The formula, ``UNKNOWN`` for a refused one and None for a missing one, and its unit in SI.
+        The formula, ``UNKNOWN`` for a refused formula and None for a missing formula, and the unit in SI.
     """
     report, at_velocity = values.report, entry.velocity_equation is not None
     text = entry.velocity_equation if at_velocity else entry.equation
@@ -224,7 +224,8 @@ def _holds(
 
 
 def _check_smooth(place: str, formula: Formula, values: Values, derivatives: int) -> None:
-    """Report curves and functions without so many derivatives; note choices, whose branches have to fit."""
+    """Report curves and functions with fewer than ``derivatives`` derivatives; note choices, whose branches have to
+    fit."""
     needs = f"a constraint needs {_COUNTS[derivatives]} of its equation"
     for used in applications(formula):
         rough = [

@@ -20,7 +20,8 @@ from eomgen.scene.signals.curves import check_twice_differentiable
 
 #: Remainder of the complex step for the rate of a value that is zero.
 _NOISE = 1e-50
-#: Rates above this come from a complex step of 1e-30 beside a pole or a root without real value; no machine has them.
+#: Rates above this come from a complex step of 1e-30 near a pole or a root without real value; no real machine reaches
+#: such rates.
 _ENDLESS = 1e25
 #: Hint for a curve that jumps or bends in a law.
 SMOOTH_OR_SPLINE = 'interpolation = "quintic", or smooth = "10 ms" beside the law'
@@ -32,7 +33,7 @@ def read_law(key: str, value: float | str, values: Values, smooth: float | None 
 
     Parameters
     ----------
-    smooth : duration in s of the transition that replaces its jumps and kinks; None: they are refused
+    smooth : duration in s of the transition that replaces jumps and kinks; None: jumps and kinks are refused
     """
     formula = _without_jumps(key, values.formula(key, value, MOTION), values, smooth)
     check_twice_differentiable(key, [formula], values.report, SMOOTH_OR_SPLINE)
@@ -40,7 +41,7 @@ def read_law(key: str, value: float | str, values: Values, smooth: float | None 
 
 
 def read_length(key: str, value: float | str, values: Values, smooth: float | None = None) -> Formula:
-    """Return a length, which time may prescribe; it has to be positive, at t = 0 if it changes."""
+    """Return a length, possibly a prescribed function of time; the length has to be positive, at t = 0 if variable."""
     formula = values.formula(key, value, MOTION)
     if formula is UNKNOWN:
         return formula
@@ -121,7 +122,7 @@ def read_drives(key: str, joint: written.Joint, values: Values) -> tuple[Formula
     places = zip(_places(key, joint.drive), joint.drive, strict=True)
     noted = len(values.notes)
     laws = tuple(read_law(at, value, values, smooth) for at, value in places)
-    if len(values.notes) - noted < len(laws):  # one of them is smoothed
+    if len(values.notes) - noted < len(laws):  # a law was smoothed
         del values.notes[noted:]
     return laws
 
@@ -138,7 +139,7 @@ def _places(key: str, drives: Sequence[object]) -> list[str]:
 
 
 def start_of(key: str, law: Formula, values: Values) -> tuple[float, float]:
-    """Return a prescribed motion at t = 0 and the default parameters, and its rate; zeros for a reported fault."""
+    """Return a prescribed motion and its rate at t = 0 and default parameters; zeros for a reported fault."""
     named = {symbol.name for symbol in symbols(law) if symbol.kind == "parameter"}
     if law is UNKNOWN or not named <= values.parameters.keys():
         return 0.0, 0.0

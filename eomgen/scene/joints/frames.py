@@ -29,7 +29,7 @@ def read_frame(
     points: Mapping[str, Point],
     values: Values,
 ) -> Frame:
-    """Return a checked frame; ``title`` says in messages whose it is."""
+    """Return a checked frame; ``title`` is the owner of the frame in messages."""
     report = values.report
     orientation = _orientation(key, title, frame, need, values)
     if frame.point is None:
@@ -109,7 +109,7 @@ def check_two_bodies(
     joints : sequence of Joint
         Parents first.
     beams : collection of str
-        Bodies that are not rigid, neither by themselves nor with the bodies fixed to them.
+        Bodies that are not rigid, alone or with the bodies fixed to the beam.
     """
     host = {BASE: BASE, WORLD: WORLD}
     for joint in joints:

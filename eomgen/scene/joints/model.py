@@ -35,17 +35,18 @@ class Frame:
 
 @dataclass(frozen=True)
 class Constraint:
-    """A constraint between two frames, which coincide when it is met with all free displacements zero.
+    """A constraint between two frames, which coincide if the constraint is satisfied and all free displacements are
+    zero.
 
     Attributes
     ----------
     type : str
         ``revolute``, ``cylindrical``, ``helical`` and ``prismatic`` share the z axis, along which the second frame of
-        ``helical`` travels ``pitch`` per radian it turns; ``planar`` keeps the second frame's origin in
-        the first's xy plane with parallel z; ``universal`` keeps first x and second y perpendicular, and the origins
-        together; ``point_on_line`` keeps the second's origin on the first's z axis; ``distance`` keeps the origins
-        ``length`` apart; ``rolling`` lets a disc or a torus about the second frame's z axis, a sphere or an ellipsoid
-        roll on the first's xy plane without slip, ``sliding`` lets it slide there; ``formula`` holds an equation.
+        ``helical`` travels ``pitch`` per radian it turns; ``planar`` keeps the second frame's origin in the first's xy
+        plane with parallel z; ``universal`` keeps first x and second y perpendicular, and the origins together;
+        ``point_on_line`` keeps the second's origin on the first's z axis; ``distance`` keeps the origins ``length``
+        apart; ``rolling`` lets a disc or a torus about the second frame's z axis, a sphere or an ellipsoid roll on the
+        first's xy plane without slip, ``sliding`` lets the body slide there; ``formula`` holds an equation.
     drive : formula of t and parameters, or None
         Prescribes the free displacement: the angle or the travel that the type names.
     length : formula of t and parameters
@@ -53,9 +54,10 @@ class Constraint:
     semi_axes : of the ellipsoid, along the axes of the second frame
     tube_radius : of the torus
     equation : formula that is 0, or None; between two frames of the local position, else of coordinates and points
-    at_velocity : whether the equation is of velocities, and linear in them
+    at_velocity : whether the equation is in velocities, and linear in velocities
     unit : of the equation
-    framed : whether it joins its two frames; False for an equation of coordinates and points
+    framed : whether the constraint joins two frames; False for an equation of coordinates and points False for an
+        equation of coordinates and points
     """
 
     name: str
@@ -76,12 +78,12 @@ class Constraint:
 
     @property
     def kind(self) -> Connection:
-        """Properties of its type."""
+        """Properties of the type."""
         return TYPES[self.type]
 
     @property
     def text(self) -> str:
-        """Its equation as text; empty without one."""
+        """The equation as text; empty without an equation."""
         if self.equation is None:
             return ""
         vectors = ("position", "velocity")
@@ -92,17 +94,17 @@ class Constraint:
 
     @property
     def frames(self) -> tuple[Frame, ...]:
-        """The frames that it joins; none of an equation of coordinates and points."""
+        """The joined frames; none for an equation of coordinates and points."""
         return (self.first, self.second) if self.framed else ()
 
     @property
     def has_effort(self) -> bool:
-        """Whether it has one effort: of a drive, or along the value of its equation."""
+        """Whether there is one effort: of a drive, or along the value of the equation."""
         return self.prescribed is not None or self.equation is not None
 
     @property
     def moving(self) -> tuple[Symbol, ...]:
-        """The quantities of motion in its equation, in a fixed order."""
+        """The quantities of motion in the equation, in a fixed order."""
         if self.equation is None:
             return ()
         named = (item for item in symbols(self.equation) if item.kind in ("q", "v", "position", "velocity", "local"))
@@ -110,13 +112,13 @@ class Constraint:
 
     @property
     def prescribed(self) -> Formula | None:
-        """Its prescribed coordinate as a formula of time: its drive, or a length that changes; None without one."""
+        """The prescribed coordinate as a formula of time: the drive, or a variable length; None without either."""
         return self.length if self.drive is None and not constant(self.length) else self.drive
 
 
 @dataclass(frozen=True)
 class Reaction:
-    """Force and moment that a joint's parent exerts on its child, or a constraint's first body on its second.
+    """Force and moment of a joint's parent on the child, or of a constraint's first body on the second body.
 
     Attributes
     ----------
@@ -132,7 +134,7 @@ class Reaction:
     axes: str = WORLD
 
 
-#: Default of the penetration over which a stop reaches its full stiffness, by unit of the coordinate.
+#: Default penetration at which a stop reaches full stiffness, by unit of the coordinate.
 ONSETS: Mapping[str, float] = {"rad": 1e-3, "m": 1e-4}
 
 
@@ -174,7 +176,7 @@ Coefficients = Formula | tuple[Formula, ...]
 class Mimic:
     """A coordinate that follows another: q = multiplier q_leader + offset, formulas of parameters.
 
-    The leader has one coordinate; it may follow another in its turn, but not in a circle.
+    The leader has one coordinate; the leader may follow another joint, but not in a circle.
     """
 
     joint: str
@@ -189,9 +191,9 @@ class Joint:
     Attributes
     ----------
     axis : (3,) unit vector in the child's (= joint's) frame: of revolute, prismatic, helical and cylindrical joints;
-        the first
-        axis of universal ones, the normal of planar ones.
-    second_axis : (3,) unit vector across ``axis``: the second axis of universal joints, the x axis of planar ones.
+        the first axis of universal joints, the normal of planar joints.
+    second_axis : (3,) unit vector orthogonal to ``axis``: the second axis of universal joints, the x axis of planar
+        joints.
     pitch : formula of parameters, m/rad: travel of helical joints per angle.
     orientation : (3, 3) constant rotation matrix, child axes to parent axes at neutral q, row by row; right angles
         snapped.
@@ -200,8 +202,8 @@ class Joint:
     stops, friction : at most one each per coordinate. On joints of real coordinates only.
     initial_position : neutral-relative q: 0 to 3 numbers; spherical: quaternion (4); free: quaternion and position (7).
     initial_velocity : 0 to 3, or 6 numbers; angular first, body axes.
-    mimic : the coordinate that the joint's coordinate follows, None for a coordinate of its own.
-    drive : formulas of time that prescribe its coordinates, one for each; empty for free ones.
+    mimic : the coordinate that the joint's coordinate follows, None for an independent coordinate.
+    drive : formulas of time that prescribe the coordinates, one for each; empty for free coordinates.
     """
 
     name: str
@@ -226,7 +228,7 @@ class Joint:
 
     @property
     def kind(self) -> Connection:
-        """Properties of its type."""
+        """Properties of the type."""
         return JOINTS[self.type]
 
     def each(self, coefficients: Coefficients) -> tuple[Formula, ...]:
@@ -234,7 +236,7 @@ class Joint:
         return coefficients if isinstance(coefficients, tuple) else (coefficients,) * self.kind.v_size
 
     def lengths(self) -> tuple[Formula, ...]:
-        """Return rest lengths and ends of the ranges of its translations, m."""
+        """Return rest lengths and ends of the ranges of the translations, m."""
         if not self.kind.coordinates:
             return ()
         first = self.kind.angles

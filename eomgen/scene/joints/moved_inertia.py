@@ -24,13 +24,14 @@ Triple = tuple[Numbers, Numbers, Numbers]
 
 @dataclass(frozen=True)
 class Part:
-    """A body of a rigid assembly; its values are known by their places in a list of numbers.
+    """A body of a rigid assembly, with the indices of its values in a list of numbers.
 
     Attributes
     ----------
-    start : place of its mass, centre of mass (3) and inertia (6)
-    orientation : (3, 3), its axes in the frame of the assembly's first part
-    carrier : number of the part that a fixed joint fixes it to; None for the first part
+    start : index of mass, centre of mass (3) and inertia (6)
+    orientation : (3, 3), axes of the body in the frame of the assembly's first part
+    carrier : number of the part to which a fixed joint connects the body; None for the first part None for the first
+        part
     position : place of that joint's position (3)
     """
 
@@ -50,7 +51,7 @@ class Placed:
 
 
 def _placed(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[Placed]:
-    """Return the bodies of an assembly; parts come after the part that carries them."""
+    """Return the bodies of an assembly; carriers come before the carried parts."""
     result: list[Placed] = []
     origins: list[Triple] = []
     for part in parts:
@@ -97,14 +98,13 @@ class Movable:
     Attributes
     ----------
     kind : of the joint; free in absolute coordinates
-    axes : (3, 3), axis (the normal of a planar joint), direction across it (a universal joint's second axis) and the
-        third of the
-        frame, in the joint's frame, row by row
+    axes : (3, 3), axis (the normal of a planar joint), an orthogonal direction (a universal joint's second axis) and
+        the third axis, in the joint frame, row by row
     parts : of the assembly
     rotors, pitch : places of the numbers of the joint
-    followers : places of the multipliers of joints that follow it: the rule is about the joint alone, while all of them
-        are zero
-    words, hint : the fault, with ``{}`` for the cause, and its remedy
+    followers : places of the multipliers of joints that follow this joint: the rule applies to the joint alone, while
+        all multipliers are zero
+    words, hint : the fault, with ``{}`` for the cause, and the remedy
     """
 
     kind: Connection
@@ -118,7 +118,7 @@ class Movable:
     stage: int = 2
 
     def _causes(self, numbers: Sequence[Numbers]) -> list[tuple[Flags, str]]:
-        """Return possible causes of a singular M, each with flags of the values at which it applies."""
+        """Return possible causes of a singular M, each with flags of the values at which the cause applies."""
         bodies = _placed(self.parts, numbers)
         rotors = [numbers[place] for place in self.rotors] or [0.0]
         mass, about_origin = sum((body.mass for body in bodies), 0.0), _about((0.0, 0.0, 0.0), bodies)
@@ -150,7 +150,7 @@ class Movable:
             couplings = [dot(np.cross(self.axes[k], axis).tolist(), moment) for k in travels]
             diagonal = [about_axis, *(mass + rotor for rotor in rotors[1:]), 1.0][:3]
             scales = [np.sqrt(np.where(np.greater(x, 0.0), x, 1.0)) for x in diagonal]
-            # moments and masses are compared by no unit: each row and column by the root of its diagonal
+            # without units: each row and column is scaled by the root of the diagonal entry
             scaled = [coupling / (scales[0] * scale) for coupling, scale in zip(couplings, scales[1:], strict=False)]
             none = singular([*(np.greater(x, 0.0) + 0.0 for x in diagonal), *scaled, 0.0, 0.0][:6])
             causes.append((none, "the bodies that it carries lack inertia about its normal, or mass"))
@@ -192,7 +192,7 @@ class MimicInertia:
     Attributes
     ----------
     leader : places of masses, inertias and rotor inertias beyond the joint
-    followers : for each joint that follows, the place of its multiplier, and the same places of its own
+    followers : for each following joint, the place of the multiplier, and the same places beyond this joint
     """
 
     leader: tuple[int, ...]
@@ -239,9 +239,10 @@ class _Places:
 def check_motion(
     joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, *, absolute: bool = False
 ) -> None:
-    """Require of a tree that a joint moves, and of its outermost joints that they move inertia.
+    """Require that some joint of a tree moves, and that the outermost moving joints move inertia.
 
-    In ``absolute`` coordinates every moving body is free, and all that is fixed to it has to have mass and inertia.
+    In ``absolute`` coordinates every moving body is free, and each free body with the bodies fixed to it needs mass and
+    inertia.
 
     Parameters
     ----------
@@ -296,7 +297,7 @@ _ABSOLUTE_HINT = "inertia = [xx, yy, zz] above zero, or joint coordinates"
 
 
 def _directions(joint: Joint) -> Array:
-    """Return the axes of a joint in its own frame: axis, the direction across it, and the third of the frame."""
+    """Return the axes of a joint in the joint frame: axis, second axis orthogonal to it, and third axis."""
     axis, second = np.array(joint.axis), np.array(joint.second_axis)
     return np.array([axis, second, np.cross(axis, second)])
 
@@ -327,7 +328,8 @@ def _followers(joints: Sequence[Joint]) -> dict[str, list[Joint]]:
 
 
 def led_or_following(joints: Sequence[Joint], values: Values) -> set[str]:
-    """Return mimic joints, and their leaders unless all multipliers are zero: their inertia depends on each other."""
+    """Return mimic joints, and their leaders unless all multipliers are zero: the inertia of one depends on the
+    other."""
     leaders = {
         first
         for first, following in _followers(joints).items()
@@ -337,7 +339,7 @@ def led_or_following(joints: Sequence[Joint], values: Values) -> set[str]:
 
 
 def _check_led(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
-    """Report leaders of mimic joints whose moved bodies, with the bodies of their followers, have neither mass nor
+    """Report leaders of mimic joints if all bodies moved by the leader and by its followers have neither mass nor
     inertia."""
     named = {joint.name: joint for joint in joints}
     for first, following in _followers(joints).items():
@@ -362,7 +364,8 @@ def _check_led(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Valu
 def _beyond(
     joint: Joint, joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, places: _Places
 ) -> tuple[int, ...] | None:
-    """Return the places of masses, inertias and rotor inertias of a joint and all beyond it; None for unknown ones."""
+    """Return the places of masses, inertias and rotor inertias of a joint and of all bodies and joints beyond the
+    joint; None if a place is unknown."""
     reached, formulas = {joint.child: joint}, [*joint.each(joint.rotor_inertia)]
     for other in joints:
         if other.parent in reached:

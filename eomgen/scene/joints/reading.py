@@ -124,7 +124,7 @@ _NEUTRAL = (1.0, 0.0, 0.0, 0.0)
 _QUATERNION_TOLERANCE = 1e-6
 #: Meaning of the velocity, by group.
 _VELOCITY_MEANING = {"SO3": " (angular velocity, body axes)", "SE3": " (angular, then linear velocity, body axes)"}
-#: Keys of some types only, each with an example of its value.
+#: Keys of some types only, each with an example of a value.
 _KEYS = {"second_axis": "[0, 1, 0]", "x_axis": "", "pitch": "0.01, in m/rad"}
 _COEFFICIENTS = ("stiffness", "damping", "rest", "rotor_inertia")
 _PERPENDICULAR = 1e-6
@@ -161,7 +161,7 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
 
 
 def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Direction]:
-    """Return the axis and the direction across it, as given or by the default of the type."""
+    """Return the axis and the second axis orthogonal to it, as given or by the default of the type."""
     report, kind = values.report, JOINTS[joint.type]
     if kind.coordinates and joint.axis is None:
         report.add(key, f"a {joint.type} joint needs an axis", "axis = [0, 0, 1]")
@@ -230,7 +230,7 @@ def _mimic(key: str, joint: written.Joint, values: Values) -> Mimic | None:
 def _known(
     key: str, given: Sequence[float | str] | None, count: int, quantity: str, values: Values
 ) -> list[float] | None:
-    """Return ``count`` constants; None if they are not given or not known."""
+    """Return ``count`` constants; None if the constants are missing or unknown."""
     if given is None:
         return None
     if len(given) != count:

@@ -24,7 +24,8 @@ Vector = Sequence[float] | Array
 def displaced(
     kind: Connection, axis: Vector, second_axis: Vector, q: Vector, pitch: float = 0.0
 ) -> tuple[Array, Array, Array]:
-    """Return the pose of a joint's child at coordinates q, relative to neutral coordinates, and its motion subspace.
+    """Return the pose of a joint's child at coordinates q, relative to neutral coordinates, and the motion subspace of
+    the joint.
 
     Parameters
     ----------
@@ -64,13 +65,14 @@ def _moved(motion: ElementaryMotion, axes: Array, q: Vector, pitch: float) -> tu
 
 
 def twist_transform(rotation: Array, position: Array) -> Array:
-    """Return the (6, 6) map from a body's twist to the twist of a frame placed on it, each in its own axes."""
+    """Return the (6, 6) map from a body's twist to the twist of a frame placed on the body, each in the axes of its
+    frame."""
     R = rotation.T
     return np.block([[R, np.zeros((3, 3))], [-R @ skew(position), R]])
 
 
 class Link(NamedTuple):
-    """A joint as the tree sees it."""
+    """A joint in the view of the tree: names of joint, parent and child."""
 
     name: str
     parent: str
@@ -89,7 +91,7 @@ def ordered(
     bodies : mapping
         The section in which each body is declared, by name.
     refused : collection of str
-        Bodies with invalid entries: they exist, but their data are unknown.
+        Bodies with invalid entries: these bodies exist, but the data are unknown.
     complete : bool
         Whether every joint and body could be read; if not, missing joints are not reported.
     """
@@ -134,7 +136,7 @@ def _parents_first(links: Sequence[Link], carrier: Mapping[str, Link], known: Co
 
 
 def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Mapping[str, str], report: Report) -> None:
-    """Report cycles, and bodies without a joint with the bodies that hang from them."""
+    """Report cycles, and bodies without a joint together with the bodies carried by them."""
     reached = {link.child for link in order}
     end_of: dict[str, str] = {}
     hanging: dict[str, list[str]] = {}
@@ -162,12 +164,13 @@ def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Map
 
 
 def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Report) -> None:
-    """Report joints that follow one that is not there, has not one coordinate, or follows them in its turn.
+    """Report mimic joints whose leader does not exist, does not have exactly one coordinate, or is a follower of the
+    same joint.
 
     Parameters
     ----------
     refused : iterable of str
-        Joints with invalid entries: they exist, but their data are unknown.
+        Joints with invalid entries: these joints exist, but the data are unknown.
     """
     for joint in joints.values():
         key, path = key_of("joints", joint.name, "mimic"), [joint.name]

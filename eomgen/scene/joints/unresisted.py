@@ -22,13 +22,13 @@ from eomgen.scene.joints.moved_inertia import led_or_following
 from eomgen.scene.joints.tree import displaced, twist_transform
 from eomgen.scene.reading.values import Values
 
-#: How the notes begin, by which a build knows them.
+#: Beginning of the notes, by which a build recognises the notes.
 UNRESISTED = "no inertia resists "
-#: An inertia is zero if it is below this part of its value with the joints beyond held.
+#: An inertia counts as zero below this part of its value with the outer joints held.
 _NOTHING = 1e-11
-#: A body resists every motion if none of its principal values is below this part of the largest one.
+#: A body resists every motion if no principal value is below this part of the largest principal value.
 _SOLID = 1e-9
-#: A joint takes part in a motion if its share of it is larger.
+#: A joint takes part in a motion if its share of the motion is larger.
 _SHARE = 1e-6
 
 
@@ -37,16 +37,15 @@ def unresisted_motions(
 ) -> list[str]:
     """Return a note on each joint that can move without moving any mass, together with joints beyond it.
 
-    Mimic joints and their leaders count as held: a massless motion without these joints exists whether they move or
-    not.
+    Mimic joints and their leaders count as held: a massless motion without these joints exists in either case.
 
     Parameters
     ----------
     joints : sequence of Joint
         Parents first.
     inertias : mapping
-        Of each body, in its own frame; a body missing here, and any of ``beams``, counts as one that resists
-        everything.
+        Of each body, in the body frame; a body missing here, and any of ``beams``, counts as a body that resists every
+        motion.
     sections : mapping
         The section of each body.
     """
@@ -64,7 +63,7 @@ def _motions(
     own = {body: _spatial(inertias.get(body), section, size) for body, section in sections.items()}
     articulated = {body: inertia.copy() for body, inertia in own.items()}
     together = {body: inertia.copy() for body, inertia in own.items()}  # with all joints beyond held
-    answers: dict[str, list[tuple[Joint, Array, Array]]] = {}  # by body: joints on it
+    answers: dict[str, list[tuple[Joint, Array, Array]]] = {}  # by body: joints on the body
     notes = []
     solid = _solid(joints, own)
     for joint, place in zip(reversed(joints), reversed(places), strict=True):
@@ -104,7 +103,8 @@ def _beyond(body: str, answers: Mapping[str, Sequence[tuple[Joint, Array, Array]
 
     Parameters
     ----------
-    answers : by body, each joint on it, its velocities by the body's twist, and the twist of its child by the same
+    answers : by body, each joint on it, the joint's velocities as linear functions of the body's twist, and the twist
+        of the child as such a function
     """
     result = []
     pending = [(item, np.eye(6)) for item in reversed(answers.get(body, ()))]
@@ -164,8 +164,8 @@ def _spatial(inertia: Inertia | None, section: str, size: float) -> Array:
 
 
 def _moved(joint: Joint, values: Values, rng: np.random.Generator) -> tuple[Array, Array, Array]:
-    """Return rotation and shift of a joint at an arbitrary position, and its motion subspace (6, n) in the child's
-    axes."""
+    """Return rotation and shift of a joint at an arbitrary position, and the motion subspace (6, n) of the joint in the
+    child's axes."""
     q = rng.uniform(0.3, 1.2, joint.kind.q_size)
     if joint.kind.group in GROUPS.values():
         q[:4] = rng.normal(size=4)

@@ -18,31 +18,32 @@ from eomgen.base.data import dataclass
 from eomgen.base.products import rows_of
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Scope
 
-#: A unit in SI, or units of components; by type if it depends on a type (of joint, of constraint).
+#: A unit in SI, or units of components; by type for keys with a unit that depends on a type (of joint, of constraint).
 Units = str | tuple[str, ...]
-#: For values that carry their unit with them, such as parameters.
+#: For values with a unit of their own, such as parameters.
 ANY_UNIT = "any unit"
 #: One of the two columns of a curve.
 Column = Literal["", "argument", "value"]
 
 
 class Table(BaseModel):
-    """A table with known keys only; a text instead is the value of the key ``short``, if it has one."""
+    """A table with known keys only; a text in place of the table is the value of the key ``short``, if any."""
 
     short: ClassVar[str] = ""
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     @classmethod
     def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Return the labels of argument and value of the curve that an entry is, from its data; None for others."""
+        """Return the labels of argument and value of the curve that an entry describes, from the data of the entry;
+        None for entries without a curve."""
         return None
 
-    #: Whether the label ``unit`` of an entry is the unit of its column of values.
+    #: Whether the label ``unit`` of an entry is the unit of the column of values.
     labels_values: ClassVar[bool] = True
 
 
 def label_of(text: object) -> str:
-    """Return a label of data that are not checked; empty if it is no text."""
+    """Return a label of unchecked data; empty unless a text."""
     return text if isinstance(text, str) else ""
 
 
@@ -52,15 +53,15 @@ class Meaning:
 
     Attributes
     ----------
-    unit : SI unit of its numbers; by component; or by the ``type`` of the entry, of the enclosing entry, or of its
+    unit : SI unit of the numbers; by component; or by the ``type`` of the entry, of the enclosing entry, or of its
         ``joint``.
-    names : the names that its formulas may use; None if it takes no formulas.
-    refers : the section whose entries it names.
-    sets : whether it is a table whose keys are numbers of the state, as formulas call them.
-    path : whether it is the path of a file, from the folder of the file that it is written in.
-    column : the column of a curve that its numbers, or its unit, belong to; for pairs, one column per entry.
+    names : the names that formulas of the key may use; None for a key without formulas.
+    refers : the section whose entries the key names.
+    sets : whether the key is a table whose keys are components of the state, in the notation of formulas.
+    path : whether the value is the path of a file, relative to the folder of the file with the key.
+    column : the column of a curve to which the numbers or the unit belong; for pairs, one column per entry.
     kind : words for the type of value, in place of words from the annotation.
-    shown_default : words for the default, in place of its value.
+    shown_default : words for the default, in place of the value.
     """
 
     unit: Units | Mapping[str, Units] = ""
@@ -87,7 +88,7 @@ def key(
     shown_default: str = "",
     **constraints: Any,
 ) -> Any:
-    """Return a field of a table with its metadata; ``constraints`` (``alias``, ``ge``, ``le``, ...) as in pydantic's
+    """Return a field of a table with metadata; ``constraints`` (``alias``, ``ge``, ``le``, ...) as in pydantic's
     ``Field``.
 
     Parameters
@@ -104,7 +105,7 @@ def key(
 
 
 def optional(description: str, **meaning: Any) -> Any:
-    """Return a key that is None if it is absent; ``meaning`` as for ``key``."""
+    """Return a key with the default None; ``meaning`` as for ``key``."""
     return key(description, None, **meaning)
 
 
@@ -134,11 +135,12 @@ class AddedKey:
     ----------
     section : of a scene file
     added : the key
-    type : annotation of its value
-    field : the key itself, of ``optional``
-    read : from the value, the item of the entry without the key, and the reader of values to the item with it
+    type : annotation of the value
+    field : the field of the key, by ``optional``
+    read : function of the value, the item of the entry without the key, and the reader of values, which returns the
+        item with the key
     example : from a wrong value to an example
-    required : example of each required key of the value, if it is a table
+    required : example of each required key of a value that is a table
     """
 
     section: str
@@ -151,13 +153,13 @@ class AddedKey:
 
     @property
     def name(self) -> str:
-        """Its place in a scene file: ``base.follow``."""
+        """Place of the key in a scene file: ``base.follow``."""
         return f"{self.section}.{self.added}"
 
 
 @dataclass(frozen=True)
 class KeysElsewhere:
-    """Keys of the tables of a product as they are called in other tools: a row of the register.
+    """Names in other tools of keys of a product's tables: a row of the register.
 
     ``hint``: from a name, the keys that the table has and the given value to the key, or keys; empty without one.
     """
@@ -172,7 +174,7 @@ def added_keys(section: str) -> tuple[AddedKey, ...]:
 
 
 def shown_power(value: float) -> str:
-    """Return a small number as the reference page shows it: ``1e-3``."""
+    """Return a small number in the notation of the reference page: ``1e-3``."""
     return f"{value:.0e}".replace("e-0", "e-")
 
 
@@ -189,14 +191,15 @@ def every_unit(meaning: Meaning) -> tuple[str, ...]:
 
 
 class Inner(NamedTuple):
-    """The tables that a key holds: one, entries by name, or a list of them."""
+    """The tables in the value of a key: one, entries by name, or a list of tables."""
 
     shape: Literal["table", "entries", "list"]
     model: type[Table]
 
 
 def inner_table(annotation: Any) -> Inner | None:
-    """Return the table that a key of an annotation holds, alone, in a list or by name; None if it holds none."""
+    """Return the table that a key of an annotation holds, alone, in a list or by name; None for a key without
+    tables."""
     origin = get_origin(annotation)
     if isinstance(annotation, type) and issubclass(annotation, Table):
         return Inner("table", annotation)
@@ -212,13 +215,13 @@ def inner_table(annotation: Any) -> Inner | None:
 
 @cache
 def fields_of(model: type[Table]) -> dict[str, tuple[Meaning, Inner | None]]:
-    """Return the metadata of each key of a table, by name in a file, and the table that it holds."""
+    """Return the metadata of each key of a table, by name in a file, and the tables in the value."""
     fields = model.model_fields.items()
     return {field.alias or name: (meaning_of(field), inner_table(field.annotation)) for name, field in fields}
 
 
 def tables_of(model: type[Table]) -> dict[str, type[Table]]:
-    """Return a class of tables and all that it holds, by name."""
+    """Return a class of tables and all inner classes of tables, by name."""
     result = {model.__name__: model}
     for _, inner in fields_of(model).values():
         if inner is not None and inner.model.__name__ not in result:

@@ -56,7 +56,7 @@ def _value(value: object) -> float | str:
 
 
 def _bound(value: object) -> float | str | None:
-    """Return an end of a range, None if it is infinite."""
+    """Return an end of a range, None if infinite."""
     return None if isinstance(value, float) and math.isinf(value) else _value(value)
 
 

@@ -11,7 +11,7 @@ from eomgen.errors import DescriptionError, Problem
 
 _LAST_PART = re.compile(r"(\.[A-Za-z_][A-Za-z0-9_]*|\[\d+\]|\.?'[^']*'|\.?\"[^\"]*\")$")
 _MOST = 100  # problems listed
-_STOP = 1000  # problems after which it is not worth to search for more
+_STOP = 1000  # number of problems after which the search ends
 
 
 class Report:
@@ -22,7 +22,7 @@ class Report:
     file : str
         Name of the file or other source, shown in every message.
     lines : mapping
-        Line (or ``file:line``) of each dotted key; a key without one takes its parent's.
+        Line (or ``file:line``) of each dotted key; a key without a line has the line of the parent key.
     """
 
     def __init__(self, file: str, lines: Mapping[str, int | str]) -> None:
@@ -32,7 +32,7 @@ class Report:
         self.keys: set[str] = set()
 
     def place(self, key: str) -> str:
-        """Return ``file:line`` of a key, or of the nearest key above it."""
+        """Return ``file:line`` of a key, or of the nearest key above."""
         while key:
             if key in self.lines:
                 line = self.lines[key]
@@ -52,7 +52,8 @@ class Report:
         self._append(int(line[1]) if line else 0, Problem(self.where(key), fault, hint))
 
     def concerns(self, key: str) -> bool:
-        """Tell whether a problem is noted under a key, or below it; faults that follow from it are not reported."""
+        """Return whether a problem is noted under a key, or under a key below; faults that follow from such a problem
+        are not reported."""
         return any(noted == key or noted.startswith((f"{key}.", f"{key}[")) for noted in self.keys)
 
     def add_problem(self, key: str, problem: Problem) -> None:
@@ -88,7 +89,7 @@ class Report:
 
 
 def check_reference(key: str, name: str, known: Collection[str], kind: str, report: Report) -> bool:
-    """Return whether a name is known; report it if not."""
+    """Return whether a name is known; report an unknown name."""
     if name in known:
         return True
     whole, _, number = name.rpartition(".")

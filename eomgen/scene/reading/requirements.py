@@ -26,9 +26,9 @@ class Row:
     ----------
     keys : of the values: without names of entries and places in lists, ``joints.limits.lower``
     breaks : tells whether values, numbers or arrays, break the rule
-    words : the fault, with ``{0}``, ``{1}`` ... for the values, or a function of them
+    words : the fault, with ``{0}``, ``{1}`` ... for the values, or a function of the values
     hint : the remedy
-    stage : 0 for a value by itself, 1 for a relation
+    stage : 0 for a rule for a single value, 1 for a relation
     """
 
     keys: tuple[str, ...]
@@ -62,7 +62,7 @@ def _not_both_positive(first: Numbers, second: Numbers) -> Flags:
     return np.logical_or(np.less_equal(first, 0.0), np.less_equal(second, 0.0))
 
 
-#: Rule for one value: test of values that break it, fault and remedy.
+#: Rule for one value: test for values that break the rule, fault and remedy.
 Bound = tuple[Callable[[Numbers], Flags], str | Callable[..., str], str]
 
 
@@ -153,11 +153,10 @@ def bounds(by_key: Mapping[str, Bound]) -> dict[str, Row]:
     return {key: Row((key,), *bound, stage=0) for key, bound in by_key.items()}
 
 
-#: Rules for single values of formulas of parameters, by key; force elements bring their own.
+#: Rules for single values of formulas of parameters, by key; rules of force elements are in their sections.
 BOUNDS: Mapping[str, Row] = bounds(_BOUNDS)
 
-#: Keys whose values may be any number by themselves: places, rests, preloads, gains, springs and dampers that may push
-#: back.
+#: Keys whose single values may be any number: places, rests, preloads, gains, springs and dampers that may push back.
 UNBOUNDED = frozenset(
     {
         "gravity",
@@ -202,7 +201,7 @@ def _limits(unit: str) -> Row:
 
 
 def _thin(moments: Sequence[Numbers]) -> Flags:
-    """Tell whether one of moments of inertia, all above 0, is none beside the others."""
+    """Return whether one of several moments of inertia, all above 0, is negligible compared with the other moments."""
     positive = np.logical_and.reduce(np.broadcast_arrays(*(np.greater(moment, 0.0) for moment in moments)))
     return np.logical_and(positive, singular([*moments, 0.0, 0.0, 0.0]))
 
@@ -284,6 +283,6 @@ RELATIONS: Mapping[str, Row] = {
 
 
 def bound_of(key: str, table: Mapping[str, Row]) -> Row | None:
-    """Return the rule of a value by its key in a scene: ``joints.hinge.limits.stiffness[1]``; None without one."""
+    """Return the rule of a value by key in a scene: ``joints.hinge.limits.stiffness[1]``; None without a rule."""
     section, _, rest = re.sub(r"\[\d+\]", "", key).partition(".")
     return table.get(f"{section}.{rest.partition('.')[2]}")

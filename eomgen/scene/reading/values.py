@@ -59,8 +59,8 @@ _KEEPING = frozenset({"add", "sub", "neg", "abs", "min", "max", "select"})
 
 
 def unit_of(formula: Formula, joints: Mapping[str, str]) -> str:
-    """Return the unit in SI of a formula that is a known quantity, shifted, turned in sign or limited; empty for
-    others.
+    """Return the unit in SI of a formula that is a known quantity, shifted, negated or limited; empty for other
+    formulas.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ UNKNOWN = Number(math.nan)  # in place of refused values, so that reading can go
 
 
 class Values:
-    """Reads values and reports faults under their keys.
+    """Reader of values, which reports faults by key.
 
     Parameters
     ----------
@@ -114,9 +114,9 @@ class Values:
     report : Report
         Takes the problems.
     refused : collection of str
-        Names of entries that were left out; a formula that mentions one of them has no problem of its own.
+        Names of entries that were left out; mentions of such names in formulas are not reported.
     judged : collection of str
-        Keys whose values an importer has judged; they are not checked again.
+        Keys whose values an importer has judged; such values are not checked again.
     bounds : mapping
         Rules for single values, by key.
 
@@ -125,7 +125,7 @@ class Values:
     requirements : rules for values that depend on tunable parameters, in order
     mentioned : names in formulas (fixed parameters, too), as pairs of kind and name
     notes : on values without effect, or with an effect that is hardly meant
-    place : along a beam, 0 to 1, at which values are read; None if they cannot vary
+    place : along a beam, 0 to 1, at which values are read; None if values cannot vary
     varied : keys of the values that do vary there
     design : poses of the bodies at the design position; known once the joints are read
     """
@@ -153,13 +153,13 @@ class Values:
         self.design = DesignPoses({})
 
     def at(self, place: float) -> Values:
-        """Return a reader at a place along a beam, whose problems, requirements and notes are also this one's."""
+        """Return a reader at a place along a beam, which adds problems, requirements and notes to this reader."""
         there = copy.copy(self)
         there.place, there.varied = place, set()
         return there
 
     def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
-        """Return a formula; ``UNKNOWN`` for a fault. A formula of parameters has to meet the rule of its key."""
+        """Return a formula; ``UNKNOWN`` for a fault. A formula of parameters has to satisfy the rule of the key."""
         if isinstance(value, Refused):
             return UNKNOWN
         if not isinstance(value, str):
@@ -190,7 +190,7 @@ class Values:
         return formula
 
     def _check_arguments(self, key: str, formula: Formula) -> None:
-        """Report curves that a formula takes at a quantity of another kind than their arguments."""
+        """Report curves in a formula with an argument of another kind than the curve's argument."""
         for used in applications(formula):
             unit = self.names.curve_arguments.get(used.curve.name, "")
             given = unit_of(used.argument, self.names.joints)
@@ -232,7 +232,7 @@ class Values:
         self.notes += [note for note in notes if note not in self.notes]
 
     def _require_bound(self, key: str, formula: Formula, scope: Scope) -> None:
-        """Apply the rule of a key to a formula of parameters; without a rule, require that it has a value."""
+        """Apply the rule of a key to a formula of parameters; without a rule, require a finite value."""
         if scope is not PARAMETERS:
             return
         bound = bound_of(key, self.bounds)
@@ -267,7 +267,7 @@ class Values:
         return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in refused)
 
     def point(self, key: str, name: str) -> bool:
-        """Report the name of a point that is not there, or of a body instead; tell whether it is a point."""
+        """Report the name of a missing point, or of a body instead; return whether the name is a point."""
         if name in self.names.bodies and name not in self.names.points:
             hint = f'[points.{name}_origin] with body = "{name}", and its name here'
             self.report.add(key, f"{name} is a body, not a point", hint)
@@ -280,13 +280,13 @@ class Values:
         return x, y, z
 
     def value(self, formula: Formula) -> float:
-        """Return the value of a formula of parameters at their defaults; NaN if it is not known."""
+        """Return the value of a formula of parameters at their defaults; NaN if unknown."""
         if formula is UNKNOWN or any(symbol.name not in self.parameters for symbol in symbols(formula)):
             return math.nan
         return evaluate(formula, lambda symbol: self.parameters[symbol.name])
 
     def constant(self, key: str, value: float | str) -> float:
-        """Return the number for a value of fixed parameters; NaN if it is not known."""
+        """Return the number for a value of fixed parameters; NaN if unknown."""
         return self.value(self.formula(key, value, FIXED_PARAMETERS))
 
     def constants(self, key: str, values: Sequence[float | str]) -> list[float]:
@@ -314,7 +314,7 @@ class Values:
         return tuple(result)
 
     def constant_rotations(self, key: str, value: Sequence[WrittenRotation]) -> list[tuple[Array, float]] | None:
-        """Return intrinsic rotations by constant angles; None if one of them is not known."""
+        """Return intrinsic rotations by constant angles; None if an angle is unknown."""
         result = []
         for rotation in self.rotations(key, value, FIXED_PARAMETERS):
             result.append((np.array(rotation.axis), self.value(rotation.angle)))
@@ -324,7 +324,7 @@ class Values:
 
 
 def _hint_of(key: str, text: str) -> str:
-    """Return the hint for a formula whose key says more than its text; empty for others."""
+    """Return the hint for a formula whose key gives more information than the text; empty for other keys."""
     zero = next((meaning for end, meaning in _ZERO.items() if key.endswith(end)), "")
     if zero and (equation := _EQUATION.fullmatch(text)):
         sides = equation[1].strip(), equation[2].strip()
@@ -368,11 +368,11 @@ def read_placement(
     key : str
         Of the entry.
     given_in : str, optional
-        The frame in which both are given at the design position; None for the body itself.
+        The frame in which both are given at the design position; None for the frame of the body.
     positioned : bool
         Whether the entry gives a position, which ``in`` needs.
     position, axes : (3,) formulas, m, and (3, 3)
-        As they are given, own axes to the axes of that frame.
+        As given, own axes to the axes of this frame.
 
     Returns
     -------

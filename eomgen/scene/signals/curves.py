@@ -23,13 +23,14 @@ from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.tables import MOST_ROWS, TableError, is_in_si, read_columns, unit_of_title
 from eomgen.system.signals import RoadUnderWheel
 
-#: Points of a spline that lie closer than this, measured by the largest distance, leave its equations without digits.
+#: Distance of neighbouring points of a spline, relative to the largest distance, below which the equations of the
+#: spline lose all digits.
 CLOSEST = 1e-5
 LARGEST = 1e100
 
 
 def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) -> tuple[int, str, str] | None:
-    """Return the index of the first faulty point, its fault, and a hint; None for a valid curve."""
+    """Return the index of the first faulty point, the fault, and a hint; None for a valid curve."""
     if len(x) < 2:
         return 0, f"a curve needs two points or more, not {len(x)}", "more points"
     huge = np.flatnonzero(np.maximum(np.abs(x), np.abs(y)) > LARGEST)
@@ -67,7 +68,7 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
 def check_twice_differentiable(
     key: str, formulas: Iterable[Formula], report: Report, hint: str = 'interpolation = "quintic"'
 ) -> None:
-    """Report a curve in a prescribed motion that jumps or bends: it would take an infinite force to follow it."""
+    """Report a curve in a prescribed motion that jumps or bends: such a motion requires an infinite force."""
     for used in (application for formula in formulas for application in applications(formula)):
         rough = [(place, order - used.derivative) for place, order in used.curve.kinks() if order - used.derivative < 2]
         if rough:
@@ -97,7 +98,7 @@ def unit_factor(key: str, unit: str, report: Report) -> float:
 
 
 class Curves:
-    """Reads curves and reports their faults.
+    """Reader of curves, which reports faults.
 
     Parameters
     ----------
@@ -131,7 +132,7 @@ class Curves:
         return self.through_points(key, name, entry, (entry.argument_unit or "", entry.unit))
 
     def through_points(self, key: str, name: str, entry: written.Shape, units: tuple[str, str] = ("", "")) -> Curve:
-        """Return a curve through the points of a list or of a table, with the units of its columns if known."""
+        """Return a curve through the points of a list or of a table, with known units of the columns."""
         interpolation = entry.interpolation or Curve.interpolation
         if entry.points is not None:
             key = f"{key}.points"
@@ -162,7 +163,7 @@ class Curves:
     def columns(
         self, key: str, table: written.TableFile | None, units: tuple[str, str]
     ) -> tuple[tuple[Array, Array], list[str]] | None:
-        """Return the two columns of a table, scaled, and the place of each row; None if they cannot be read."""
+        """Return the two columns of a table, scaled, and the place of each row; None for unreadable columns."""
         if table is None:
             return None
         for column in ("argument_scale", "value_scale"):
@@ -208,7 +209,7 @@ class Curves:
                 self.values.note([f'{key}.{column}: {note}; try: {column}_unit = "{in_title}"'])
 
     def scale(self, key: str, table: written.TableFile, column: str) -> float:
-        """Return the factor on a column: its unit's factor times the given one."""
+        """Return the factor on a column: the factor of its unit times the given factor."""
         factor, unit = float(getattr(table, f"{column}_scale")), str(getattr(table, f"{column}_unit"))
         if not unit.strip():
             return factor
@@ -242,12 +243,12 @@ class Curves:
     def bump(self, key: str, name: str, bump: written.Bump) -> Bump:
         """Return a single bump."""
         position, length, height = self.values.constants(key, (bump.position, bump.length, bump.height))
-        if length <= 0.0:  # NaN is reported by its reader
+        if length <= 0.0:  # NaN is reported on reading
             self.report.add(f"{key}.length", f"the length {length:.6g} is not positive", "a length such as 0.5")
         return Bump(name, position, length, height)
 
     def signal(self, key: str, entry: written.Input) -> list[Formula]:
-        """Return the parts of an input other than its formula and its road, each a curve over time."""
+        """Return the parts of an input besides formula and road, each a curve over time."""
         given = [kind for kind in ("table", "points", "wave") if getattr(entry, kind) is not None]
         if len(given) > 1:
             message = f"an input takes one of table, points, wave, not {' and '.join(given)}"
@@ -301,7 +302,7 @@ class Curves:
         return RoadUnderWheel(road.road_class, *travelled, road.seed)
 
     def travelled(self, key: str, road: written.Road) -> tuple[float, float] | None:
-        """Return speed and offset of a wheel; None if they are not known."""
+        """Return speed and offset of a wheel; None if unknown."""
         speed, offset = (
             self.values.constant(f"{key}.speed", road.speed),
             self.values.constant(f"{key}.offset", road.offset),
@@ -331,7 +332,7 @@ def digest(curves: Iterable[AnyCurve]) -> str:
 
 
 def _is_within(path: Path, folder: Path) -> bool:
-    """Tell whether a file lies in a folder or below it, links resolved."""
+    """Return whether a file lies in a folder or below, with links resolved."""
     try:
         return path.resolve().is_relative_to(folder.resolve())
     except (OSError, ValueError, RuntimeError):
@@ -339,7 +340,8 @@ def _is_within(path: Path, folder: Path) -> bool:
 
 
 def _misfit(in_title: str, unit: str) -> str:
-    """Return the words for a unit in a title of another kind than the one that is expected; empty if it fits."""
+    """Return a description of the fault of a unit in a title with another dimension than expected; empty for a unit
+    that fits."""
     if not unit.strip() or in_title == unit.strip():
         return ""
     from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it

@@ -15,9 +15,9 @@ from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.schema import State as WrittenState
 from eomgen.system.signals import Sampling, State
 
-#: Parts of a period that a delay may be off a whole number of samples and still be taken for it.
+#: Deviation of a delay from a whole number of samples, as a part of a period, up to which the delay counts as whole.
 _WHOLE = 1e-9
-#: The shortest remainder of a delay, in parts of a period: less is next to the sample itself.
+#: The shortest remainder of a delay, as a part of a period: shorter remainders are indistinguishable from the sample.
 _LEAST = 1e-4
 #: Samples that a delay may hold.
 _MOST = 1000
@@ -33,13 +33,13 @@ class WrittenClock(Protocol):
 
 @dataclass(frozen=True)
 class Clock:
-    """Times of samples, and the rounding and delay of their values.
+    """Times of samples, and the rounding and delay of sampled values.
 
     Attributes
     ----------
     period : s
-    quantum : values are rounded to whole multiples of it; 0: they are not
-    whole, rest : the delay: whole samples, and its remainder in s
+    quantum : values are rounded to whole multiples of the quantum; 0: no rounding
+    whole, rest : the delay: number of whole samples, and remainder in s
     """
 
     period: float
@@ -49,7 +49,7 @@ class Clock:
 
 
 def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
-    """Return the clock of an entry under its key; None for a fault, which is reported."""
+    """Return the clock of an entry by key; None for a fault, which is reported."""
     period = values.constant(f"{key}.sample", entry.sample or 0.0)
     quantum = 0.0 if entry.quantum is None else values.constant(f"{key}.quantum", entry.quantum)
     delay = values.constant(f"{key}.delay", entry.delay or 0.0)
@@ -92,7 +92,7 @@ class HeldValue:
 
 
 def held_states(value: HeldValue, clock: Clock, values: Values) -> list[State]:
-    """Return the state that holds a value, after the states that hold it during its delay."""
+    """Return the state that holds a value, preceded by the states that hold the value during the delay."""
     name = value.name
 
     def held(label: str, formula: Formula, offset: float = 0.0, *, register: bool = True) -> State:
@@ -114,7 +114,7 @@ def held_states(value: HeldValue, clock: Clock, values: Values) -> list[State]:
 
 
 def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[State]:
-    """Return a sampled state, after the states that hold its values during their delay."""
+    """Return a sampled state, preceded by the states that hold values during the delay."""
     key = key_of("states", name)
     place = values.report.where(f"{key}.formula")
     initial = values.constant(f"{key}.initial", entry.initial)

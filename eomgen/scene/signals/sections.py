@@ -41,8 +41,8 @@ from eomgen.system.signals import Definition, Input, Output, Parameter, State
 
 
 def units_of_symbols(formulas: Sequence[Formula], joints: Mapping[str, str]) -> str:
-    """Return the unit of formulas that are each one coordinate, its rate, or a component of a point's motion, all in
-    the same unit; empty for others.
+    """Return the common unit of formulas if each is one coordinate, a rate of a coordinate, or a component of a point's
+    motion; empty for other formulas.
 
     ``joints``: types by name.
     """
@@ -72,7 +72,7 @@ def _factors(label: str) -> Factors:
 
 
 def read_motion(name: str, entry: schema.Input, report: Report) -> Motion:
-    """Return an input with a motion that others follow; keys of its value over time are reported."""
+    """Return an input with a motion that drives or curves follow; keys for a value over time are reported."""
     key = key_of("inputs", name)
     for word in ("formula", "table", "points", "wave", "road", "interpolation", "outside"):
         if getattr(entry, word) is not None:
@@ -82,7 +82,7 @@ def read_motion(name: str, entry: schema.Input, report: Report) -> Motion:
 
 
 def piece_of(motion: Motion) -> Formula:
-    """Return the polynomial of time that a motion is from one step of its caller to the next."""
+    """Return the polynomial of time of a motion from one step of the caller to the next."""
     begin, *coefficients = (Symbol("parameter", parameter) for parameter in motion.parameters)
     since = Symbol("time") - begin
     result: Formula = coefficients[-1]
@@ -92,7 +92,7 @@ def piece_of(motion: Motion) -> Formula:
 
 
 def read_input(name: str, entry: schema.Input, curves: Curves, values: Values) -> tuple[Input, dict[str, AnyCurve]]:
-    """Return an input, and the curves that it is made of."""
+    """Return an input, and the curves in the input."""
     key = key_of("inputs", name)
     if entry.initial is not None:
         values.report.add(f"{key}.initial", "initial is of motions, and this is none", "formula, or motion = true")
@@ -115,7 +115,7 @@ def read_input(name: str, entry: schema.Input, curves: Curves, values: Values) -
 
 
 def read_state(name: str, entry: schema.State, values: Values) -> list[State]:
-    """Return an internal state; for a delayed sampled state also the states that hold its values."""
+    """Return an internal state; for a delayed sampled state also the states that hold the values during the delay."""
     key = key_of("states", name)
     if entry.rate is None or entry.sample is not None:
         given = [word for word in ("rate", "sample", "formula") if getattr(entry, word) is not None]
@@ -132,7 +132,7 @@ def read_state(name: str, entry: schema.State, values: Values) -> list[State]:
     return [State(name, rate, initial, entry.unit, entry.description)]
 
 
-#: Units of outputs that do not say theirs; energies are J, powers W.
+#: Default units of outputs by kind; energies are in J, powers in W.
 _UNITS = {
     "position": "m",
     "velocity": "m/s",
@@ -146,12 +146,12 @@ _UNITS = {
 }
 
 
-#: From the key, the kind and the entry of an output of sections to its components.
+#: From the key, the kind and the entry of an output of sections to the components.
 Sections = Callable[[str, str, schema.Output], tuple[Formula, ...]]
 
 
 def read_output(name: str, output: schema.Output, sections: Sections, values: Values) -> Output:
-    """Return an output; without a given unit, in its kind's unit."""
+    """Return an output; by default in the unit of its kind."""
     key = key_of("outputs", name)
     kinds = (*_UNITS, "formula", "energy")
     given = [kind for kind in kinds if getattr(output, kind) is not None]
@@ -219,7 +219,7 @@ class _Curves(Section):
 
 
 def _unit_fault(label: str, known: str) -> tuple[str, str] | None:
-    """Return the fault of a label that is a unit of another kind than ``known``, and a hint; None for others."""
+    """Return the fault of a label that is a unit of another kind than ``known``, and a hint; None for other labels."""
     try:
         factors = read_unit(label)
     except UnitError:
@@ -280,7 +280,7 @@ class _Definitions(Section):
 
 
 def _in_order_of_mention(definitions: Mapping[str, NamedExpression]) -> list[str]:
-    """Return the names of definitions, mentioned ones before the definition that mentions them, unless in a circle."""
+    """Return the names of definitions, each after the definitions in its formula, unless in a circle."""
     order: dict[str, None] = {}
     for first in definitions:
         path = [first]

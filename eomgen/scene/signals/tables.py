@@ -25,7 +25,7 @@ _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 #: Numbers with separators of thousands; of one comma the number may also be decimal.
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:(?:,\d{3})+(?:\.\d+)?|(?:\.\d{3})+(?:,\d+)?|(?:[ '\u00a0]\d{3})+(?:[.,]\d+)?)")
-#: Titles of columns of times, with or without a unit behind them, and of columns that count rows.
+#: Titles of columns of times, with or without a unit after the word, and of columns that count rows.
 _TIME = re.compile(r"(?:t|time|zeit|timestamp)(?:[ _]*[\[(/].*|_(?:s|ms|us|min|h))?", re.IGNORECASE)
 _COUNTING = frozenset({"index", "idx", "n", "no", "no.", "nr", "row", "sample", "#", "unnamed: 0"})
 _BYTE_ORDERS = (b"\xff\xfe", b"\xfe\xff")
@@ -90,7 +90,7 @@ def read_columns(
     Raises
     ------
     TableError
-        For the first thing that is wrong, with file and line.
+        For the first fault, with file and line.
     """
     name = path.name if path.name.isascii() and path.name.isprintable() else ascii(path.name)
     text = _text(path, name)
@@ -117,7 +117,7 @@ def read_columns(
 
 
 def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, quotes: bool) -> None:
-    """Refuse a first column that counts the rows, if it is the default and its title or another title indicates so."""
+    """Refuse a first column that counts the rows, if chosen by default and indicated by its title or another title."""
     if chosen or len(titles) < 2 or not np.array_equal(x, np.arange(len(x)) + x[0]):
         return
     times = [place for place, title in enumerate(titles[1:], 1) if _TIME.fullmatch(title)]
@@ -157,11 +157,11 @@ class _Words:
         self.quotes = quotes
 
     def column(self, place: int) -> str:
-        """Return a column's title, or its number."""
+        """Return the title of a column, or its number."""
         return f"column {shown(self.titles[place])}" if self.titles and self.quotes else f"column {place}"
 
     def cell(self, cell: str) -> str:
-        """Return a cell as it is written."""
+        """Return a cell unchanged."""
         return shown(cell) if self.quotes else "the cell"
 
 
@@ -288,7 +288,8 @@ def _in_place(cell: str) -> str:
 _IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]+)[\])]\s*")
 _OVER = re.compile(r"[^/]*\S\s*/\s*([^/\s]+)\s*")
 _LAST_WORD = re.compile(r"\s*(\w*?)[_\s]([A-Za-z]+)\s*")
-#: Last words that are units after any name, and last words that are units after a name of time; others may be names.
+#: Last words that are units after any name, and last words that are units after a name of time; other words may be
+#: names.
 _UNITS = frozenset({"ms", "us", "mm", "cm", "km", "deg", "rpm", "kN", "kPa", "MPa"})
 _OF_TIMES = frozenset({"ms", "us", "ns", "min", "h", "hours", "minutes", "milliseconds"})
 _TIMES = frozenset({"t", "time", "zeit", "temps", "tiempo"})

@@ -17,7 +17,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.scene.sources.source import Option, Read, Source
 from eomgen.scene.sources.urdf.source import URDF
 
-#: The group of entry points under which a distribution gives its sources: objects of the class ``Source``.
+#: The group of entry points for sources of other distributions: objects of the class ``Source``.
 GROUP = "eomgen.sources"
 #: Names of options in other tools.
 _ELSEWHERE: Mapping[str, str] = {
@@ -50,7 +50,7 @@ def sources() -> tuple[Source, ...]:
 
 
 def source_of(path: Path) -> Source | None:
-    """Return the source that reads a file, by its ending; None without one."""
+    """Return the source for a file, by the ending of its name; None without a source."""
     ending = path.suffix.lower()
     own = next((source for source in BUILT_IN if ending in source.endings), None)
     return own or next((source for source in sources() if ending in source.endings), None)
@@ -73,7 +73,7 @@ def all_options() -> dict[str, tuple[Source, Option]]:
 
 
 def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options for a source; options of other sources are left out if they have their defaults.
+    """Return the options for a source; options of other sources with default values are left out.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
     Raises
     ------
     UsageError
-        For options that there are not, that belong to other kinds of file, or with values that they cannot have.
+        For unknown options, options of other kinds of file, or invalid values.
     """
     known = all_options()
     if not given.keys() <= known.keys():

@@ -42,7 +42,7 @@ class Option:
     default : str, bool or tuple of str
         ``()`` for a list of names.
     description : str
-        Its effect; ``of_key`` describes it as a key.
+        Effect of the option; ``of_key`` describes the option as a key.
     elsewhere : str
         Key with the same effect in a scene file.
     """
@@ -57,7 +57,7 @@ class Option:
 
 
 class OptionError(UsageError):
-    """An option that does not fit the file, such as the name of something that is not in it."""
+    """An option that does not fit the file, such as the name of an element missing in the file."""
 
     def __init__(self, option: str, fault: str, hint: str) -> None:
         super().__init__(fault, hint)
@@ -73,7 +73,7 @@ class Source:
     name : str
         Of the format, for messages.
     endings : tuple of str
-        Endings of its files, in lower case, with the dot.
+        Endings of file names, in lower case, with the dot.
     article : str
         How hints call such a file: ``a .urdf file``.
     read : callable
@@ -101,7 +101,7 @@ _PACKAGE = "package://"
 
 
 def shown_file(path: Path) -> str:
-    """Return a file's name for messages, escaped if it could upset a terminal."""
+    """Return a file's name for messages, with control characters escaped."""
     return path.name if path.name.isascii() and path.name.isprintable() else ascii(path.name)
 
 

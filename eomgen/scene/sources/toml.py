@@ -17,7 +17,7 @@ _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _STRING = re.compile(r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'', re.DOTALL)
 _SCALAR = re.compile(r"[^,\]\}#\n]*")
-#: Parts of a dotted key, at most: a scene needs eight, and readers of TOML take a time that grows with their square.
+#: Largest number of parts of a dotted key: a scene needs eight, and the time of TOML readers grows with the square.
 _MOST_PARTS = 32
 _PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{_MOST_PARTS}}}{_PART}")
@@ -66,7 +66,7 @@ class _Scanner:
         self.place = match.end() if match else self.place
 
     def note(self, key: Key) -> None:
-        """Record the present line for a key and for the keys above it that have none."""
+        """Record the present line for a key and for the keys above without a line."""
         self.line += self.text.count("\n", self.counted, self.place)
         self.counted = self.place
         above = ""
@@ -145,7 +145,7 @@ _BARE_UNIT = re.compile(
     r"\s*([A-Za-z][A-Za-z0-9/^* ]{0,32})\s*(?:[,}#]|$)"
 )
 
-#: The key of a line, and a line whose value is several numbers without brackets around them.
+#: The key of a line, and a line whose value consists of several numbers without brackets.
 _KEY = re.compile(r"\s*([A-Za-z0-9_.-]+)\s*=")
 _BARE_LIST = re.compile(
     r"^\s*([A-Za-z0-9_-]{1,64})\s*=\s*([-+0-9.eE]{1,32}(?:\s*,\s+[-+0-9.eE]{1,32}|(?:,[-+0-9.eE]{1,32}){2,}){1,8})\s*(?:#|$)"

@@ -13,10 +13,10 @@ _BLANK, _DECLARATION = re.compile(r"\s+"), re.compile(r"<\?xml\s")
 
 
 class Element:
-    """An XML element: tag, line (from 1), attributes and children, which it hands out and then counts as read.
+    """An XML element: tag, line (from 1), attributes and children, with a record of the parts that were read.
 
-    ``unread_attributes``, ``unread_children`` and ``has_text`` give the parts that were not requested, so a reader of a
-    format can report them without a list of known parts.
+    ``unread_attributes``, ``unread_children`` and ``has_text`` give the parts that were not read, so that a reader of a
+    format can report such parts without a list of known parts.
     """
 
     def __init__(self, tag: str, attributes: dict[str, str], line: int) -> None:
@@ -30,15 +30,15 @@ class Element:
         self._handed_out: set[int] = set()
 
     def add(self, child: Element) -> None:
-        """Put a child behind the others."""
+        """Append a child."""
         self._children.append(child)
 
     def add_text(self, piece: str) -> None:
-        """Put a piece of text behind the others."""
+        """Append a piece of text."""
         self._text.append(piece)
 
     def text(self) -> str:
-        """Return the text without white space around it; it counts as read."""
+        """Return the text without white space around it, and count the text as read."""
         self._text_read = True
         return "".join(self._text).strip()
 
@@ -48,17 +48,17 @@ class Element:
         return not self._text_read and any(not piece.isspace() for piece in self._text)
 
     def has(self, attribute: str) -> bool:
-        """Tell whether there is an attribute; it counts as read."""
+        """Return whether there is an attribute, and count the attribute as read."""
         self._asked[attribute] = None
         return attribute in self._attributes
 
     def get(self, attribute: str, default: str = "") -> str:
-        """Return an attribute, or the default if it is missing; it counts as read."""
+        """Return an attribute, or the default if missing, and count the attribute as read."""
         self._asked[attribute] = None
         return self._attributes.get(attribute, default)
 
     def named(self, tag: str) -> Iterator[Element]:
-        """Yield the children with a tag; they count as read."""
+        """Yield the children with a tag, and count them as read."""
         for child in self._children:
             if child.tag == tag:
                 self._handed_out.add(id(child))
@@ -69,7 +69,7 @@ class Element:
         return next(self.named(tag), None)
 
     def everything(self) -> Iterator[Element]:
-        """Yield the element and all below it, read or not."""
+        """Yield the element and all descendants, read or not."""
         waiting = [self]
         while waiting:
             element = waiting.pop()
@@ -77,7 +77,7 @@ class Element:
             waiting += element._children
 
     def read_whole(self) -> None:
-        """Count the element and all below it as read."""
+        """Count the element and all descendants as read."""
         for element in self.everything():
             element._asked |= dict.fromkeys(element._attributes)
             element._handed_out |= {id(child) for child in element._children}
@@ -106,16 +106,16 @@ class Element:
 def read_xml(text: str, file: str) -> Element:
     """Return the root element of an XML text; ``file`` is the name for messages.
 
-    An XML declaration may follow a byte order mark, white space and comments, though XML wants it first: many a
-    generator of robot descriptions puts an empty line before it.
+    An XML declaration may follow a byte order mark, white space and comments, although XML requires the declaration at
+    the start: many generators of robot descriptions write an empty line first.
 
     Raises
     ------
     DescriptionError
-        If it is not well formed, nested more than 100 deep, or has a document type (which could define entities).
+        If the text is not well formed, nested more than 100 deep, or has a document type (which could define entities).
     """
     late = _late_declaration(text)
-    # the declaration is parsed by itself and blanked out in its place, so lines and columns stay the same
+    # the declaration is parsed separately and replaced by blanks, so that lines and columns stay the same
     if late:
         before, declaration, after = text[: late.start], text[late], text[late.stop :]
         _parsed(f"{declaration}<a/>", file, lines_before=before.count("\n"))

@@ -35,7 +35,7 @@ def check_places(
     constraints: Iterable[Constraint],
     values: Values,
 ) -> None:
-    """Report attachments to a beam at places that are not on it."""
+    """Report attachments to a beam at places outside of the beam."""
     places = [(key_of("joints", joint.name, "position"), joint.parent, joint.position) for joint in joints]
     for point in points:
         section = "frames" if isinstance(point, FixedFrame) else "points"
@@ -93,7 +93,7 @@ def check_not_absolute(beams: Iterable[str], report: Report) -> None:
 
 
 def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
-    """Report shapes that move the material in a direction in which a joint holds it.
+    """Report shapes that displace the material in a direction in which a joint holds the beam.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def _moved(deformation: Deformation, beam: Beam) -> list[int]:
 
 
 def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, Body]) -> Array:
-    """Return an orthonormal basis (6, n) of the twists that a joint, and joints of massless bodies before it, leave to
+    """Return an orthonormal basis (6, n) of the twists that a joint, and preceding joints of massless bodies, leave to
     the child.
 
     Neutral positions are looked at, and a chain of joints at one place.
@@ -162,8 +162,8 @@ def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, B
 
 
 def _motions(joint: Joint) -> Array:
-    """Return the twists (6, n) of a joint in its child's frame; a screw's travel cannot follow a deflection by
-    itself."""
+    """Return the twists (6, n) of a joint in the child's frame; the travel of a screw cannot follow a deflection
+    without rotation."""
     neutral = np.zeros(joint.kind.q_size)
     if joint.kind.group in GROUPS.values():
         neutral[0] = 1.0

@@ -29,19 +29,19 @@ AnyPoint = TypeVar("AnyPoint", bound=Point)
 
 
 def attached_joint(joint: Joint, attach: AttachByKey) -> Joint:
-    """Return a joint whose parent is a node if it is on a geometrically exact beam."""
+    """Return a joint with a node as parent, for joints on geometrically exact beams; other joints are unchanged."""
     parent, position = attach(key_of("joints", joint.name, "position"), joint.parent, joint.position)
     return replace(joint, parent=parent, position=position)
 
 
 def attached_point(section: str, point: AnyPoint, attach: AttachByKey) -> AnyPoint:
-    """Return a point, or a frame, of a node if it is on a geometrically exact beam."""
+    """Return a point, or a frame, on a node, for places on geometrically exact beams; other places are unchanged."""
     body, position = attach(key_of(section, point.name, "position"), point.body, point.position)
     return replace(point, body=body, position=position)
 
 
 def attached_constraint(constraint: Constraint, attach: AttachByKey) -> Constraint:
-    """Return a constraint whose frames are of nodes if they are on geometrically exact beams."""
+    """Return a constraint with frames on nodes, for frames on geometrically exact beams; other frames are unchanged."""
     moved = {}
     for side, frame in (("first", constraint.first), ("second", constraint.second)):
         body, position = attach(key_of("constraints", constraint.name, side, "position"), frame.body, frame.position)
@@ -50,7 +50,7 @@ def attached_constraint(constraint: Constraint, attach: AttachByKey) -> Constrai
 
 
 class BeamNodes:
-    """Moves attachments of geometrically exact beams to their nodes; a place beyond a beam is reported.
+    """Maps places on geometrically exact beams to nodes; a place beyond a beam is reported.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class BeamNodes:
         self.values = values
 
     def joints(self) -> dict[str, Joint]:
-        """Return the joints of the nodes: all but the first one are free to move against the base."""
+        """Return the joints of the nodes: all nodes but the first can move freely relative to the base."""
         names = [name for beam in self.beams.values() for name in beam.nodes[1:]]
         neutral = (1.0, *(0.0,) * 6)
         return {
@@ -88,7 +88,8 @@ class BeamNodes:
                 self.values.report.add(key_of("joints", name, "child"), fault, hint)
 
     def at(self, key: str, body: str, position: Vector) -> tuple[str, Vector]:
-        """Return the node at a place on a beam, and the place in its frame; places on other bodies stay unchanged."""
+        """Return the node at a place on a beam, and the place in the node's frame; places on other bodies stay
+        unchanged."""
         beam, report = self.beams.get(body), self.values.report
         if beam is None or report.concerns(key) or report.concerns(key_of("beams", body)):
             return body, position
@@ -113,12 +114,12 @@ class BeamNodes:
 
 
 def stations_of(beams: Sequence[str], reading: Reading) -> Mapping[str, Sequence[float]]:
-    """Return x of every station, m, by beam, NaN if it is not known.
+    """Return x of every station, m, by beam, NaN if unknown.
 
     Parameters
     ----------
     beams : names of the beams that are geometrically exact
-    reading : before anything is attached; all of it is read again with the nodes that follow
+    reading : before attachments; everything is read again with the resulting nodes
     """
     stations: dict[str, list[float]] = {name: [] for name in beams}
     if not beams:

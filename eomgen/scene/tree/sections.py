@@ -109,7 +109,7 @@ class _Bodies(Section):
 
 
 class _Beams(Section):
-    """Geometrically exact beams are items of this section; others are bodies."""
+    """Geometrically exact beams are items of this section; other beams are bodies."""
 
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
         hint = "another name for one of them"
@@ -175,7 +175,7 @@ class _Joints(Section):
         return DesignPoses(placements, reading.names.exact_beams, reading.document.table("base") is not None)
 
     def _placed(self, joint: Joint, entry: joints.Joint, reading: Reading) -> Joint:
-        """Return a joint with its placement in the frame of its parent; on an exact beam, of one of the nodes."""
+        """Return a joint with a placement in the frame of the parent; on an exact beam, of one of the nodes."""
         if entry.given_in is not None:
             positioned = "position" in entry.model_fields_set
             place = joint.parent, joint.position, joint.orientation
@@ -186,7 +186,7 @@ class _Joints(Section):
         return attached_joint(joint, reading.attach)
 
     def check(self, reading: Reading) -> None:
-        """Order the tree, parents first, and report faults of the tree and of the inertias that it moves."""
+        """Order the tree, parents first, and report faults of the tree and of the moved inertias."""
         document, values = reading.document, reading.values
         bodies, of_nodes = reading.items["bodies"], reading.kept(BeamNodes).joints()
         read = {name: joint for name, joint in reading.items["joints"].items() if joint.child not in of_nodes}

@@ -47,10 +47,10 @@ def body_entry(inertia: Inertia) -> dict[str, Any]:
 
 
 def tunable_body(link: str, inertia: Inertia) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return ten tunable parameters with the values of a link, and the entry of a body that has them.
+    """Return ten tunable parameters with the values of a link, and the entry of a body that uses these parameters.
 
-    They are ``LINK_mass``, ``LINK_center_x`` (and y, z), m in the link's frame, and ``LINK_inertia_xx`` (yy, zz, xy,
-    xz, yz), kg m^2 about the centre of mass in the link's axes.
+    The parameters are ``LINK_mass``, ``LINK_center_x`` (and y, z), m in the link's frame, and ``LINK_inertia_xx`` (yy,
+    zz, xy, xz, yz), kg m^2 about the centre of mass in the link's axes.
     """
     fixed = body_entry(inertia)
     values = {f"{link}_mass": (fixed["mass"], "kg")}
@@ -64,7 +64,7 @@ def tunable_body(link: str, inertia: Inertia) -> tuple[dict[str, Any], dict[str,
 def held_and_following(
     robot: Robot, locked: Collection[str], report: Report
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Return the joints that are held, with their coordinates, and for each joint that follows another its leader.
+    """Return the held joints with coordinates, and the leader of each following joint.
 
     Faults go to the report: leaders that do not exist or have not one coordinate, and circles.
     """
@@ -106,7 +106,7 @@ def _check_circles(robot: Robot, leaders: Mapping[str, str], report: Report) -> 
 
 
 def _resolve(robot: Robot, name: str, leaders: Mapping[str, str], held: dict[str, float]) -> None:
-    """Hold a joint if the last leader in its chain is held."""
+    """Hold a joint if the last leader in the chain of leaders is held."""
     path = [name]
     while path[-1] not in held and path[-1] in leaders:
         path.append(leaders[path[-1]])
@@ -138,8 +138,8 @@ def urdf_data(
     Parameters
     ----------
     root : str
-        ``fixed``: the root link is the base. ``attached``: it is a body, fixed to the base. ``free``: a body on a free
-        joint.
+        ``fixed``: the root link is the base. ``attached``: the root link is a body, fixed to the base. ``free``: a body
+        on a free joint.
 
     Raises
     ------
@@ -250,7 +250,7 @@ class _Place:
 
 
 class _Merger:
-    """Makes one body of links that are fixed to one another; their frames stay by name."""
+    """Merges links that are fixed to one another into one body; frames of links keep their names."""
 
     def __init__(
         self,
@@ -311,7 +311,7 @@ class _Merger:
         self.lines.setdefault(f"bodies.{place.body}", self.robot.links[link].line)
 
     def attach(self, joint: Joint) -> None:
-        """Place a joint's child: on its parent's body for a fixed joint, else as a body of its own."""
+        """Place a joint's child: on the body of the parent for a fixed joint, else as a separate body."""
         parent = self.places[joint.parent]
         orientation = snapped_rotation(parent.orientation @ joint.orientation)
         position = parent.orientation @ joint.position + parent.position
@@ -349,7 +349,7 @@ class _Merger:
         self.add_part(joint.child)
 
     def fix(self, joint: str, parent: str, link: str, orientation: Array, position: Array) -> None:
-        """Make a body of its own of a link that is fixed to another body."""
+        """Make a separate body of a link that is fixed to another body."""
         self.places[link] = _Place(self.body_name(link), np.eye(3), np.zeros(3))
         self.data["joints"][joint] = {
             "type": "fixed",
@@ -360,7 +360,7 @@ class _Merger:
         }
 
     def close(self, loop: LoopJoint) -> None:
-        """Make a constraint of a loop joint: frames in the bodies of its links, z along its axis."""
+        """Make a constraint of a loop joint: frames in the bodies of both links, z along the axis of the joint."""
         along = unit_axis(loop.axis)
         assert along is not None  # the reader refuses an axis of no length
         entry: dict[str, Any] = {"type": loop.type}

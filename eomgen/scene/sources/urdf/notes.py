@@ -24,9 +24,9 @@ _MEANING = {
 }
 #: A range of a joint that ends beyond this, in rad, and a bit more for digits, may be meant in degrees.
 _TURN = 2.0 * math.pi + 1e-3
-#: Radius of gyration over the size of a robot, from which on its moment of inertia is in another unit.
+#: Ratio of the radius of gyration to the size of a robot above which the moment of inertia is probably in another unit.
 _ABSURD = 100.0
-#: Elements that are left out of moving joints, and have no effect on held ones.
+#: Elements left out of moving joints, without effect on held joints.
 _OF_MOVING_JOINTS = ("safety_controller", "calibration")
 
 
@@ -126,7 +126,8 @@ def inertia_warnings(robot: Robot) -> list[tuple[int, str]]:
 
 
 def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
-    """Return one note for each kind of thing that is not modelled or not read; ``still`` are joints that are held."""
+    """Return one note for each kind of element that is not modelled or not read; ``still`` are held joints. ``still``
+    are joints that are held."""
     result = []
     for kind, places in robot.unread.items():
         owners = [name for name in dict.fromkeys(name for _, name in places) if name]
@@ -149,7 +150,7 @@ def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
     return result
 
 
-#: How far a stop gives way to the effort of its joint, by unit of the coordinate.
+#: Deformation of a stop under the largest effort of its joint, by unit of the coordinate.
 GIVE = {"rad": 0.01, "m": 0.001}
 #: Damping of a stop over its stiffness, s.
 DAMPING_TIME = 0.01

@@ -40,8 +40,7 @@ _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 NEWEST, WITH_QUATERNIONS = 2, 1
 #: By how much the length of a quaternion may differ from 1: three digits of each number.
 _UNIT_LENGTH = 1e-3
-#: Numbers of the format that stay out with the limits they belong to; acceleration, deceleration and jerk are of
-#: version 1.2.
+#: Numbers of the format that are left out with their limits; acceleration, deceleration and jerk are of version 1.2.
 _OTHER_LIMITS = ("velocity", "acceleration", "deceleration", "jerk")
 #: Elements to be seen and touched, which have no part in the equations of motion.
 _GEOMETRY = ("visual", "collision", "material")
@@ -49,7 +48,7 @@ _GEOMETRY = ("visual", "collision", "material")
 
 @dataclass(frozen=True)
 class Link:
-    """A link: its mass properties in its own frame."""
+    """A link with mass properties in the link frame."""
 
     name: str
     line: int
@@ -68,7 +67,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Limit:
-    """Range of a joint's coordinate, and its largest effort; zeros by default, as in the format."""
+    """Range of a joint's coordinate, and largest effort; zeros by default, as in the format."""
 
     lower: float
     upper: float
@@ -77,8 +76,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint: its type in eomgen's words, empty for an unknown one; placement of the child's frame in the
-    parent's."""
+    """A joint: type in eomgen's words, empty for an unknown type; placement of the child's frame in the parent's."""
 
     name: str
     line: int
@@ -101,7 +99,7 @@ class Joint:
 
     @property
     def unit(self) -> str:
-        """Unit of the one coordinate, rad or m; empty for another number of coordinates."""
+        """Unit of the coordinate, rad or m; empty unless there is exactly one coordinate."""
         return JOINTS[self.type].units[0] if self.type and self.components == 1 else ""
 
 
@@ -116,7 +114,7 @@ class LoopEnd:
 
 @dataclass(frozen=True)
 class LoopJoint:
-    """A joint that closes a loop, as Drake's first parser and Isaac Sim have it; ``axis`` is in the frames of its
+    """A joint that closes a loop, as in Drake's first parser and Isaac Sim; ``axis`` is in the frames of the joint's
     ends."""
 
     name: str
@@ -127,13 +125,13 @@ class LoopJoint:
     axis: tuple[float, ...]
 
 
-#: How near to a right angle an angle has to be for its few digits to be worth a note, in rad.
+#: Distance of an angle from a right angle, in rad, below which a note suggests a right angle with too few digits.
 NEARLY = 1e-3
 
 
 @dataclass
 class Robot:
-    """Elements of a URDF, with legal and unique names; ``original`` maps them back to the file's names.
+    """Elements of a URDF, with legal and unique names; ``original`` maps these names to the file's names.
 
     Attributes
     ----------
@@ -143,7 +141,7 @@ class Robot:
     several_turns : links and joints whose rpy has an angle of more than a turn
     left_out : known elements without a model, or unknown elements, with the names of links and joints
     unread : attributes, repeated elements and text without use, with line and name of each link or joint
-    without_effect : joints that cannot use an element that they have, by its tag
+    without_effect : joints with an element that has no effect on joints of this type, by tag
     geometry : how many elements of each kind there are
     quaternions : links and joints whose origin has one
     """
@@ -326,7 +324,7 @@ class _Reader:
         return Link(name, element.line, Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center))
 
     def required(self, inertial: Element, tag: str, attributes: Sequence[str], key: str) -> list[float]:
-        """Return numbers that mass properties need; zeros if they are missing, which is reported."""
+        """Return numbers that mass properties need; zeros if missing, which is reported."""
         element = inertial.first(tag)
         if element is None:
             self.report.add_at(inertial.line, key, f"<inertial> has no <{tag}>", f"<{tag} .../> or no <inertial>")

@@ -59,7 +59,7 @@ class Transmission:
 
 @dataclass(frozen=True)
 class Transmissions:
-    """The transmissions of a file of known types, and the names of others by their types."""
+    """The transmissions of known types in a file, and the names of other transmissions by type."""
 
     known: tuple[Transmission, ...]
     unknown: Mapping[str, Sequence[str]]
@@ -112,7 +112,8 @@ def _read(element: Element, name: str, kind: str, report: Report) -> Transmissio
 
 
 def _by_role(elements: Sequence[Element], tag: str) -> list[Element]:
-    """Return joints or actuators in the order of their roles, ``joint1`` before ``joint2``; else in the file's."""
+    """Return joints or actuators in the order of their roles, ``joint1`` before ``joint2``; else in the order of the
+    file."""
 
     def role(element: Element) -> str:
         return element.get("role") or next((child.text() for child in element.named("role")), "")
@@ -141,7 +142,7 @@ def _reduction(element: Element, key: str, report: Report) -> float:
 
 @dataclass(frozen=True)
 class Actuation:
-    """Inputs and efforts of actuators behind transmissions, with the joints that they drive, notes and warnings."""
+    """Inputs and efforts of actuators with transmissions, the driven joints, notes and warnings."""
 
     inputs: Mapping[str, Any]
     efforts: Mapping[str, Any]
@@ -155,8 +156,8 @@ def actuation(
 ) -> Actuation:
     """Return an effort input for each actuator of a transmission that moves a joint.
 
-    An input is called like its actuator, made legal. The unit is N m if all joints turn; empty if a joint travels,
-    because the format does not say whether the actuator turns or travels.
+    The name of an input is the name of the actuator, made legal. The unit is N m if all joints turn; empty if a joint
+    travels, because the format does not say whether the actuator turns or travels.
     """
     by_written = {robot.original.get(name, name): name for name in robot.joints}
     shares: dict[str, dict[str, float]] = {}  # of actuators by name in the file, by joint
@@ -210,8 +211,8 @@ _EFFORT_UNITS = {"rad": "N m", "m": "N"}
 def effort_inputs(joints: Sequence[Joint], actuators: Actuation) -> dict[str, Any]:
     """Return the sections ``inputs`` and ``efforts``: first of actuators, then of driven joints, in order.
 
-    An input has the name of its joint, with ``_effort`` appended if this is a word of formulas or an actuator. Empty
-    sections are left out.
+    The name of an input is the name of the joint, with ``_effort`` appended if the name is a word of formulas or an
+    actuator. Empty sections are left out.
     """
     inputs, efforts = dict(actuators.inputs), dict(actuators.efforts)
     for joint in joints:
