@@ -1,9 +1,8 @@
-"""The state that a linear model is about: the caller's, an equilibrium, a steady motion, or the initial state.
+"""The state that a linear model is about: the caller's, an equilibrium, a steady motion, or the initial state; rest of
+exact beams on a base that turns evenly, by sparse load steps with centrifugal and gyroscopic forces.
 
-Rest of exact beams on a base that turns evenly: sparse load steps, with centrifugal and gyroscopic forces.
-
-All velocities are relative to the base, so this is rest with one more load. No inertia matrix is inverted, which rotary
-inertias far below the bending stiffness would make useless.
+On a base that turns, all velocities are relative to the base, so this is rest with one more load. No inertia matrix is
+inverted, which rotary inertias far below the bending stiffness would make useless.
 """
 
 from __future__ import annotations

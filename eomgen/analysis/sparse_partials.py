@@ -1,14 +1,12 @@
-"""Partials of the residual and the constraints as sparse matrices, with the softest modes of a stiffness in this
-form; partials of sampled states, and analyses that refuse them.
-
-Partials of the residual and the constraints as sparse matrices, and the softest modes of a stiffness in this form.
+"""Partials of the residual and the constraints as sparse matrices, with the softest modes of a stiffness in this form;
+partials of sampled states, and analyses that refuse scenes with sampled states.
 
 Scenes with many velocity components have the term ``iteration``, which gives nonzeros alone; of long trees it keeps
 unknowns s of the recursion, rows g(q, v, a, s) - s = 0, which are eliminated here (Schur complement). Scenes without
 that term are small, and have whole matrices.
 
-The sparse equations of rest keep them: inverse iteration gives their squared frequencies, and strains tell whether
-anything opposes a direction at all, since energies of strains are sums of squares, which do not cancel.
+The softest modes come from the sparse equations of rest by inverse iteration; strains tell whether anything opposes a
+direction at all, since energies of strains are sums of squares, which do not cancel.
 """
 
 from __future__ import annotations

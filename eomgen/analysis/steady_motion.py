@@ -1,4 +1,5 @@
-"""Steady motions (relative equilibria), for example a top in steady precession, a governor, a wheel that circles.
+"""Steady motions (relative equilibria), for example a top in steady precession, a governor, a wheel that circles; their
+arguments, velocities and coordinates by name, checked against drives.
 
 A steady motion goes along a symmetry of the equations (``symmetries``): v = X(q) g and vdot = W v. For cyclic
 coordinates, velocities are constant; rotations of the whole scene and spins of symmetric bodies
@@ -9,8 +10,6 @@ are symmetries, too. So the search is one for roots of
 in q across the symmetries and in g (Meirovitch 1970, section 2.13; Marsden 1992, chapter 4). If no symmetry is
 found, constant velocities are tried: of single cyclic coordinates, of given ones, and of coordinates that
 the rows force to go with them. The result is followed along the motion before it is called steady.
-
-Arguments of a steady motion, checked: velocities and coordinates by name, against their drives.
 """
 
 from __future__ import annotations

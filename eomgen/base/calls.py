@@ -5,9 +5,8 @@ Python's own errors (TypeError, KeyError, AttributeError) name the fault and no 
 are ``UsageError``; for names and attributes also the class that Python would raise, which ``hasattr`` and callers may
 rely on.
 
-Attributes of models, solutions, simulators and linear models in other tools, and their equivalents here.
-
-Keys are names of public classes; ``""`` is the package itself.
+The table of attributes of models, solutions, simulators and linear models in other tools has public classes as keys;
+the key ``""`` is the package itself.
 """
 
 from __future__ import annotations

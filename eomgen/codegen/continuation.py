@@ -1,4 +1,5 @@
-"""Data of many equal parts, continued from the same data of few.
+"""Programs of scenes with many equal parts (elements of a beam), continued from Programs of scenes with few: integers
+and lists that grow evenly.
 
 Equal parts of a scene are numbered alike, and loops run over them in the C, so a Program of n parts differs from one of
 n + d in integers that grow evenly and in lists that have some items more. Three samples, of n, n + d and n + 2 d parts,

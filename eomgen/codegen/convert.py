@@ -1,6 +1,5 @@
-"""System -> Program: decides all names, orders and function parts, so that templates only print.
-
-Map on the tape -> loop of the Program: kernel as statements, constants and gather indices as tables.
+"""System -> Program: decides all names, orders and function parts, so that templates only print; a Map on the tape
+becomes a loop of the Program, its kernel as statements, its constants and gather indices as tables.
 
 In a function that runs a loop, its gathered inputs and its results lie in the workspace, in separate ranges, so
 that neither the length of the code nor the number of locals grows with the number of elements. Runs of equally spaced

@@ -1,4 +1,5 @@
-"""Initial states on the constraints: changes of a start by the constraints, and the states of many samples at once."""
+"""Initial states on the constraints: sentences on the changes of a start by the constraints, and the consistent states
+of many samples at once."""
 
 from __future__ import annotations
 

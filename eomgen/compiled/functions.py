@@ -1,7 +1,6 @@
 """The compiled functions on NumPy arrays: leading axes of all inputs broadcast, and one C call evaluates the whole
-batch, by the model's own library or by its companion with a sample in each lane of a vector.
-
-Memory of results of batches, used again when no array refers to it any more.
+batch, by the model's own library or by its companion with a sample in each lane of a vector; and the memory of results,
+which is used again when no array refers to it any more.
 
 A companion costs a compiler's time and gives the same bits two to four times as fast. So the companion is compiled in
 the background once the batches of a function have taken as long as the compilation will, and a batch goes on with the

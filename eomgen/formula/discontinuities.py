@@ -1,8 +1,6 @@
 """Times of jumps and kinks in formulas whose curves and comparisons have arguments linear in time, and transitions
 that replace them, twice continuously differentiable.
 
-Jumps and kinks of a law at known times replaced by transitions that are twice continuously differentiable.
-
 From a jump at t_j on, the law goes from its old values, L(t), to its new ones, R(t), within a duration T:
 L + (R - L) w((t - t_j)/T), w(s) = 10 s^3 - 15 s^4 + 6 s^5, whose first and second derivatives vanish at s = 0 and 1.
 Between two constants that is the quintic with zero velocity and acceleration at both ends (the motion of least jerk:

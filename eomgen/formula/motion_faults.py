@@ -1,17 +1,13 @@
 """Prescribed motions that no run can follow: without a value, with jumps of positions or rates, or steeper than a
 step.
 
-Jumps of prescribed motions, which no finite force can follow: of positions and of their rates.
+To find jumps, a law is evaluated with its rate (complex step) on a grid of times, and on both sides of its known
+breakpoints. If the law is not linear between two times the interval is divided: the deviation from the chord falls to
+less than a half for a smooth law, and stays at a jump. A narrow pulse between two times of the grid is found if its
+breakpoints are comparisons of t, or points of curves. Angles are compared modulo full revolutions, as in the equations.
 
-A law is evaluated with its rate (complex step) on a grid of times, and on both sides of its known breakpoints. If it
-is not linear between two times the interval is divided: the deviation from the chord falls to less than a half for a
-smooth law, and stays at a jump. A narrow pulse between two times of the grid is found if its breakpoints are
-comparisons of t, or points of curves. Angles are compared modulo full revolutions, as in the equations.
-
-Prescribed motions steeper than the step of a run: drives and motions of the base that steppers cannot follow.
-
-A law is bisected if it is not linear, down to intervals of one step. There the trapezoidal rule for the rate is
-compared with the change of the law.
+To find steep motions, a law is bisected if it is not linear, down to intervals of one step. There the trapezoidal rule
+for the rate is compared with the change of the law.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """The syntax tree of a user's formula, a small closed set of nodes, data only, and its text in the way that a user
 writes it.
 
-The syntax tree of a user's formula: a small closed set of nodes, data only.
-
 Code that walks a formula needs to know only these classes; no text of the user goes further than
 ``parser.py``.
 """

@@ -1,7 +1,5 @@
 """Events, sampled states and discontinuities as data for the templates: their detection, clocks and treatment in a
-stepper besides its steps.
-
-Discontinuities at which a stepper splits its steps, as data for the templates.
+stepper besides its steps, and the times at which steps are split.
 
 A derivative of order k that jumps within a step costs an error of order k + 1 there, once; a jump of at least the order
 of the method does no harm. Implicit methods find the accelerations of prescribed motions by differences, so

@@ -4,8 +4,6 @@ from exact series.
 Each is smooth in y, so both sides of a selection are finite, also for a derivative taken through it: the side that is
 not selected works on a harmless argument.
 
-Series coefficients of exp and its tangent, exact if they are rational.
-
 Taylor series of f2 = (cos x - 1)/x^2 and f3 = (x - sin x)/x^3 in y = x^2, their derivatives f4 = 2 df2/dy and f5 = -2
 df3/dy; f6 = (1 - (x/2) cot(x/2))/x^2 by its partial fractions 2 sum_n 1/((2 pi n)^2 - y) (Euler), the first two poles
 kept apart.

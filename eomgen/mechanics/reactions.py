@@ -1,14 +1,10 @@
 """Reactions: wrenches transmitted by joints and constraints, from inverse dynamics and multipliers, and their
 quantities in formulas.
 
-Unit wrenches of constraint equations: the action of each multiplier on the two bodies.
-
 An equation depends on the pose of the second frame in the first one, and on no other part of the machine. Its rate is
 g . (omega, v), with the second frame's angular velocity against the first and the velocity of its origin. So the
 virtual work of B^T lam is the work of the wrench lam g on the second body and of its opposite, at one place, on the
 first. g is differentiated on a separate tape, with this pose independent although it depends on q on the scene's.
-
-Wrenches that joints and constraints transmit.
 
 A joint of the tree transmits the wrench of its subtree beyond all other loads on it: inertia forces minus
 weight, applied forces and forces of constraints, in the inward recursion of inverse dynamics (Newton-Euler; Luh, Walker

@@ -1,10 +1,9 @@
-"""Gains of state feedback from the linear model of the same scene, with these gains at zero: the calibration stage.
+"""Gains of state feedback from the linear model of the same scene, with these gains at zero (calibration), and messages
+about the closed loop: its slowest motion, and modes that miss the requested poles.
 
 The scene is opened at a controller: its output becomes an input beside its formula. The linear model of that
 scene is the plant, signals and weighted quantities are its outputs. Controllers are calibrated in order, each
 with earlier ones active. Gains are parameters, so the code of a model depends on their defaults only.
-
-Messages about a closed loop: its slowest motion, and modes that miss the requested poles.
 """
 
 from __future__ import annotations

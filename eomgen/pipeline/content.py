@@ -1,4 +1,5 @@
-"""Sources of a library, as bytes, without deriving anything: document, front end, terms, method and code."""
+"""Content that decides the key of a library in the cache, as bytes, without deriving anything: document, front end,
+terms, method and code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Exact operations of a step of a method, part by part."""
+"""For ``eomgen info --method``: exact operations of a step of a method, part by part."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
-"""Sources from which a ``Solution`` is evaluated, parts for tables and plots, and display in notebooks: outcome, and
-start, end and range of each column.
-"""
+"""Base classes of ``Solution``, which is evaluated at first use and stored for tables and plots; its display in
+notebooks: outcome, and start, end and range of each column."""
 
 from __future__ import annotations
 

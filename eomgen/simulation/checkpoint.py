@@ -1,9 +1,6 @@
 """Checkpoints: the complete state of a stepper on disk, from which a run continues bit-identically, and the state of
 a simulator, without the model.
 
-Checkpoints: the complete state of a stepper on disk, from which a run continues bit-identically, and the state of a
-simulator, without the model.
-
 State and workspace are kept as they are in memory: the state alone determines the motion up to Newton's tolerance, the
 factors and the habits of the iteration in the workspace determine the last bits. So a checkpoint belongs to one
 compiled library.

@@ -1,11 +1,7 @@
-"""Consistent positions and velocities from an approximate guess.
-
-Consistent positions and velocities from an approximate guess.
+"""Consistent positions and velocities from an approximate guess, of one sample or of many at once.
 
 Positions by Gauss-Newton steps of least kinetic size, q <- q exp(-M^-1 B^T (B M^-1 B^T)^+ Phi); velocities by the same
 projection of B v + Phi_t. The pseudo-inverse lets redundant rows be, as long as they do not contradict each other.
-
-Consistent positions and velocities of many samples at once, by the steps of ``consistency``.
 
 The correction of a sample, and its end, follow from its own numbers alone; samples that are done wait.
 Corrections of least kinetic size are computed by singular values here, so last digits differ from ``consistency``.

@@ -1,6 +1,5 @@
-"""Order of searches for rest: a damped motion first, and Newton's paths from slow points on its way.
-
-Equilibria along Newton's path, stable or not, with damped steps (Deuflhard 2004, section 3.3.3).
+"""Order of searches for rest: a damped motion first, and Newton's paths from slow points on its way, to equilibria that
+are stable or not, with damped steps (Deuflhard 2004, section 3.3.3).
 
 With damping that is large and in proportion to the inertias, a motion follows the accelerations of rest: in coordinates
 of unit kinetic energy q' = -imbalance(q, z), and internal states follow their own equations meanwhile, c times as fast

@@ -1,9 +1,8 @@
-"""Load steps: unbalanced forces at the start are held by forces of constant direction, which are removed along a path.
+"""Load steps: unbalanced forces at the start are held by forces of constant direction, which are removed along a path;
+and the search for a stable rest next to an unstable one, reproducible under rounding errors.
 
 If there is no load at the start, this is the same as applying dead loads step by step: the factor s of the loads
 goes from 0 to 1. Forces that hold are constant in the axes of the base, so components of bodies that turn change.
-
-Search for a stable rest next to an unstable one, reproducible under rounding errors.
 
 A structure leaves an unstable rest along the direction of the most negative stiffness. A dead force along this
 direction holds the structure; the force grows and then vanishes at another rest. The motion is a path of equilibria

@@ -1,17 +1,13 @@
 """C beside the model's own: its wrapper by cffi (API mode), or none if Python's headers are missing (ABI mode), and
 companions for as many samples as there are lanes.
 
-The wrapper of a compiled model: C by cffi (API mode), or none if Python's headers are missing (ABI mode).
-
 cffi's own ``compile()`` drags setuptools in (0.6 s); its generated C is compiled here directly instead. The wrapper
 depends on the interface only, so one object serves all models.
 
-The text of a companion of a library: one function of the model for batches in lanes, with parts kept apart from
-inlining.
-
-The model's own text is compiled a second time with ``real`` as vectors. A companion has one function, since a vector's
-compiler takes as long for each function as for a number's, and a large batch asks for one: all files stand in one, in
-which the other functions are declared static first, and a compiler drops static functions that are not called.
+A companion is one function of the model for batches in lanes, with parts kept apart from inlining. The model's own text
+is compiled a second time with ``real`` as vectors. A companion has one function, since a vector's compiler takes as
+long for each function as for a number's, and a large batch asks for one: all files stand in one, in which the other
+functions are declared static first, and a compiler drops static functions that are not called.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@ Recursions over bodies record the same operations for each body in turn. If a se
 with some period, one period becomes the body of a loop. Operands within the same iteration are locals, all others are
 workspace or array entries at looked-up indices. Repeats are found by hashes of windows (Karp and Rabin 1987).
 
-Body of a rerolled loop, and the indices at which each iteration reads and stores its values.
-
 The body is scheduled as a separate function; its inputs are the values that it reads from outside the iteration.
 Equally spaced indices become start + step k, all others a table.
 """

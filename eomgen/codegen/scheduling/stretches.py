@@ -4,8 +4,6 @@ grow with their length become loops that count.
 Equal parts of a scene are numbered alike, so tables of the places read and stored by a loop repeat but at the ends.
 Differences of neighbouring rows then repeat exactly, and repeats are found by hashes of windows (Karp and Rabin 1987).
 
-Loops with tables of indices that grow with their length -> loops that count instead, cut at changes of the rule.
-
 A loop of a few statements becomes one for each stretch of its tables. A loop of many statements stays one, and its
 tables become choices between a few ranges of its counter.
 """

@@ -1,16 +1,12 @@
 """``Composition``: one step of a symplectic method as drifts and kicks in turn, its properties, and its order from
 the coefficients alone.
 
-Order of a composition of two flows, from its coefficients alone.
+A drift moves coordinates with momenta held, a kick changes momenta with coordinates held. Time is a coordinate, so it
+moves in drifts: a force that depends on time is evaluated at the time that drifts have come to.
 
 A step is a product of exponentials exp(c h A) and exp(c h B) of two operators that do not commute. It has order p if
 its series agrees with the series of exp(h (A + B)) in all words of up to p letters A and B; in the latter a word of n
 letters has the coefficient 1/n!.
-
-``Composition``: one step of a symplectic method as drifts and kicks in turn, and its properties.
-
-A drift moves coordinates with momenta held, a kick changes momenta with coordinates held. Time is a coordinate, so it
-moves in drifts: a force that depends on time is evaluated at the time that drifts have come to.
 """
 
 from __future__ import annotations

@@ -1,6 +1,5 @@
-"""Time-discontinuous Galerkin steps in passes: orders 3 to 7, one factorization a step and no Newton iteration.
-
-Time-discontinuous Galerkin steps in passes: orders 3 to 7, one factorization a step and no Newton iteration.
+"""Time-discontinuous Galerkin steps in passes: orders 3 to 7, one factorization a step and no Newton iteration; with
+fixed steps, or with steps chosen by the change of the last pass, the estimate of errors.
 
 A polynomial of degree p on each step, discontinuous at the start, is found in a fixed number of passes after Thompson
 and Kunthong (2006). With y' = F(y, t) for y = (theta, v, z), theta canonical coordinates about the start of the step
@@ -31,8 +30,6 @@ at order 2.
 
 Five passes at p = 3 give order 7 to linear equations and 6 to others: the first pass, linear about the start, leaves
 h^3, and each later one takes off one power of h. Six give order 7 to all, and are A-stable too.
-
-Time-discontinuous Galerkin in passes, with steps of its own: the change by the last pass is the estimate of errors.
 
 Passes raise the order by one each, so the last but one is a solution of one order less at no cost, with stiff parts
 filtered as the solution is. Between the nodes a step is the polynomial through the start and the nodes, with an error

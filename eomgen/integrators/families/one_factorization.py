@@ -5,10 +5,9 @@ Their matrix represents (I - gain J) d = right side in forces, (M + gain C + gai
 increments are about none, so pivots are chosen ``at_start`` and M may be singular if the matrix is not. Constraints
 border it by B^T of the start and B of the end of a step.
 
-The guard of steps of one factorization against growth that they cannot follow: rows of families that have it.
-
-``newton/growth.c.jinja`` looks at the pivots (``newton.signs``); a step calls ``_note_growth`` behind a factorization,
-with ``stop_at_growth`` in its workspace. If a method chooses its steps, such a step is tried again as a smaller one.
+The guard: ``newton/growth.c.jinja`` looks at the pivots (``newton.signs``); a step calls ``_note_growth`` behind a
+factorization, with ``stop_at_growth`` in its workspace. If a method chooses its steps, such a step is tried again as a
+smaller one.
 """
 
 from __future__ import annotations

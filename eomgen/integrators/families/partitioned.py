@@ -1,15 +1,11 @@
-"""Runge-Kutta-Munthe-Kaas with coordinate partitioning: dependent coordinates are eliminated at each stage.
-
-Runge-Kutta-Munthe-Kaas with coordinate partitioning: dependent coordinates are eliminated at each stage.
+"""Runge-Kutta-Munthe-Kaas with coordinate partitioning: dependent coordinates are eliminated at each stage; with fixed
+steps, and embedded pairs with adaptive steps.
 
 Partitioning: Wehage and Haug, J. Mech. Des. 104 (1982) 247. The field of one stage is the Runge-Kutta method's own
 made continuous off the constraints by a smooth correction, so the order stays the method's: Hairer, Lubich, Wanner,
 Geometric Numerical Integration (2006), section IV.4.
 
-Embedded explicit Runge-Kutta pairs with coordinate partitioning, with adaptive steps.
-
-Pairs are rows of ``embedded_pair``, in the Lie algebra; stages are brought onto the
-constraints as in ``partitioned``: Wehage and Haug, J. Mech. Des. 104 (1982) 247.
+Pairs are rows of ``embedded_pair``, in the Lie algebra.
 """
 
 from __future__ import annotations

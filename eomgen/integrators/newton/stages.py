@@ -7,8 +7,6 @@ Of the bodies whose constraint equations they can all take up, the one with the 
 so that chains and trees are eliminated from their tips to their roots and the work grows with the number of bodies
 only: minimum degree (Tinney and Walker 1967) on bodies instead of unknowns.
 
-Frontal elimination: stages with equal structure share one function, parametrised by index offsets.
-
 A front holds the rows of U and the columns of L of its pivots in one run of the factors. Updates of later entries
 are subtracted there, in the runs of the fronts above it: Duff and Reid, ACM TOMS 9 (1983) 302. For a
 tree this is the elimination of one body after the other from the tips to the root.

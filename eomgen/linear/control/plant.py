@@ -1,8 +1,6 @@
 """A linear plant in second-order form, M q'' + C q' + K q = B u, its scaling, and its uncontrollable modes and modes
 without cost (Popov, Belevitch and Hautus).
 
-Uncontrollable modes and modes without cost: the Popov-Belevitch-Hautus test in second-order form.
-
 A mode with eigenvalue s is uncontrollable if [s^2 M + s C + K, B] loses rank (A. J. Laub and W. F. Arnold,
 Controllability and observability criteria for multivariable linear second-order models, IEEE Transactions on Automatic
 Control 29, 1984).

@@ -1,10 +1,8 @@
 """Feedback of second-order models: the linear-quadratic regulator in blocks of the model's own size, pole placement,
 and one law per mode.
 
-The linear-quadratic regulator of a second-order model: the Riccati equation in blocks of the model's own size.
-
-With S = M^-1 B R^-1 B^T M^-T and P = [[P11, P12], [P12^T, P22]] (cross terms of the cost taken into C, K and the
-weights before):
+The linear-quadratic regulator: With S = M^-1 B R^-1 B^T M^-T and P = [[P11, P12], [P12^T, P22]] (cross terms of the
+cost taken into C, K and the weights before):
 
     -P12 M^-1 K - K^T M^-T P12^T - P12 S P12^T + Q1 = 0
     P12 + P12^T - P22 M^-1 C - C^T M^-T P22 - P22 S P22 + Q2 = 0
@@ -13,11 +11,9 @@ weights before):
 
 They are solved as an equation of first order in scaled units (``riccati_equation``).
 
-Independent modal space control: one feedback law per mode, in closed form.
-
-A mode xi'' + 2 zeta w xi' + w^2 xi = f with f = -g xi - h xi'. Optimal for int xi'^2 + w^2 xi^2 + R f^2 dt are (L.
-Meirovitch and H. Baruh, Control of self-adjoint distributed-parameter systems, Journal of Guidance and Control 5, 1982;
-there without damping)
+In independent modal space control, each mode has a law in closed form. A mode xi'' + 2 zeta w xi' + w^2 xi = f with f =
+-g xi - h xi'. Optimal for int xi'^2 + w^2 xi^2 + R f^2 dt are (L. Meirovitch and H. Baruh, Control of self-adjoint
+distributed-parameter systems, Journal of Guidance and Control 5, 1982; there without damping)
 
     g = w sqrt(w^2 + 1/R) - w^2,  h = sqrt(c^2 + 2 g + 1/R) - c,  c = 2 zeta w,
 

@@ -1,10 +1,8 @@
 """PowerSpectrum: the one-sided power spectral density of one quantity, with its unit, rms and plot; frequency
 weightings of whole-body vibration, and ride comfort over road classes and speeds.
 
-Ride comfort: frequency weightings of whole-body vibration, and root mean squares over road classes and speeds.
-
-H(s) = band limitation (high pass f1, low pass f2, both Butterworth) times transition (f3, f4, Q4) times upward step
-(f5, Q5, f6, Q6). Magnitudes agree with table 3 of ISO 2631-1.
+The weightings are H(s) = band limitation (high pass f1, low pass f2, both Butterworth) times transition (f3, f4, Q4)
+times upward step (f5, Q5, f6, Q6). Magnitudes agree with table 3 of ISO 2631-1.
 """
 
 from __future__ import annotations

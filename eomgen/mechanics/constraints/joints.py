@@ -1,18 +1,15 @@
 """Joints as constraints between absolute bodies: their equations, their coordinates and velocities as functions of
 the bodies' motions, and angles counted over revolutions.
 
-Joint angles counted over revolutions in absolute coordinates; poses give angles modulo 2 pi only.
+Poses give angles modulo 2 pi only. If an angle acts as a number (in a spring, a stop, an output, a formula other than
+sines and cosines), q holds a reference beside the poses, within pi of the angle. The angle is the reference plus the
+rotation of the frames beyond it. The reference does not depend on the poses, so partials and rates belong to the frames
+alone. The configuration is a point of a covering space, and the reference selects the sheet; steppers update it after
+each step.
 
-If an angle acts as a number (in a spring, a stop, an output, a formula other than sines and cosines), q holds a
-reference beside the poses, within pi of the angle. The angle is the reference plus the rotation of the frames beyond
-it. The reference does not depend on the poses, so partials and rates belong to the frames alone. The configuration is a
-point of a covering space, and the reference selects the sheet; steppers update it after each step.
-
-Joint velocities between absolute bodies, the velocity coordinates in which linear models are compared.
-
-Eigenvalues of a linear model that is frozen at an instant of a motion depend on its coordinates: only coordinates
-that are constant multiples of each other along the motion have the same. Velocities of bodies are no such multiples
-of the joints'.
+Velocities of joints are the velocity coordinates in which linear models are compared. Eigenvalues of a linear model
+that is frozen at an instant of a motion depend on its coordinates: only coordinates that are constant multiples of each
+other along the motion have the same. Velocities of bodies are no such multiples of the joints'.
 """
 
 from __future__ import annotations

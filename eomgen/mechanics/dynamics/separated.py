@@ -1,13 +1,9 @@
-"""Separated terms M, h, Q (gravity) and b by virtual work along the tree, matrices of beams, and inverse dynamics,
-which formulas call too.
-
-Separated terms M, h, Q (gravity) and b, and inverse dynamics, by virtual work along the tree.
+"""Separated terms M, h, Q (gravity) and b by virtual work along the tree; stiffness, damping and geometric stiffness of
+beams; and inverse dynamics in formulas: ``gravity.elbow``, ``tau.elbow(servo)``.
 
 Each is the virtual work of the links' acceleration fields projected on the joints' motion subspaces, which is J^T
 (..) with the Jacobian expanded along the tree (Lieh 1994). M comes from composite bodies: unit accelerations of one
 joint move its whole subtree.
-
-Stiffness, damping and geometric stiffness matrices of beams, (nv, nv) each.
 
 With shortening -eta^T H(x) eta / 2, an axial force N(x) adds int N phi' phi'^T dx to the stiffness; N follows from the
 forces needed by the masses and bodies further out. In beam axes
@@ -17,8 +13,6 @@ forces needed by the masses and bodies further out. In beam axes
 with A the acceleration of the frame minus gravity, omega its angular velocity, F_c the inertia force of a body at x_c
 minus its applied force. It holds for any motion of the frame, to first order in the elastic coordinates (Kane, Ryan
 and Banerjee 1987).
-
-Inverse dynamics in formulas: ``gravity.elbow``, and ``tau.elbow(servo)`` for a reference motion.
 
 ``tau`` is M a + h + b and gravity's part, of the tree as it would move with the reference's coordinates, velocities and
 accelerations in place of its own; no force element, stop or constraint is in it, so it never depends on itself.

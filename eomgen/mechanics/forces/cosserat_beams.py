@@ -1,16 +1,12 @@
-"""Geometrically exact beams: elements of constant strain between frames on SE(3), or with linear section loads, as
-one loop over all of them.
+"""Geometrically exact beams: elements of constant strain between frames on SE(3), or with linear section loads, as one
+loop over all of them; stiffness and damping of an element from the matrices of its section.
 
-Stiffness and damping of a beam element with linear section loads along it, from its section's matrices.
-
-An element has one strain, and would have one wrench. By equilibrium the wrench is W + s ad^T W at the distance s from
-its middle, ad being the adjoint of the initial shape's twist by length. It adds to the flexibility of the section,
-S^-1, the matrix (l^2/12) ad S^-1 ad^T up to (l kappa)^4: the residual bending flexibility of MacNeal, Comput. Struct.
-8 (1978) 175, for curved and twisted beams. (The quadratic part of the wrench cancels with the logarithm's.) With it
-small deflections of straight beams by loads on nodes are exact for any number of elements, and large ones far closer;
-and however much a section resists shear, its elements bend.
-
-Geometrically exact beams: elements of constant strain between frames on SE(3), as one loop over all of them.
+With linear section loads An element has one strain, and would have one wrench. By equilibrium the wrench is W + s ad^T
+W at the distance s from its middle, ad being the adjoint of the initial shape's twist by length. It adds to the
+flexibility of the section, S^-1, the matrix (l^2/12) ad S^-1 ad^T up to (l kappa)^4: the residual bending flexibility
+of MacNeal, Comput. Struct. 8 (1978) 175, for curved and twisted beams. (The quadratic part of the wrench cancels with
+the logarithm's.) With it small deflections of straight beams by loads on nodes are exact for any number of elements,
+and large ones far closer; and however much a section resists shear, its elements bend.
 
 With d = log(H_A^-1 H_B), the strain of an element is (d - d_0)/l, and its potential l/2 strain.C strain, so bending to
 a helix is exact, without locking; C comes from ``element_stiffness``. By

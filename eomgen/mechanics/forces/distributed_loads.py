@@ -1,21 +1,15 @@
-"""Distributed loads on beams by virtual work, on geometrically exact beams by their nodes and elements, and the
-loads of their sections.
+"""Distributed loads on beams by virtual work, on geometrically exact beams by loads on nodes and wrenches on halves of
+elements, and the section loads of these beams.
 
-Distributed loads on the nodes of geometrically exact beams by formulas of each node's own motion: one loop.
+With w = p(s) f the virtual work is f . delta int p r dx, r being the deformed axis: the integrals over p are those
+that the beam's mass has over its mass per length, exact, the shortening of the bent axis among them.
 
 Numbers that differ among nodes (weights, and values of formulas of s) are columns of the loop. A load is a
 function of its node's pose and twist, so its tangents are tangents of a ``Map`` over the numbers that reach a node.
 
-Wrenches on the halves of elements of geometrically exact beams: distributed loads, weight and inertia forces.
-
 Elements transmit one wrench from node to node, and loads along elements are lumped at the nodes. The section wrench at
 a node is the wrench at the element's end plus the loads on half of the element. It is of second order in the element's
 length, and equals the reaction at a clamp exactly.
-
-Distributed loads on beams by virtual work: integrals of the shape functions against the load's profile.
-
-With w = p(s) f the virtual work is f . delta int p r dx, r being the deformed axis: the integrals over p are those
-that the beam's mass has over its mass per length, exact, the shortening of the bent axis among them.
 """
 
 from __future__ import annotations

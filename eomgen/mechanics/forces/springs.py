@@ -1,8 +1,6 @@
 """Springs, dampers and actuators along the line between two points, many alike as one loop, and torsional ones
 between the angles of joints.
 
-Springs of one kind as one loop: springs between bodies with joints alike, in any number.
-
 A spring depends only on the poses and twists of the two links that it joins. In a net or a lattice these come in a
 few kinds, so each kind is one ``Map`` with columns for its numbers (points, stiffnesses, lengths), and
 its tangents are Maps as well. Actuators by formula stay alone, since a formula may read anything.

@@ -1,8 +1,6 @@
 """Motion and wrenches in link axes: outward recursion of the links' acceleration fields; sums, transport and
 projection of wrenches.
 
-Outward recursion of the links' acceleration fields, in link axes.
-
 A link's points accelerate with a + U s. On a moving base the field splits exactly into the part of the joints with the
 base at rest and the part of the base (Euler, centrifugal, Coriolis), so that h and b are derived separately and never
 as a difference.

@@ -1,14 +1,10 @@
 """The laws of bodies, beams and contacts, derived with SymPy, and the module of derived laws: ``python -m
 eomgen.mechanics.laws.derivation eomgen/mechanics/laws/derived.py``.
 
-Virtual work and kinetic energy of a rigid body, derived with SymPy by integration over its mass.
-
 Every acceleration field that a rigid body can have is affine in the position s in the body: A + U s. With shape
 functions (1, s) the mass enters only through the shape integrals m = int dm, d = int s dm and S = int s s^T dm (Lieh
 1994; the 4 x 4 pseudo-inertia). Mass matrix, coupling, gravity and base-motion terms all are this one kernel with other
 fields (A, U).
-
-Virtual work of an elastic body beyond a rigid one's, derived with SymPy by integration over the mass.
 
 A material point at s (deformed) of a frame with the acceleration field A + U s and angular velocity w accelerates with
 A + U s + 2 w x s' + s''; s' and s'' as the frame sees them. Virtual displacements are dx + dtheta x s + sum_k phi_k

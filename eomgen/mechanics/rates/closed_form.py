@@ -7,7 +7,7 @@ C is Mueller and Kumar's (2021), with J' in full so that it holds for joints of 
 both give C v = h; M' - 2 C_skew is skew because M J' enters M' twice and M b - b^T M is skew. See ``system_matrices``
 for the rules.
 
-Closed form on the Lie group: products with the system matrices of all links, and their time derivatives.
+The same by products with the system matrices of all links, and their time derivatives:
 
     V = J v + U V_B,   J = A X,   A' = A a - A a A,   tau = J^T (M V' - b^T M V - wrenches)
 

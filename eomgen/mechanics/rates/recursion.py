@@ -5,11 +5,9 @@ acceleration is the derivative of the components of angular velocity, so its der
 those; the mass enters through products with constants only. That is 2284 operations for tau and two derivatives of a
 7-joint arm, against 2755 when the operations of tau are differentiated one by one.
 
-Paths: components of a vector in moving axes with their time derivatives, and their change of frame.
-
-For y = R^T x with R' = R w~, the k-th derivative of x seen in the child is (d/dt + w~)^k y. So
-only R itself and cross products with w and its derivatives are needed. With Y[k][m] = d^m/dt^m (d/dt + w~)^k
-y,
+A path holds the components of a vector in moving axes with their time derivatives. For y = R^T x with R' = R w~, the
+k-th derivative of x seen in the child is (d/dt + w~)^k y. So only R itself and cross products with w and its
+derivatives are needed. With Y[k][m] = d^m/dt^m (d/dt + w~)^k y,
 
     Y[k+1][m] = Y[k][m+1] + sum_i binomial(m, i) w^(i) x Y[k][m-i]
 

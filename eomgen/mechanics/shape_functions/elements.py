@@ -6,8 +6,6 @@ torsion have three nodes and quadratic ones. Both are conforming, so squared fre
 with the fourth power of the element's length (G. Strang and G. J. Fix, An Analysis of the Finite Element Method, 1973,
 section 6.3).
 
-Symmetric banded matrices of fixed-point numbers, and modes of a pencil (K, M) to full precision.
-
 Rayleigh's quotient iteration starts from SciPy's eigenvectors and triples the digits in every step (B. N.
 Parlett, The Symmetric Eigenvalue Problem, 1980, section 4.6). So the result does not depend on the library or the
 processor.

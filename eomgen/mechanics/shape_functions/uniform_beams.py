@@ -1,17 +1,13 @@
 """Shape functions of uniform beams, bars and shafts: their modes, and polynomials orthogonal in their mass.
 
-Polynomial shape functions with exact rational coefficients, orthogonal in the mass of a uniform beam.
+Polynomials have exact rational coefficients: f_k = w(s) P_k(s), w with the geometric conditions at the ends, P_k Jacobi
+polynomials on 0 .. 1, orthogonal with the weight w^2 (Abramowitz and Stegun, chapter 22). So a dozen of them still make
+a well conditioned mass matrix.
 
-f_k = w(s) P_k(s), w with the geometric conditions at the ends, P_k Jacobi polynomials on 0 .. 1,
-orthogonal with the weight w^2 (Abramowitz and Stegun, chapter 22). So a dozen of them still make a well conditioned
-mass matrix.
-
-Modes of uniform beams, bars and shafts as shape functions of s = 0 .. 1.
-
-Bending (R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1): f = cosh x -+ cos x - sigma
-(sinh x -+ sin x) with x = lambda s. Growing and decaying part are brought together by A = (1 - sigma) e^lambda, found
-with as many digits as that takes, so that large numbers are never subtracted from one another and any mode is as exact
-as the first.
+Modes are functions of s = 0 .. 1. Bending (R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table
+8-1): f = cosh x -+ cos x - sigma (sinh x -+ sin x) with x = lambda s. Growing and decaying part are brought together by
+A = (1 - sigma) e^lambda, found with as many digits as that takes, so that large numbers are never subtracted from one
+another and any mode is as exact as the first.
 """
 
 from __future__ import annotations

@@ -1,17 +1,14 @@
 """Centre of mass and centroidal momentum of all that moves, from composite bodies, and generalized momenta with
 their rates.
 
-Centre of mass and momentum of all that moves, against the base, from composite bodies.
-
 The wrench of inertia forces under a unit acceleration of one joint, carried to the base, is the momentum that a unit of
 its velocity has: the composite-body recursion of the mass matrix, taken one link further (Orin, Goswami and Lee,
 Autonomous Robots 35, 2013, 161). About the centre of mass, in world axes, these columns are the centroidal momentum
 matrix. The inertia wrench of the motion with the joints' accelerations at zero is its drift.
 
-Generalized momenta, and their rates: both sides of Lagrange's equations in left-trivialised velocities.
-
-With the inertial kinetic energy T(q, v, t), p = dT/dv, and ad_v the bracket with v (Hamel 1904; Bloch, Krishnaprasad,
-Marsden and Ratiu, Commun. Math. Phys. 175 (1996) 1):
+Generalized momenta and their rates are both sides of Lagrange's equations in left-trivialised velocities. With the
+inertial kinetic energy T(q, v, t), p = dT/dv, and ad_v the bracket with v (Hamel 1904; Bloch, Krishnaprasad, Marsden
+and Ratiu, Commun. Math. Phys. 175 (1996) 1):
 
     dp/dt - ad_v^T p = dT/dq + Q - B^T lam
 """

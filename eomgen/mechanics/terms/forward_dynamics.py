@@ -1,16 +1,12 @@
 """Forward dynamics: M = L^T D L along the tree with three substitutions, or the articulated-body algorithm
-(Featherstone 1983).
-
-Articulated-body algorithm, forward dynamics linear in the number of links (Featherstone 1983), column by column.
-
-Accelerations are classical ones of link origins. The subtree of a link with free joints responds to an acceleration
-(alpha, a) by the moment A alpha + B a + n and the force B^T alpha + C a + f. For long trees this takes fewer
-operations than factoring M.
-
-Forward dynamics: M = L^T D L along the tree with three substitutions, or articulated bodies.
+(Featherstone 1983), and the choice between both.
 
 Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5 and chapter 7. The algorithm that is expected to be
 faster is kept, and articulated bodies if the elimination of M loses digits.
+
+Articulated bodies are linear in the number of links, column by column. Accelerations are classical ones of link
+origins. The subtree of a link with free joints responds to an acceleration (alpha, a) by the moment A alpha + B a + n
+and the force B^T alpha + C a + f. For long trees this takes fewer operations than factoring M.
 """
 
 from __future__ import annotations

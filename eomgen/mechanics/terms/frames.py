@@ -1,6 +1,4 @@
-"""Frames: poses, Jacobians with rates and drifts in three references, inverse operational-space inertias.
-
-Jacobians of frames, their time derivatives and drifts, in three pairs of axes and point.
+"""Frames: poses, Jacobians with rates and drifts in three pairs of axes and point, inverse operational-space inertias.
 
 J v is the twist of a frame against the base, angular first: in its own axes (``body``), in world axes about its own
 origin (``local_world_aligned``), or in world axes about the world's origin (``world``). In world axes a column is the

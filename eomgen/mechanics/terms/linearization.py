@@ -1,14 +1,14 @@
-"""Linear model of a scene about any state, partials in its tunable parameters, and second derivatives along a
-direction, by forward differentiation of recorded terms.
+"""Linear model of a scene about any state, partials in its tunable parameters, and second derivatives along a direction
+for second-order adjoints, by forward differentiation of recorded terms.
 
-Linear model of a scene about any state, by forward differentiation of recorded terms.
+The linear model:
 
     M0 da + C0 dv + K0 dq + Rz dz = B0 du + E0 dw - B^T dlam         dzdot = Fq dq + Fv dv + Fz dz + Fu du + Fw dw
 
 (Lieh 1994). dq is left-trivialised; u are inputs that a controller or a caller drives, w the given inputs and
 the accelerations of the base. Time, parameters and the motion of the base are frozen.
 
-Partials in the tunable parameters, by forward differentiation of recorded terms.
+Partials in the tunable parameters:
 
     d(M a + h + b - Q + B^T lam) = Rp dp        d zdot = Fp dp        d outputs = Yp dp
     d Phi = Phip dp        d(B v + Phi_t) = Zp dp        d(B a + g) = Ap dp
@@ -16,7 +16,7 @@ Partials in the tunable parameters, by forward differentiation of recorded terms
 Time, q, v, a, z and the multipliers are held, and so are inputs that a controller or a caller drives. Inputs that the
 scene gives and the motion of the base follow their laws, in which parameters may be: heights of roads, amplitudes.
 
-Second derivatives of a weighted sum of equations and outputs along one direction, for second-order adjoints.
+Second derivatives of a weighted sum of equations and outputs along one direction d:
 
     g = d (w . (M a + h + b - Q + B^T lam, zdot, Phi, B v + Phi_t, B a + g, outputs)) / d (q, v, a, z, lam, p, u),
     Hd = dg along d.

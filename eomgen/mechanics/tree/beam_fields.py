@@ -1,16 +1,12 @@
 """Vector fields along a beam, separated into functions of x and of time, with mass integrals of their products, and
 the stations: frames on a beam to which something is attached.
 
-Vector fields along a beam, separated into functions of x and of time, and mass integrals of their products.
-
 Each component of position, velocity, acceleration and variation of the axis is c x + sum_k c_k f_k(x) + sum_r w_r a_r^T
 H(x) b_r:
 shape functions f and shortening H = int_0^x f' f'^T carry all that depends on x, so constants carry all integration
 (Lieh 1994). The *weight* of a summand counts elastic coordinates, their rates and variations: 0, 1, 2. Leaving out
 products of more than 2 is the truncation of kinetic energy at second order: Lagrange's equations of it are these, term
 by term.
-
-Stations: frames on a beam to which something is attached, moved by deflection and slope.
 
 A station at x sits at (x + u - shortening, v, w) and is turned by exp of (twist, -w', v'). Both are kept whole: the
 load from an attached body then stiffens the beam without further terms (Kane, Ryan and Banerjee 1987, shortening).

@@ -1,7 +1,5 @@
-"""Runs of generalized-alpha and its kin made linear: matrices of the steps, and the start.
-
-Matrices of the linearised steps between rows of a run.
-"""
+"""Runs of generalized-alpha and its kin made linear: matrices of the linearised steps between rows of a run, and the
+start."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Second derivatives of functionals of a run, exact for its discrete steps.
+"""Second derivatives of functionals of a run, exact for its discrete steps; of its start, and of increments of
+rotations.
 
 Steps have e(x) = 0, x a row with parameters; a functional is a sum of w . y(x) over rows. Along directions i and j with
 tangents dx_i, dx_j and the multipliers mu of its adjoint, its second derivative is
@@ -10,17 +11,15 @@ and of increments of rotations and of the start: so one sweep of tangents and on
 with directions d is an adjoint of second order: with K dx_d in place of the functional's derivatives by rows. Steps
 are factored once for all of their directions.
 
-How linear steps of rotating factors change with the increments of their rotations.
+Increments of rotations change the linear steps of rotating factors. A step q' = q o exp(theta) has dq' = A dq + T
+dtheta, A = Ad(exp(-theta)), both left-trivialised. Along j the matrices change themselves, so that the second
+derivatives of steps are dA[dtheta_j] dq_i + dT[dtheta_j] dtheta_i, with dA[x] = -ad(T x) A (Bruls and Cardona 2010;
+Iserles, Munthe-Kaas, Norsett and Zanna 2000, section 4).
 
-A step q' = q o exp(theta) has dq' = A dq + T dtheta, A = Ad(exp(-theta)), both left-trivialised. Along j the matrices
-change themselves, so that the second derivatives of steps are dA[dtheta_j] dq_i + dT[dtheta_j] dtheta_i, with
-dA[x] = -ad(T x) A (Bruls and Cardona 2010; Iserles, Munthe-Kaas, Norsett and Zanna 2000, section 4).
-
-Second derivatives of the start of a run: of accelerations, of states that are moved onto constraints.
-
-Each step is an equation; its second derivatives along tangents are contracted with the multipliers of the step, from
-the last step to the first. Runs move positions by Newton's steps c = -R Phi, R = M^-1 B^T (B M^-1 B^T)^-1; the first
-two decide second derivatives. With dPhi_i = -S sigma_i and c_i = M^-1 B^T sigma_i, S = B M^-1 B^T, the limit q has
+At the start, accelerations and states that are moved onto constraints have second derivatives. Each step is an
+equation; its second derivatives along tangents are contracted with the multipliers of the step, from the last step to
+the first. Runs move positions by Newton's steps c = -R Phi, R = M^-1 B^T (B M^-1 B^T)^-1; the first two decide second
+derivatives. With dPhi_i = -S sigma_i and c_i = M^-1 B^T sigma_i, S = B M^-1 B^T, the limit q has
 
     d_j dq_i = (1 - R B) (x_ij + M^-1 (dB_j^T sigma_i - dM_j c_i + dB_i^T sigma_j - dM_i c_j)) - R d2Phi_ij,
     x_ij = -[d_j, d_i] / 2 - [c_j, d_i] - [c_j, c_i] / 2,

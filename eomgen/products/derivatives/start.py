@@ -1,7 +1,5 @@
-"""The start of a run made linear: equilibrium and corrections onto constraints, then accelerations, multipliers and
-rates.
-
-How the state that a run starts from follows from parameters: static equilibrium, and corrections onto constraints.
+"""The start of a run made linear: static equilibrium and corrections onto constraints, then accelerations, multipliers
+and rates.
 
 Rest solves r(q, v = 0, a = 0, z, lam, p) = 0, F(q, z, p) = 0 and Phi(q, p) = 0, so by the implicit function theorem
 
@@ -13,8 +11,6 @@ A state that does not meet the constraints is moved onto them by Newton's steps 
 and velocities by one, M c = B^T sigma, B c = w: M and B change with the start of a step, so if c is finite,
 
     M dc - B^T dsigma = dB^T sigma - dM c,   B dc = dPhi - dB c.
-
-The start of a run beside q, v and z, made linear: accelerations, multipliers, rates.
 
 Generalized-alpha starts with a = vdot + (alpha_m - alpha_f) h vddot, and h vddot = -3 f(0) + 4 f(1/2) - f(1), f(s)
 being the accelerations at q o exp(s h (v + s h/2 vdot)), v + s h vdot, t + s h. Internal states

@@ -1,4 +1,5 @@
-"""Surfaces through a grid of values: tensor products of splines of one argument.
+"""Surfaces through a grid of values, for maps in formulas: tensor products of splines of one argument, with values,
+derivatives and recording on the tape.
 
 Interpolation P along an axis is linear in the values: P f = sum_j f_j w_j, with w_j the spline through 1 at node j and
 0 at all other nodes. So P_x P_y f (x, y) = sum_j w_j(y) (P_x f_j)(x): one spline along x for each line of the grid,

@@ -1,10 +1,8 @@
 """The base, the bodies and the Euler-Bernoulli beams of a Scene.
 
-Euler-Bernoulli beams: bodies with bending, stretch and torsion as requested.
-
-The beam lies along its frame's x axis, from x = ``start`` to x = ``start + length``; its joint carries its frame. A
-material point of the axis sits at (x + u - shortening, v, w), with u, v, w sums of shape functions times
-elastic coordinates.
+A beam has bending, stretch and torsion as requested. The beam lies along its frame's x axis, from x = ``start`` to x =
+``start + length``; its joint carries its frame. A material point of the axis sits at (x + u - shortening, v, w), with
+u, v, w sums of shape functions times elastic coordinates.
 """
 
 from __future__ import annotations

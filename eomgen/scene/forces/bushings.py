@@ -1,4 +1,4 @@
-"""Springs and dampers in all six directions between two frames."""
+"""Bushings in scene files, keys, bounds and data: springs and dampers in all six directions between two frames."""
 
 from __future__ import annotations
 

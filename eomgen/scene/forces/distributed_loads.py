@@ -1,4 +1,5 @@
-"""Distributed loads on beams: force per length, a polynomial along the beam times a formula."""
+"""Distributed loads on beams in scene files, keys and data: force per length, a polynomial along the beam times a
+formula."""
 
 from __future__ import annotations
 

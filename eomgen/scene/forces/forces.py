@@ -1,4 +1,5 @@
-"""Forces and torques on bodies, and generalized forces on components of joints, by formulas."""
+"""Forces in scene files, keys and data: forces and torques on bodies, and efforts (generalized forces) on components of
+joints, by formulas."""
 
 from __future__ import annotations
 

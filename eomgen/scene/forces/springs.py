@@ -1,4 +1,5 @@
-"""Springs, dampers and actuators along the line between two points, and torsional ones between the angles of joints."""
+"""Springs in scene files, keys and data: springs, dampers and actuators along the line between two points, and
+torsional springs between the angles of joints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tyres: point contacts between wheels and a road of given height."""
+"""Tyres in scene files, keys, bounds and data: point contacts between wheels and a road of given height, with slip."""
 
 from __future__ import annotations
 

@@ -1,19 +1,16 @@
 """First derivatives on the same tape: sparse forward partials, also of long recursions whose intermediates stay
 unknowns, and reverse gradients.
 
-First derivatives on the same tape: sparse forward partials, reverse gradients.
-
 Griewank and Walther, Evaluating Derivatives (2008), chapter 3. Input symbols own their tangents: see ``configuration``.
 
 If a function is not smooth, a derivative is chosen: ABS gives sign(x), so 0 at 0; SIGN, LT and LE give 0; MIN and
 MAX take the operand they return, the first one recorded if both are equal; SELECT takes the branch it returns and
 never differentiates its condition. POW with an exponent that varies needs a positive base.
 
-Sparse partials of long recursions: named intermediates are kept as unknowns and not eliminated.
-
-The Jacobian of y = f(x, s(x)) with s given step by step is dense, but the pair (y, definitions of s) has a sparse one:
-each step of a recursion knows only its neighbour. Eliminating the intermediates again in a good order is the
-linear-time recursion (Griewank and Walther 2008, chapter 9: the extended system).
+Named intermediates of long recursions may be kept as unknowns. The Jacobian of y = f(x, s(x)) with s given step by step
+is dense, but the pair (y, definitions of s) has a sparse one: each step of a recursion knows only its neighbour.
+Eliminating the intermediates again in a good order is the linear-time recursion (Griewank and Walther 2008, chapter 9:
+the extended system).
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """From a Hamiltonian to a System and its C: energies, gradient, Hessian-vector product, drift and kick on one tape;
 functions, steps, a program of its own, and the library for Python.
 
-From a Hamiltonian to a System: energies, gradient, Hessian-vector product, drift and kick on one tape.
-
 Momenta stand in the block ``v`` of the System. A Hamiltonian that is T(p) + V(q) by its terms has the functions
 ``drift`` (dT/dp, of momenta alone) and ``kick`` (-dV/dq, of coordinates alone): with the other half of the state held,
 drift and kick are the exact motions of T and of V.

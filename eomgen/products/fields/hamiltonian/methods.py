@@ -1,7 +1,5 @@
-"""Methods of Hamiltonian systems: compositions of drifts and kicks, implicit steps, and Runge-Kutta methods.
-
-Collocation at Gauss's points: symplectic and symmetric implicit steps of any even order, for any H.
-"""
+"""Methods of Hamiltonian systems: compositions of drifts and kicks, Runge-Kutta methods, and collocation at Gauss's
+points: symplectic and symmetric implicit steps of any even order, for any H."""
 
 from __future__ import annotations
 

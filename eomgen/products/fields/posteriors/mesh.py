@@ -1,13 +1,10 @@
-"""A periodic mesh of cells in 1 to 3 dimensions, and transforms between its spectra and fields of cells.
-
-A periodic mesh of cells in 1 to 3 dimensions: wave numbers, the half of its spectrum that real fields need.
+"""A periodic mesh of cells in 1 to 3 dimensions with its wave numbers, and transforms between its spectra and fields of
+cells, in double or single precision, by SciPy or by FFTW.
 
 With orthonormal transforms F, F^-1 is the adjoint of F. A real field has conjugate amplitudes at k and -k, and only
 amplitudes with k >= 0 along the last axis are kept. In products of two fields an amplitude of this half stands for two
 if its partner is not kept, and for itself if k along the last axis is 0 or, for an even number of cells, the
 highest.
-
-Transforms between spectra and fields of cells, in double or single precision, by SciPy or by FFTW.
 
 SciPy's are always present, and allocate their results. FFTW comes with the optional package pyFFTW: its plans
 write into arrays that are made once, aligned for vector registers. Plans are estimated, not measured, so that the same

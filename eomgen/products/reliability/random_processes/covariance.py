@@ -1,11 +1,9 @@
-"""Covariances of stationary random processes, each with its exact power spectral density, and of translated
-processes X = T(g).
+"""Covariances of stationary random processes, each with its exact power spectral density; of translated processes X =
+T(g), and the Gaussian covariance of g that gives X a wanted covariance.
 
 R(tau) is the covariance at the lag tau, G(f) the one-sided density over the frequency f in cycles per unit of the lag:
 R(tau) = int_0^inf G(f) cos(2 pi f tau) df, so R(0), the variance, is the area under G. The lag is a time in s, or a
 distance in m.
-
-Correlation of translated processes X = T(g), and the Gaussian covariance that gives X a wanted one.
 
 With the Hermite coefficients c_k of T of a standard normal argument, the covariance of X at a lag at which g has the
 correlation r is sum over k from 1 on of c_k^2 k! r^k: smaller in size than r says, by the distortion of T.

@@ -1,4 +1,5 @@
-"""Reading of random processes: groups that go together, and their modes on the window; the section of a scene."""
+"""Reading of random processes and their section in a scene: groups that go together, modes on the window as splines,
+and processes as inputs whose standard normal variables are parameters."""
 
 from __future__ import annotations
 

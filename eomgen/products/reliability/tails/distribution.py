@@ -1,8 +1,6 @@
 """Distributions of responses: of a quadratic form of standard normal variables by three inversions of its
 characteristic function, and small probabilities by importance sampling.
 
-Distribution of a quadratic form of standard normal variables: three inversions of its characteristic function.
-
 With eigenvalues l and the gradient d along their eigenvectors, the cumulant generating function is
 
     K(s) = s value - sum ln(1 - s l) / 2 + sum s^2 d^2 / (2 (1 - s l)),

@@ -1,16 +1,12 @@
 """Weighted least squares with exact derivatives and bounds, the covariance of the estimates, and the combinations of
 unknowns that data determine.
 
-Identifiable parts of unknowns by a Jacobian: columns that are combinations of others, in words.
+SciPy's trust region reflective method (Branch, Coleman and Li 1999) has the steps; if runs fail, it makes its
+trust region smaller. Unknowns with derivatives that are combinations of other columns stay at the start.
 
 Columns are taken from the left, so unidentifiable parts are counted with the unknown that is named first. A run
 does not depend linearly on its parameters: of masses and stiffnesses, it may decide ratios alone. So each combination
 is tried both as a sum and as a product, by runs away from the estimates.
-
-Weighted least squares with exact derivatives and bounds, with the covariance of the estimates.
-
-SciPy's trust region reflective method (Branch, Coleman and Li 1999) has the steps; if runs fail, it makes its
-trust region smaller. Unknowns with derivatives that are combinations of other columns stay at the start.
 """
 
 from __future__ import annotations

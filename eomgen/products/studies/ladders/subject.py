@@ -1,8 +1,8 @@
-"""The scene under study: models, fastest motion, start, durations of cells, and perturbations of the structure.
+"""The scene under study: models, fastest motion, start, durations of cells, and perturbations of its structure: numbers
+beside 0, 1 and coordinate axes, which change the equations by as little.
 
-Perturbation of structure: numbers beside 0, 1 and coordinate axes change the equations by as little.
-
-No reference is needed: code that takes 1e-9 for 0 in one place and not in the other changes forces by their own size.
+A perturbed structure needs no reference: code that takes 1e-9 for 0 in one place and not in the other changes forces by
+their own size.
 """
 
 from __future__ import annotations

@@ -1,10 +1,5 @@
-"""The race of configurations: the one that promises to meet the demand at the least cost runs next, until none promises
-more than the best.
-
-A race: the contender that promises to meet the demand at the least cost runs next, until none promises more than
-the best.
-
-Contenders of a race: configurations with models of cost and error at other steps or tolerances.
+"""The race of configurations: the configuration that promises to meet the demand at the least cost runs next, until
+none promises more than the best; models of cost and error at other steps or tolerances.
 
 The models are error = C h^p, with the declared order p until runs show another, and time = c0 + c1 steps.
 """

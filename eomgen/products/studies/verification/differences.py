@@ -6,17 +6,14 @@ Round-off is measured by the scatter at the smallest steps, and is the last plac
 least. So cancellation inside the functions widens the bars by itself, and so does truncation at too large steps
 (Ridders 1982 estimates in this way, too). One-sided differences that do not meet as steps shrink tell a kink.
 
-Tolerances of a check: bounds of the rounding errors of the compared numbers.
-
 Exact comparisons (complex steps, second derivations) may differ by 1e-11 of the largest entry of its row or
 column, if that is smaller, by 1e-13 of the largest entry of its state and of the differentiated function, which may
 cancel along a direction, and by 100 times the effect of rounding of the
 arguments on the closed form: that is measured, and is the condition. Comparisons with differences may differ
 by 1e-7 and 1e-9 besides, and by 10 error bars.
 
-Detection of kinks and jumps that invalidate finite differences, and the formulas that cause them.
-
-A derivative on one side is the common value of complex steps and the closed form there, and these must agree.
+At kinks and jumps, a derivative on one side is the common value of complex steps and the closed form there, and these
+must agree.
 """
 
 from __future__ import annotations

@@ -1,11 +1,8 @@
-"""Formulations of one scene, joint coordinates and absolute ones with bodies on SE(3) or on R^3 x SO(3), and one
-initial state for all of them.
+"""Formulations of one scene: joint coordinates and absolute ones with bodies on SE(3) or on R^3 x SO(3), with one
+initial state for all of them; and scenes of less fidelity: fewer modes of beams, order 1, no stiffening, beams as rigid
+bodies.
 
-Formulations of one scene: joint coordinates, and absolute ones with bodies on SE(3) or on R^3 x SO(3).
-
-Scenes of less fidelity than the one described: fewer modes of beams, order 1, no stiffening, beams as rigid bodies.
-
-Errors of their runs are against the scene described, so omissions count as errors.
+Errors of runs of less fidelity are against the scene described, so omissions count as errors.
 """
 
 from __future__ import annotations

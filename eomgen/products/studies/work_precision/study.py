@@ -1,4 +1,5 @@
-"""A work-precision study: all configurations of a scene over their steps or tolerances, coarse ones first."""
+"""A work-precision study: all configurations of a scene over their steps or tolerances, coarse ones first; with a
+journal of points and reference in a folder, from which the study resumes."""
 
 from __future__ import annotations
 

@@ -1,11 +1,9 @@
 """Seas beyond linear waves: bound waves of second order at fixed places, and heights and slopes from which on waves
 break (Miche 1944).
 
-Bound waves of second order at fixed places: contributions of pairs of free waves at sums and differences of their
-phases.
-
-With eta = eta1 + eta2 and a potential phi = phi1 + phi2 that is harmonic and has no flow through the bottom, the
-conditions at the surface, expanded about z = 0, are at second order
+Bound waves of a pair of free waves are at sums and differences of their phases. With eta = eta1 + eta2 and a potential
+phi = phi1 + phi2 that is harmonic and has no flow through the bottom, the conditions at the surface, expanded about z =
+0, are at second order
 
     eta2_t - phi2_z = K = -grad eta1 . grad phi1 + eta1 phi1_zz,
     phi2_t + g eta2 = D = -|grad phi1|^2/2 - eta1 phi1_zt

@@ -1,8 +1,6 @@
 """Seas of one direction: motion by FFT if wave numbers are multiples of one, and closed forms of a Gaussian sea in
 deep water.
 
-Closed forms of a Gaussian sea of one direction in deep water, at points of the plane.
-
 Of first order in labels they are exact: x = a - (Hilbert transform), z = elevation of labels, both Gaussian, and a mean
 over the plane is one over labels with the weight J = dx/da. Skewness is of second order.
 Sources: Longuet-Higgins, JFM 17 (1963) 459 (skewness); Nouguier, Guerin and Chapron, JGR 114 (2009) C09012 (slopes of a

@@ -1,8 +1,6 @@
 """Claims of beams: terms equal differences to equations with soft or unshortened beams; section loads equal forces
 on nodes and stiffness times strains.
 
-Claims of section loads: forces of beams on their nodes, equilibrium of elements, and stiffness times strains.
-
 The loads of an element's two end sections are in equilibrium, since no load acts between its nodes; the mean over the
 element, along the helix between the ends, is stiffness times strain of the middle section, at rest. The jump of the
 loads at a node is the beam's generalized force there, and follows from the equations with and without the beam.

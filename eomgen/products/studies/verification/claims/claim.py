@@ -1,9 +1,7 @@
 """Claim: a closed form is the derivative of another function along some directions, or equals a second derivation;
-engines evaluate both.
+engines evaluate both: the compiled model in doubles, and its tape in complex numbers.
 
 Every claim is a first derivative: a second derivative is the derivative of a first one that is checked itself.
-
-Engines that evaluate the same functions: the compiled model in doubles, and its tape in complex numbers.
 
 A state is a mapping from input block to array (..., size); ``t`` is a block of size 1 like the others. Motions of a
 state along directions are written once for both: by the groups' exponential for real steps, and to first order for
