@@ -20,9 +20,9 @@ from eomgen.solvers.redundancy import NoGap, independent_columns
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Rows of the regressor for each of its columns, and motions at least.
+#: Rows of the regressor for each column, and least number of motions.
 _ROWS, _MOTIONS = 4, 40
-#: Part of a column that combinations may miss at other motions than those they are from.
+#: Part of a column that combinations may miss at motions other than the motions of their identification.
 _MISSED = 1e-8
 
 
@@ -35,7 +35,7 @@ class BaseParameters:
     Attributes
     ----------
     parameters : names of the entries of pi
-    columns : (n,) of Y that are independent; the parameter of each leads its combination
+    columns : (n,) independent columns of Y; the parameter of each column leads its combination
     matrix : (n, parameters) coefficients of the combinations
     without_effect : parameters that inverse dynamics does not depend on
     values : (n,) at the values of the scene
@@ -78,9 +78,8 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
     """Return the base parameters: the smallest set of combinations of the regressor's parameters that determines
     inverse dynamics.
 
-    They are identified at random motions and checked at others. Dependent parameters are counted with the body
-    nearer
-    to the base. Coefficients are in SI units.
+    The combinations are identified at random motions and checked at other motions. Dependent parameters are counted
+    with the body nearer to the base. Coefficients are in SI units.
 
     Parameters
     ----------

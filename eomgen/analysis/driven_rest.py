@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 #: Fractions of a turn of the fastest drive at which rates and forces are looked at again.
 _LATER = (0.11, 0.37, 1.0, 2.6)
-#: Part of their measure by which rates, rows and accelerations may change meanwhile.
+#: Limit of the changes of rates, rows and accelerations along the motion, relative to the measure of each.
 _STEADY = 1e-7
 #: Newton's corrections onto the rows at another time than the start.
 _CORRECTIONS = 12
@@ -35,7 +35,7 @@ _AS_IT_MOVES = 'at="initial", or solution.linearize(t) about the motion itself'
 
 
 def law_rates(model: CompiledModel, measures: Measures, q: Array) -> Array:
-    """Return the rates, (rows,), that laws of time ask of the rows at q; the base's are not among them."""
+    """Return the rates of the rows, (rows,), due to laws of time at q, without the law of the base."""
     if not model.multipliers:
         return np.zeros(0)
     able, given, rest = _kinematic(model), _given(measures), np.zeros(model.nv)
@@ -43,7 +43,7 @@ def law_rates(model: CompiledModel, measures: Measures, q: Array) -> Array:
     (changes,) = able.evaluate("constraint_bias", q, rest, **given).values()
     length = measures.length(q)
     reach = np.array([1.0 if unit in ("1", "1/s") else length for unit in model.library.layout["row_units"]])
-    # a rate so small that the law's acceleration makes it up at once is rounding of none
+    # a rate that the law's acceleration reaches at once is rounding
     result: Array = np.where(rates**2 > _AT_REST * reach * np.abs(changes), rates, 0.0)
     return result
 
@@ -51,7 +51,7 @@ def law_rates(model: CompiledModel, measures: Measures, q: Array) -> Array:
 def driven_velocity(model: CompiledModel, measures: Measures, q: Array) -> Array:
     """Return the velocity, (nv,), of coordinates driven by laws of time at q; zero if no law has a rate at this time.
 
-    It is the least one that meets the rows: components of joints that are driven have their laws' rates.
+    The velocity is the least one on the rows: components of driven joints have the rates of the laws.
 
     Raises
     ------
@@ -87,8 +87,8 @@ def driven_components(model: CompiledModel, measures: Measures, q: Array) -> dic
 
 
 def where_driven(model: CompiledModel, measures: Measures, q: Array) -> Array:
-    """Return q, (nq,), moved by Newton's corrections onto the rows at the measures' time, over turns as well: as far as
-    each brings them nearer."""
+    """Return q, (nq,), moved by Newton's corrections onto the rows at the measures' time, also over turns, for as long
+    as each correction reduces the violations."""
     if not model.functions.sizes["holonomic"]:
         return q
     given, extents = _given(measures), _extents(model, measures, q)
@@ -110,7 +110,7 @@ def where_driven(model: CompiledModel, measures: Measures, q: Array) -> Array:
 
 
 def check_rates(model: CompiledModel, measures: Measures, q: Array, v: Array) -> None:
-    """Raise NumericalError if drives that give velocities v at q change them later, or cannot keep them."""
+    """Raise NumericalError if drives that give velocities v at q change these velocities later, or cannot keep them."""
     extents = _extents(model, measures, q)
     size = float(np.max(np.abs(v) / extents))
     for seconds in _later(size):
@@ -152,7 +152,7 @@ def check_lasting(model: CompiledModel, measures: Measures, u: Inputs, q: Array,
 
 
 def drives(model: CompiledModel, v: Array) -> str:
-    """Return the moving coordinates with their rates: ``spin at 300 rad/s``."""
+    """Return the moving coordinates and their rates in words: ``spin at 300 rad/s``."""
     every = zip(model.v_names, v.tolist(), model.v_units, strict=True)
     moving = [(name.removeprefix("v."), f"{value:.6g} {unit}") for name, value, unit in every if value]
     listed = ", ".join(f"{name} at {rate}" for name, rate in moving[:3])
@@ -160,7 +160,8 @@ def drives(model: CompiledModel, v: Array) -> str:
 
 
 def _kinematic(model: CompiledModel) -> CompiledModel:
-    """Return a model that has the rows' rates. Raises UsageError if it was built without and cannot be built."""
+    """Return a model that has the rows' rates. Raises UsageError for a model without this function that cannot be built
+    with it."""
     needed = ("constraint_velocity", "constraint_bias")
     able = model.having(needed)
     if missing := [name for name in needed if name not in able.functions]:
@@ -203,7 +204,7 @@ def _given(measures: Measures) -> dict[str, Any]:
 
 
 def held_base(model: CompiledModel, p: Array, t: float) -> Array | None:
-    """Return the base held in its pose at t, (19,); None if it does not move at all."""
+    """Return the state of the base, held in its pose at t, (19,); None for a base at rest."""
     if "base" not in model.functions:
         return None
     base = model.base(t, parameters=p)

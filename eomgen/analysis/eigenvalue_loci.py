@@ -49,11 +49,11 @@ def root_locus(
     parameter : str
         Tunable parameter.
     values : (n,)
-        Its values, SI units.
+        Values of the parameter, SI units.
     parameters : mapping
         Values of other parameters.
     at, initial, t, u, base, any_kind, independent : as of ``linearize``
-        The search for an equilibrium or a steady motion starts at the last one.
+        The search for an equilibrium or a steady motion starts at the previous solution.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def root_locus(
     Raises
     ------
     EomgenError
-        As of ``linearize``, with the value at which it was raised.
+        As of ``linearize``, with the value of the parameter in the message.
 
     Examples
     --------
@@ -97,7 +97,8 @@ def root_locus(
 
 
 def state_of(lin: Linearization) -> dict[str, Any] | None:
-    """Return a linear model's state as ``initial`` takes it, for the next one near it; None of an initial state."""
+    """Return the state of a linear model in the form of ``initial``, as a start for a neighbouring model; None for an
+    initial state."""
     r = lin.reference
     if r.what == "initial state":
         return None
@@ -126,7 +127,7 @@ def campbell(
     u: Inputs = None,
     any_kind: bool = False,
 ) -> Campbell:
-    """Return the frequencies of oscillations over the speed of a rotor, their whirl, and the critical speeds.
+    """Return the frequencies and whirl of oscillations over the speed of a rotor, and the critical speeds.
 
     Parameters
     ----------
@@ -138,8 +139,8 @@ def campbell(
         Excitations of these multiples of the speed, whose crossings with modes are found to round-off; 1 by default
         if the unit is rad/s.
     whirl : sequence of pairs of str
-        Outputs or coordinates that are deflections along two axes that do not turn with the rotor, the second a
-        quarter turn from the first in the sense of the spin: ``[("x", "y")]``. A mode whirls forward if they orbit
+        Outputs or coordinates that are deflections along two axes that do not turn with the rotor, the second a quarter
+        turn from the first in the sense of the spin: ``[("x", "y")]``. A mode whirls forward if the deflections orbit
         in the sense of the spin.
     velocities, coordinates : mappings
         Other given components of the steady motion, as of ``steady_motion``.
@@ -156,8 +157,8 @@ def campbell(
     UsageError
         A name that is neither, values that do not increase, pairs that are none.
     EomgenError
-        As of ``linearize`` and ``steady_motion``, with the value at which it was raised. Values without a linear
-        model are left out with a warning as long as two are kept.
+        As of ``linearize`` and ``steady_motion``, with the value in the message. Values without a linear model are left
+        out with a warning as long as two are kept.
     """
     array = numbers("values", values)
     if array.ndim != 1 or len(array) < 2:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 _TO_STAY = "any_kind=True (--any-kind) finds the nearest of any kind"
 _ELSEWHERE = "it is not where a damped motion"
-#: Components of a direction below this part of the largest are left out when it is named.
+#: Components of a direction below this part of the largest are left out of its description.
 _NAMED = 0.05
 #: Largest load steps.
 _STEPS = StepLimits(factor=0.5)
@@ -49,14 +49,13 @@ class Equilibrium:
     residual : largest unbalanced generalized force
     acceleration : largest acceleration with which the system would start to move, m/s^2 or rad/s^2
     iterations : steps taken
-    frequencies : (free,) angular frequencies of small motions without damping, rad/s, increasing; of an unstable
-        direction minus the rate at which it grows; beside drives by stiffness alone, without gyroscopic forces, which
-        ``linearize`` has
-    stable : False if a direction is unstable; None if internal states, forces that follow the motion or
-        gyroscopic ones decide
+    frequencies : (free,) angular frequencies of small motions without damping, rad/s, increasing; for an unstable
+        direction minus the rate of growth; for driven systems by stiffness alone, without gyroscopic forces, which
+        ``linearize`` includes
+    stable : False if a direction is unstable; None if internal states, follower forces or gyroscopic forces decide
     undetermined : components of v without restoring force
     message : all of this in one sentence
-    base : (19,) state of the base, held in its pose at t; None if it is the world
+    base : (19,) state of the base, held in its pose at t; None for a base that is the world
     notes : doubts: that a damped motion settles elsewhere, springs and tyres that are inside out, long ways
     """
 
@@ -80,7 +79,7 @@ class Equilibrium:
 
     @property
     def initial(self) -> dict[str, Array]:
-        """The state as ``simulate(initial=...)`` takes it."""
+        """The state in the form of ``simulate(initial=...)``."""
         return {"q": self.q, "v": self.v} | ({"z": self.z} if len(self.z) else {})
 
     @property
@@ -102,17 +101,16 @@ def equilibrium(
     *,
     any_kind: bool = False,
 ) -> Equilibrium:
-    """Return the nearest state of rest, with the base held in its pose at t.
+    """Return the nearest state of rest, with the base held in the pose at t.
 
     A coordinate driven at a constant rate keeps this rate, and the other coordinates are at rest relative to the drive:
     a governor's arm on the turning shaft. A law whose rate at t is zero is held.
 
-    Without ``any_kind`` that is the end of a heavily damped motion from the initial state: a stable equilibrium,
-    also from an unstable one. With it, it is the nearest of any kind that was found, distances being measured by the
-    kinetic energy that gets there in unit time: candidates are the end of the damped motion, and the ends of
-    Newton's
-    paths from the initial state and from slow points of the damped motion. If no damped motion settles,
-    Newton's equilibrium is returned. ``notes`` say if that differs from the end of the damped motion, and name
+    Without ``any_kind`` that is the end of a heavily damped motion from the initial state: a stable equilibrium, also
+    from an unstable one. With ``any_kind``, the result is the nearest of all equilibria found, with distances measured
+    by the kinetic energy of a motion in unit time: candidates are the end of the damped motion, and the ends of
+    Newton's paths from the initial state and from slow points of the damped motion. If no damped motion settles,
+    Newton's equilibrium is returned. ``notes`` tell if the result differs from the end of the damped motion, and name
     springs and tyres that are inside out at rest, and ways that are longer than the scene. Dampers and regularised
     friction do not act at rest.
 
@@ -135,7 +133,7 @@ def equilibrium(
     ------
     NumericalError
         Forces that cannot balance, a search without end, or forces that are not finite; names the coordinates. The rate
-        of a drive changes, or forces change with a driven coordinate; names it.
+        of a drive changes, or forces change with a driven coordinate, named in the message.
     ModelError
         The inertia matrix is not positive definite; rows that were left out at the default parameters do not follow at
         these.
@@ -200,7 +198,7 @@ def equilibrium(
 def _by_load_steps(
     loaded: LoadedStatics, statics: Statics, start: Point, *, stable: bool
 ) -> tuple[Search | str, Array | None]:
-    """Search for rest by load steps; return the search or the reason for its failure, and the displacement that left an
+    """Search for rest by load steps; return the search or the reason for its failure, and the displacement away from an
     unstable rest on the way, or None."""
     try:
         rest, path, left_along = by_load_steps(loaded, Rest(start.q, start.lam, start.z, 1.0), _STEPS, stable=stable)
@@ -225,7 +223,7 @@ def _skew(model: CompiledModel, loaded: LoadedStatics, point: Point) -> bool:
 
 
 def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Point, v: Array, against: int) -> str:
-    """Return the reason for which stiffness alone does not decide stability; empty if it does."""
+    """Return the reason for which stiffness alone does not determine stability; empty if stiffness does."""
     if model.nz:
         return "internal states take part"
     if _skew(model, loaded, point):
@@ -238,7 +236,7 @@ def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Point,
 
 @dataclass(frozen=True)
 class _Stiffness:
-    """Squared frequencies by stiffness alone, increasing, 0 without restoring force, and their directions (nv, n)."""
+    """Squared frequencies by stiffness alone, increasing, 0 without restoring force, and directions (nv, n)."""
 
     values: Array
     directions: Array
@@ -260,7 +258,7 @@ def _stiffness(statics: Statics, loaded: LoadedStatics, point: Point) -> _Stiffn
 
 
 def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:
-    """Return a note that names the branch on which a rest is, and the other one."""
+    """Return a note that names the branch of a rest, and the other branch."""
     shares = left_along / statics.sizes
     k = int(np.flatnonzero(np.abs(shares) >= (1.0 - SAME) * np.max(np.abs(shares)))[0])
     sides = ("positive", "negative") if shares[k] > 0.0 else ("negative", "positive")
@@ -299,8 +297,8 @@ def _left(model: CompiledModel, statics: Statics, damped: Search) -> str:
 
 
 def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs, v: Array) -> Statics:
-    """Return the model at rest beside coordinates moving with v, its base held, with lengths measured by the lengths of
-    the scene and of the start."""
+    """Return the model at rest beside coordinates moving with v, with the base held and lengths relative to the lengths
+    of the scene and of the start."""
     rest, rows, p = np.zeros(model.nv), len(model.multipliers), measures.p
     given: dict[str, Any] = {"t": measures.t, "parameters": p, "base": measures.base}
     forces = given | {"u": u}

@@ -31,7 +31,8 @@ class Critical:
     kind : ``limit point``, if the parameter turns round, or ``bifurcation``, if another path branches off
     value : of the parameter
     q : (nq,)
-    mode : (nv,) displacement with zero stiffness at the point, its largest component 1 rad, or the scene's length
+    mode : (nv,) displacement with zero stiffness at the point, with a largest component of 1 rad, or of the scene's
+        length
     columns : of the path, at the point
     after : row of the path's arrays behind the point
     components : names of the mode's largest components, largest first
@@ -71,8 +72,8 @@ class EquilibriumPath:
         computed
     critical : limit points and bifurcations, in order
     success : whether the path arrives at the value asked for
-    message : its end, and the reason
-    interrupted : whether Ctrl-C has ended it early
+    message : the end of the path, and the reason
+    interrupted : whether Ctrl-C has ended the search early
     """
 
     parameter: str
@@ -97,7 +98,7 @@ class EquilibriumPath:
 
     @property
     def initial(self) -> dict[str, Array]:
-        """The last equilibrium, as ``simulate(initial=...)`` takes it."""
+        """The last equilibrium, in the form of ``simulate(initial=...)``."""
         still = {"q": self.q[-1]}
         return still | ({"z": self.z[-1]} if self.z.shape[1] else {})
 
@@ -108,15 +109,15 @@ class EquilibriumPath:
         ----------
         number : of the critical point in ``critical``, from 0
         to : value of the parameter at which the branch is to end
-        size : of the first step along the mode, times a twentieth of a radian or of the scene's length; its sign is the
-            side
+        size : of the first step along the mode, times a twentieth of a radian or of the scene's length; the sign
+            selects the side
 
         Raises
         ------
         UsageError
             There is no such critical point.
         NumericalError
-            No equilibrium is found beside it.
+            No equilibrium is found near the critical point.
         """
         if not -len(self.critical) <= number < len(self.critical):
             fault = f"there is no critical point {number}: the path has {len(self.critical)}"
@@ -165,7 +166,7 @@ class EquilibriumPath:
         return path
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it as JSON data."""
+        """Return all attributes as JSON data."""
         return {
             "parameter": self.parameter,
             "unit": self.unit,
@@ -198,7 +199,7 @@ class EquilibriumPath:
         Parameters
         ----------
         over : name or names of columns
-            The one that changes most if none is given.
+            The column with the largest change by default.
         axes : matplotlib Axes, one for each column
             A new figure if none are given.
         path : file of a figure, .png, .svg or .pdf

@@ -73,7 +73,7 @@ def _units(model: CompiledModel) -> dict[str, str]:
 
 
 def _units_by_kind(model: CompiledModel, by_components: bool) -> dict[str, tuple[str, ...]]:
-    """Return the units of all signals of the linear model, by kind; empty if they are not known."""
+    """Return the units of all signals of the linear model, by kind; empty if unknown."""
     description = model.description
     velocities = model.v_units
     if not by_components:
@@ -96,7 +96,7 @@ def reference_values(
 ) -> dict[str, Array]:
     """Return the values of all signals at the reference, by kind; not a number if one is not known.
 
-    Components on groups have no value of their own, and the joints between absolute bodies are not evaluated.
+    Components on groups have no value, and the joints between absolute bodies are not evaluated.
     """
     description = model.description
     coordinates = np.full(len(measures.v), np.nan)
@@ -121,7 +121,7 @@ def reference_values(
 
 
 def with_held(names: Names, sampled: SampledPart) -> Names:
-    """Return names with the sampled states among the inputs, behind the others."""
+    """Return names with the sampled states among the inputs, after the other inputs."""
     held, kept = list(sampled.places), sampled.others
 
     def moved(by_kind: Mapping[str, Any]) -> dict[str, Any]:
@@ -152,11 +152,11 @@ def orientations(model: CompiledModel, q: Array) -> dict[str, tuple[float, ...]]
     return {factor.name: tuple(q[factor.q].tolist()) for factor in model.factors if factor.q_size != factor.v_size}
 
 
-#: Part of a turn after which a linear model about a motion is looked at again, and by how much it may differ then.
+#: Part of a turn after which a linear model about a motion is computed again, and limit of the difference.
 _LATER, _SAME = 0.11, 1e-6
 #: Largest acceleration of a state that counts as rest, m/s^2 or rad/s^2.
 _RESTS = 1e-3
-#: How blocks of the terms are called in ``Partials``; others have the same name there.
+#: Names in ``Partials`` of blocks of the terms, if different.
 _IN_PARTIALS = {"M0": "M", "C0": "C", "K0": "K", "B0": "B", "E0": "E", "B": "J"}
 
 
@@ -179,9 +179,9 @@ def linearize(
 ) -> Linearization:
     """Return the linear model about a state: second order, state space, modes, frequency responses.
 
-    Without a state: about the static equilibrium near the initial state at ``t``, with the base held; on a base
-    that moves at t about lasting rest relative to it; if there is neither, about the initial state itself. Functions
-    of time are frozen at ``t``.
+    Without a state: about the static equilibrium near the initial state at ``t``, with the base held; on a base that
+    moves at t, about lasting rest relative to the base; without either, about the initial state. Functions of time are
+    frozen at ``t``.
 
     Parameters
     ----------
@@ -191,8 +191,8 @@ def linearize(
     multipliers : (rows,)
         Multipliers of the constraints; by default the state's own.
     at : str, or a result of ``equilibrium`` or ``steady_motion``
-        ``equilibrium`` or ``steady`` (an error if there is none), or ``initial``. A result with other inputs and
-        parameters than the scene's needs them here again.
+        ``equilibrium`` or ``steady`` (an error if there is none), or ``initial``. A result with inputs and parameters
+        other than the scene's needs the same inputs and parameters here.
     initial : mapping
         As of ``simulate``: the state, or the start of the search for an equilibrium.
     any_kind : bool
@@ -252,8 +252,8 @@ def linearize(
 def able_to_linearize(model: CompiledModel) -> CompiledModel:
     """Return the model, or one of the same scene, with all terms that a linear model needs.
 
-    Scenes of many components have the nonzeros of their partials; without inputs and disturbances these are all that is
-    needed of them, whole matrices are not built.
+    Scenes of many components have the nonzeros of partials; without inputs and disturbances these suffice, and whole
+    matrices are not built.
     """
     terms = {*PURPOSES["linearization"], "samples"}
     if _takes_nonzeros(model):
@@ -331,9 +331,9 @@ def about(
 
 
 def _warn_of_change(model: CompiledModel, state: State, operating_point: OperatingPoint, linear: Linearization) -> None:
-    """Warn if a linear model about a state that moves with constant velocities changes as it moves on.
+    """Warn if a linear model about a state that moves with constant velocities changes along the motion.
 
-    Forces may stay balanced along the motion and their slopes change, as with a rotor of two blades.
+    Forces may stay balanced along the motion although their derivatives change, as for a rotor with two blades.
     """
     turning = np.abs([v for v, unit in zip(state.v, model.v_units, strict=True) if unit == "rad/s"])
     fastest = float(np.max(turning, initial=0.0))
@@ -357,7 +357,7 @@ def _warn_of_change(model: CompiledModel, state: State, operating_point: Operati
 
 
 def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
-    """Warn if a state that is given without velocities does not rest, since its modes may be taken for modes of an
+    """Warn if a state given without velocities is not at rest, because its modes may be mistaken for modes of an
     equilibrium."""
     a = linear.reference.a
     k = int(np.argmax(np.abs(a))) if len(a) else 0
@@ -369,7 +369,7 @@ def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
 
 
 def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:
-    """Return accelerations and multipliers of a state: given ones, or by forward dynamics."""
+    """Return accelerations and multipliers of a state: given values, or by forward dynamics."""
     given = operating_point.given | {"z": state.z}
     if not model.multipliers:
         if state.a is None or state.kind != "given state":
@@ -423,8 +423,8 @@ def _measures(
 ) -> tuple[Measures, Names]:
     """Return the measures of neighbouring motions, and all names.
 
-    Joints between absolute bodies measure them as joint coordinates would. Components of the bodies' velocities do
-    if the caller makes one of them independent.
+    Neighbouring motions are measured by joints between absolute bodies, like joint coordinates. If the caller selects a
+    component of a body's velocity as independent, components of the bodies' velocities are the measures.
     """
     components, joints = [name.removeprefix("v.") for name in model.v_names], model.description.joints or model.factors
     of_joints = [name for factor in joints for name in component_names("", factor.name, factor.v_size)]

@@ -104,8 +104,8 @@ class ElementStrains:
         return csc_array(turned.T @ derivative)
 
     def _along(self, d: Array) -> tuple[Array, Array]:
-        """Return the derivatives of d along the twists of both nodes, (elements, 6, 12), and their derivatives by the
-        components of d, (6, elements, 6, 12); both by complex arguments, which leave real parts as they are."""
+        """Return the derivatives of d along the twists of both nodes, (elements, 6, 12), and the second derivatives by
+        the components of d, (6, elements, 6, 12); both by complex steps, which do not change real parts."""
         if self._by_d is None or not np.array_equal(self._by_d[0], d):
             moved = _along_twists(d.astype(complex) + 1j * _COMPLEX_STEP * np.eye(6)[:, np.newaxis])
             self._by_d = np.array(d), moved[0].real.copy(), moved.imag / _COMPLEX_STEP
@@ -130,7 +130,8 @@ class ElementStrains:
         return csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
     def _twists(self, q: Array) -> Matrix:
-        """Return the body twists of all nodes by v, (6 nodes, nv): their own six components, or the joints'."""
+        """Return the body twists of all nodes by v, (6 nodes, nv): for free nodes six components of v, else from
+        joints."""
         if self._last is None or not np.array_equal(self._last[0], q):
             self._last = np.array(q), self._twists_at(q)
         return self._last[1]
@@ -179,14 +180,14 @@ class ElementStrains:
 def _along_twists(d: Array) -> Array:
     """Return the derivatives of d along the twists of both nodes, (..., elements, 6, 12).
 
-    T^-1(-d) is T^-1(d) minus the bracket with d: of its series in brackets the first one alone is odd.
+    T^-1(-d) is T^-1(d) minus the bracket with d: in the series in brackets only the first bracket is odd.
     """
     after = numeric.tangent_inverse(SE3, d)
     return np.concatenate([numeric.bracket_matrix(SE3, d) - after, after], axis=-1)
 
 
 def _fixed_to_base(model: CompiledModel) -> set[str]:
-    """Return the base and the bodies that fixed joints hold on it."""
+    """Return the base and the bodies fixed to the base by joints."""
     held = {BASE}
     for hinge in model.description.drawing.hinges:  # parents before their children
         if hinge.type == "fixed" and hinge.parent in held:
@@ -194,7 +195,7 @@ def _fixed_to_base(model: CompiledModel) -> set[str]:
     return held
 
 
-#: Step of central differences by the load factor, as a part of its scale.
+#: Step of central differences by the load factor, relative to the scale of the factor.
 _STEP = 1e-5
 
 
@@ -257,12 +258,12 @@ def loaded_statics(
     varied: LoadParameter | None = None,
     reach: float = 1.0,
 ) -> LoadedStatics:
-    """Return the model at rest beside coordinates moving with v, its base held.
+    """Return the model at rest beside coordinates moving with v, with the base held.
 
     Parameters
     ----------
     q : configuration with lengths that count among the scene's
-    varied : meaning of the load factor; if None, all is as the measures and ``u`` have it for any factor
+    varied : meaning of the load factor; if None, the measures and ``u`` apply for any factor
     reach : scale of the load factor
     """
     still, holonomic, rows = np.zeros(model.nv), model.functions.sizes["holonomic"], len(model.multipliers)
@@ -338,7 +339,7 @@ def loaded_statics(
 def check_partials(model: CompiledModel, call: str) -> None:
     """Raise UsageError if a model was built without the terms that equilibria need."""
     needed = {"residual"} | ({"constraint_jacobian"} if model.multipliers else set())
-    if "iteration" in model.functions:  # has the others' nonzeros
+    if "iteration" in model.functions:  # contains the nonzeros of the other matrices
         needed |= {"internal_rate"} if model.nz else set()
     else:
         needed |= {"mass", "partials"} | ({"internal_rate", "internal_partials"} if model.nz else set())

@@ -103,7 +103,7 @@ def _residual_later(model: CompiledModel, rest: Rest, u: Inputs, p: Array, later
     return then.balance(rest).residual
 
 
-#: How far constraints may be off in a state that is given, in their own units.
+#: Limit of the violation of constraints in a given state, in the units of the constraints.
 MET = 1e-6
 #: The result of ``model.equilibrium`` or ``model.steady_motion``.
 EquilibriumState = Equilibrium | SteadyMotion
@@ -111,7 +111,7 @@ EquilibriumState = Equilibrium | SteadyMotion
 
 @dataclass(frozen=True)
 class State:
-    """A state to linearise about; accelerations and multipliers are None if the dynamics give them."""
+    """A state of linearization; accelerations and multipliers are None if determined by the dynamics."""
 
     kind: str
     q: Array
@@ -156,7 +156,8 @@ def given_state(model: CompiledModel, given: Mapping[str, Any]) -> State:
 
 
 def check_constraints(model: CompiledModel, state: State, operating_point: OperatingPoint) -> None:
-    """Raise UsageError if a given state does not meet the constraints, or given accelerations break them."""
+    """Raise UsageError if a given state violates the constraints, or given accelerations violate their second
+    derivative."""
     model.check_left_out(state.q, state.v, operating_point.t, operating_point.parameters)
     if not model.multipliers:
         return
@@ -249,7 +250,7 @@ def found_state(
 
 
 def as_found(kind: str, rest: EquilibriumState, operating_point: OperatingPoint) -> tuple[State, OperatingPoint]:
-    """Return a state that was found, and its base; warn if its velocities turn."""
+    """Return the state of a search, and the base; warn if velocities change direction with the motion."""
     if np.any(rest.a):
         how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"
@@ -267,7 +268,7 @@ def _base_moves(model: CompiledModel, operating_point: OperatingPoint) -> bool:
 
 
 def _of_scene(model: CompiledModel, operating_point: OperatingPoint) -> MeasuresOfScene:
-    """Return the scene at a time and parameters, its base held."""
+    """Return the scene at a time and parameters, with the base held."""
     p, t = operating_point.parameters, operating_point.t
     return MeasuresOfScene(model, p, t, held_base(model, p, t))
 

@@ -39,13 +39,13 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-#: Largest step of the varied number, as a part of its range.
+#: Largest step of the varied number, as a part of the range.
 _PART = 0.1
-#: Sizes, in rad or lengths of the scene, of the first step along a branch, as they are tried.
+#: Sizes, in rad or lengths of the scene, of the first step along a branch, in the order of trials.
 _ASIDE = (0.05, 0.1, 0.02, 0.2, 0.005)
 #: Number of progress reports along a path.
 _SHARES = 1000
-#: Components of a mode that are named at most, and the part of the largest from which they are.
+#: Largest number of components of a mode in its description, and least part of the largest component for a mention.
 _NAMED, _TAKES_PART = 6, 0.3
 
 
@@ -66,8 +66,8 @@ def equilibrium_path(
 ) -> EquilibriumPath:
     """Return equilibria along a parameter: a load path, past limit points, with bifurcations marked.
 
-    The path starts at the equilibrium to which load steps lead from the initial state at ``start``, and is followed
-    by steps of arc length until the parameter is ``to``, however often it turns round on the way (Riks 1972, Keller
+    The path starts at the equilibrium to which load steps lead from the initial state at ``start``, and is followed by
+    steps of arc length until the parameter is ``to``, even if the parameter turns round on the way (Riks 1972, Keller
     1977).
 
     Parameters
@@ -76,9 +76,9 @@ def equilibrium_path(
         A tunable parameter, an input, or ``t``, the time in formulas: loads and drives are then followed as slowly
         as rest asks for.
     to, start : float
-        Its values at the end and at the start, in SI units.
+        Values of the parameter at the end and at the start, in SI units.
     initial, parameters, t, u
-        As of ``equilibrium``; the varied parameter is not among them.
+        As of ``equilibrium``, without the varied parameter.
     max_step : float
         Largest displacement of a step, rad or lengths of the scene.
     max_points : int
@@ -90,7 +90,7 @@ def equilibrium_path(
     Returns
     -------
     EquilibriumPath
-        With ``success`` and ``message``: its end, with the reason; after Ctrl-C the points so far.
+        With ``success`` and ``message``: the end of the path, with the reason; after Ctrl-C the points so far.
 
     Raises
     ------
@@ -179,7 +179,8 @@ def _followed(
     stability: bool,
     report: Progress | None = None,
 ) -> EquilibriumPath:
-    """Return the path from a point to a value of the varied number, as far as it goes; Ctrl-C keeps it so far."""
+    """Return the path from a point to a value of the varied number, as far as possible; Ctrl-C returns the path so
+    far."""
     points, critical = [start], list[tuple[int, CriticalPoint]]()
     result: list[Examined] = [examined(statics, start)] if stability else []
     message, interrupted, reach = "", False, abs(target - start.rest.s) or 1.0
@@ -256,7 +257,7 @@ def components_of(model: CompiledModel, statics: LoadedStatics, mode: Array) -> 
 def _columns(
     model: CompiledModel, varied: LoadParameter, rests: Sequence[Rest]
 ) -> tuple[dict[str, Array], dict[str, str], tuple[str, ...]]:
-    """Return the scene's outputs and the positions of its bodies at rest, (n,) each, their units, and which are
+    """Return the scene's outputs and the positions of bodies at rest, (n,) each, the units, and the names of the
     outputs."""
     columns: dict[str, Array] = {}
     units: dict[str, str] = {}
@@ -289,7 +290,7 @@ def _columns(
 
 
 def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float, limits: StepLimits) -> PathPoint:
-    """Return a point of the path that branches off at a critical point, on the side of its mode times ``size``."""
+    """Return a point on the path that branches off at a critical point, on the side of the mode times ``size``."""
     rest = critical.point.rest
     unknowns = np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z))
     unknowns[: len(statics.sizes)] = critical.modes[:, 0]
@@ -323,11 +324,11 @@ class BucklingLoads:
     Attributes
     ----------
     parameter, unit : name and unit of the varied parameter
-    at : its value of the preload
+    at : value of the parameter at the preload
     values : (n,) of the parameter, nearest to the preload first
     modes : (nv, n) displacements, the largest component of each 1 rad, or the scene's length
-    components : of each mode, the names of its largest components
-    warning : that extrapolation misleads, as the load bends the structure on its way; empty if it does not
+    components : of each mode, the names of the largest components
+    warning : that extrapolation is inaccurate because the structure bends before buckling; empty if accurate
     """
 
     parameter: str
@@ -363,20 +364,19 @@ def buckling_loads(
 ) -> BucklingLoads:
     """Return linear buckling loads, at which the stiffness, extrapolated along the path of a preload, is singular.
 
-    They are accurate if the structure bends little up to these loads; ``equilibrium_path`` finds the bifurcations
-    and
-    limit points themselves.
+    The loads are accurate if the structure bends little up to these loads; ``equilibrium_path`` computes exact
+    bifurcations and limit points.
 
     Parameters
     ----------
     parameter : str
         Load of the scene: a tunable parameter, an input, or ``t``.
     at : float
-        Its value of the preload, SI.
+        Value of the parameter at the preload, SI.
     count : int
         Number of loads, the nearest to the preload.
     initial, parameters, t, u
-        As of ``equilibrium``; the load is not among them.
+        As of ``equilibrium``, without the load.
 
     Returns
     -------
@@ -386,7 +386,7 @@ def buckling_loads(
     Raises
     ------
     NumericalError
-        There is no equilibrium under the preload, or its stiffness is singular.
+        There is no equilibrium under the preload, or the stiffness of this equilibrium is singular.
     UsageError
         There is no such parameter, or terms are missing.
     """
@@ -409,7 +409,7 @@ def buckling_loads(
 
 
 def _misleads(statics: LoadedStatics, rest: Rest, name: str, value: float, factors: Array) -> str:
-    """Return a warning that another load is predicted half way to the lowest one; empty if it is the same."""
+    """Return a warning if another load is predicted half way to the lowest load; empty if the predictions agree."""
     if not len(factors):
         return ""
     lowest = float(factors[0])

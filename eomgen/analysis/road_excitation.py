@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 def road_excitation(model: CompiledModel, road: Road | None = None, speed: float | None = None) -> RoadExcitation:
-    """Return the random or measured roads of the scene's inputs as an excitation of its linear models.
+    """Return the random or measured roads of the scene's inputs as an excitation of linear models.
 
-    Wheels of the same seed, or on the same profile, run in the same track, each by its offset behind the first;
-    different tracks are independent. A profile has its spectrum by Welch's method, see ``MeasuredRoad``; speeds are
+    Wheels of the same seed, or on the same profile, run in the same track, each with an offset behind the first wheel;
+    different tracks are independent. The spectrum of a profile is by Welch's method, see ``MeasuredRoad``; speeds are
     taken at the default parameters.
 
     Parameters
@@ -73,7 +73,7 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
 
 
 class _Passed(NamedTuple):
-    """An input that is a measured profile under a wheel, or its rate, at the default parameters."""
+    """An input that is a measured profile under a wheel, or the rate of the profile, at the default parameters."""
 
     curve: Curve
     speed: float
@@ -110,7 +110,7 @@ def _passed(formula: Formula, values: Mapping[str, float]) -> _Passed | None:
 
 
 def _over_profile(measured: Mapping[str, _Passed], road: Road | None, speed: float | None) -> RoadExcitation:
-    """Return the wheels on a measured road with its spectrum."""
+    """Return the wheels on a measured road with the spectrum of the road."""
     wheels = {name: passed for name, passed in measured.items() if not passed.is_rate}
     rates = {
         wheel: name

@@ -33,11 +33,11 @@ _CHANGE, _WEIGHTS = 1e-3, (2.0 / 3.0, -1.0 / 12.0)
 
 
 def check_continuous(model: CompiledModel, analysis: str) -> None:
-    """Raise ModelError if states are sampled: between samples they stay, for any motion.
+    """Raise ModelError if states are sampled: such states are constant between samples, for any motion.
 
     Parameters
     ----------
-    analysis : its name
+    analysis : name of the analysis
     """
     layout = model.library.layout
     if layout["sampled"]:
@@ -48,7 +48,8 @@ def check_continuous(model: CompiledModel, analysis: str) -> None:
 
 
 def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapping[str, Any]) -> SampledPart | None:
-    """Return the sampled states with the partials of their new values at a state; None if none is sampled.
+    """Return the sampled states with the partials of the new values at a state; None without sampled states. None if
+    none is sampled.
 
     Partials are differences of fourth order, dq left-trivialised.
 
@@ -236,7 +237,7 @@ def soft_modes(statics: LoadedStatics, rest: Rest, mass: Array, shapes: Array, l
     Parameters
     ----------
     mass : (nv, nv)
-    shapes : (nv, modes) directions that span the soft ones, as they are known
+    shapes : (nv, modes) directions that span the soft directions, as far as known
     largest : squared frequency of the stiffest direction
     """
     strains = statics.strains(rest.s)

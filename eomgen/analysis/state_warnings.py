@@ -26,9 +26,10 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-#: The ends of a spring pass one another if their distance falls below this part of its value at start and rest.
+#: Limit of the distance of a spring's ends, relative to the distance at start and rest, below which the ends count as
+#: passing one another.
 _PASSED = 0.05
-#: Ways are worth a note if they are so much longer than the scene.
+#: Ratio of a displacement to the size of the scene above which a note is written.
 _LONGER = 1.1
 #: Signs that make the inverse of a quaternion.
 _BACK = np.array([1.0, -1.0, -1.0, -1.0])
@@ -40,13 +41,13 @@ SAME = 1e-6
 
 
 class Measures:
-    """Measures of a scene at given parameters, and the positions of its points in a configuration.
+    """Measures of a scene at given parameters, and the positions of points in a configuration.
 
     Parameters
     ----------
     p : (np,) tunable parameters
     t : time, s
-    base : (19,) state of the base, None if it is the world
+    base : (19,) state of the base, None for a base that is the world
     """
 
     def __init__(self, model: CompiledModel, p: Array, t: float, base: Array | None) -> None:
@@ -54,7 +55,7 @@ class Measures:
         self.values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
 
     def number(self, formula: Formula) -> float:
-        """Return the value of a formula of parameters; 0 if it has none."""
+        """Return the value of a formula of parameters; 0 for a formula without a value."""
         try:
             return float(evaluate(formula, lambda symbol: self.values[symbol.name]))
         except (ArithmeticError, KeyError):
@@ -107,8 +108,8 @@ def _positions(measures: Measures, poses: Mapping[str, tuple[Array, Array]]) -> 
 
 
 def _springs(measures: Measures, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
-    """Return a note on springs that are inside out, and one on those whose ends have moved farther than they were
-    apart."""
+    """Return a note on springs that are inside out, and a note on springs whose ends have moved farther than their
+    distance."""
     points = _positions(measures, poses)
     passed: list[str] = []
     moved: list[str] = []
@@ -149,7 +150,7 @@ def _passed_one_another(vectors: Array) -> bool:
 
 
 def _tyres(measures: Measures, poses: Mapping[str, tuple[Array, Array]], u: Inputs) -> list[str]:
-    """Return a note on each wheel whose centre is below its road, and was not at the start."""
+    """Return a note on each wheel with a centre below the road now, but not at the start."""
     model = measures.model
     sunk: list[str] = []
     tyres = model.description.drawing.wheels
@@ -174,7 +175,7 @@ def _tyres(measures: Measures, poses: Mapping[str, tuple[Array, Array]], u: Inpu
 
 
 def _clearance(measures: Measures, tyre: Wheel, center: Array, inputs: Mapping[str, float]) -> float:
-    """Return the height of a wheel's centre over its road. Raises ArithmeticError."""
+    """Return the height of a wheel's centre over the road. Raises ArithmeticError."""
 
     def value_of(symbol: Symbol) -> float:
         if symbol.kind == "position":
@@ -187,11 +188,11 @@ def _clearance(measures: Measures, tyre: Wheel, center: Array, inputs: Mapping[s
 
 
 def _coarse_beams(measures: Measures, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
-    """Return a note on each beam with too few elements: within them deflections are linear in the load.
+    """Return a note on each beam with too few elements: within an element deflections are linear in the load.
 
     The displacement of the end of a cantilever under a force is off by half the mean square of the deflections within
-    its elements, parts of their lengths: to a factor of 3 from 1 to 8 elements if the estimate is below a half. Beyond
-    that the estimate is up to 60 times too large, and the note states no size.
+    the elements, relative to the lengths of elements: to a factor of 3 from 1 to 8 elements if the estimate is below a
+    half. Beyond that the estimate is up to 60 times too large, and the note states no size.
     """
     notes = []
     for beam in measures.model.description.element_stiffness:
@@ -226,14 +227,14 @@ def _far(measures: Measures, poses: Mapping[str, tuple[Array, Array]], length: f
     ]
 
 
-#: Centres of mass nearer to their axis than this part of the scene's length lie on it.
+#: Distance of a centre of mass from its axis, relative to the scene's length, below which the centre lies on the axis.
 _ON_AXIS = 1e-12
 
 
 def off_axis_hint(model: CompiledModel, measures: Measures, q: Array, v: Array) -> str:
     """Return a remedy if bodies that turn with v at q are out of balance; empty if none is.
 
-    Half a turn of a single coordinate moves a centre of mass by twice its distance from the axis.
+    Half a turn of a single coordinate moves a centre of mass by twice the distance from the axis.
     """
     if "poses" not in model.functions:
         return ""
@@ -259,7 +260,7 @@ def off_axis_hint(model: CompiledModel, measures: Measures, q: Array, v: Array) 
     return result
 
 
-#: Shortening of a bent beam, as a part of its length, beyond which it is said.
+#: Shortening of a bent beam, as a part of its length, above which the shortening is reported.
 _LARGE = 0.05
 
 
@@ -268,9 +269,9 @@ class Bending(NamedTuple):
 
     Attributes
     ----------
-    beam : its name
+    beam : name of the beam
     time : s
-    shortening : of its axis, as a part of its length: half the mean square of its slope
+    shortening : of the axis, as a part of the beam's length: half the mean square of the slope
     """
 
     beam: str
@@ -290,8 +291,8 @@ class Bending(NamedTuple):
 
 
 def shortenings(model: CompiledModel, q: Array) -> Array:
-    """Return the shortening of each beam's axis, as a part of its length, (n, beams), at q (n, nq); infinite if
-    that is no number."""
+    """Return the shortening of each beam's axis, as a part of the beam's length, (n, beams), at q (n, nq); infinite if
+    not a number."""
     places = {factor.name: factor.q for factor in model.factors}
     beams = model.library.layout["slopes"]
     result = np.empty((len(q), len(beams)))
@@ -303,8 +304,8 @@ def shortenings(model: CompiledModel, q: Array) -> Array:
 
 
 def largest_bending(model: CompiledModel, t: Array, q: Array) -> Bending | None:
-    """Return the most bent beam in some row of a run, t (n,) in s and q (n, nq), beyond the range of its theory; None
-    if none does."""
+    """Return the most bent beam in any row of a run, t (n,) in s and q (n, nq), beyond the range of the linear theory;
+    None without such a beam. None if none does."""
     shares, beams = shortenings(model, q), model.library.layout["slopes"]
     rows = shares.argmax(axis=0)
     candidates = [
@@ -325,7 +326,7 @@ class InertiaWarning(NamedTuple):
 def inertia_warning(
     model: CompiledModel, q: Array, p: Array, start: Array | None = None, step: float = 0.0, where: str = "there"
 ) -> InertiaWarning | None:
-    """Return a warning if the inertia matrix at q is not positive definite; None if it is, or is not known.
+    """Return a warning if the inertia matrix at q is not positive definite; None if positive definite or unknown.
 
     Parameters
     ----------
@@ -349,7 +350,7 @@ def inertia_warning(
 def beams_beyond_linear_range(model: CompiledModel, q: Array, p: Array) -> Sequence[str]:
     """Return the beams of order 1 without whose deformation the inertia matrix at q would be positive definite.
 
-    Empty if it is positive definite, or would not be even so.
+    Empty if the matrix is positive definite, or if it would not be so without deformation either.
     """
     first = {item.name for item in model.description.coordinates if item.linear}
     factors = [factor for factor in model.factors if factor.name in first]
@@ -371,7 +372,7 @@ def linear_range_exceeded(model: CompiledModel, t: Array, q: Array, p: Array) ->
     """Return a clause on beams of order 1 that deform too far in some row of a run, with a remedy; empty if none
     does.
 
-    Looked at are the rows in which each of them deforms most, the last one, and up to 200 between.
+    Examined rows are the rows with the largest deformation of each beam, the last row, and up to 200 rows between.
     """
     first = {item.name for item in model.description.coordinates if item.linear}
     parts = [factor.q for factor in model.factors if factor.name in first]

@@ -25,14 +25,14 @@ _SAMPLES = 4
 
 @dataclass(frozen=True)
 class At:
-    """Values of all that a steady motion has to meet, and their partials, at q, v, a = vdot, z and multipliers.
+    """Values and partials of all conditions of a steady motion, at q, v, a = vdot, z and multipliers.
 
     Attributes
     ----------
-    residual, position, velocity, acceleration, rates : r (nv,), of the rows Phi, B v + Phi_t and its rate, and zdot
-    K, C, M, Rz : partials of r in q (left-trivialised), v, a and z; its partial in the multipliers is B^T
+    residual, position, velocity, acceleration, rates : r (nv,), rows Phi, B v + Phi_t and its rate, and zdot
+    K, C, M, Rz : partials of r in q (left-trivialised), v, a and z; the partial in the multipliers is B^T
     B, Z : partials of the rows' velocities in v and q; the first rows of B are the partials of Phi in q
-    Aq, Av : partials of the rows' accelerations in q and v; in a they are B
+    Aq, Av : partials of the rows' accelerations in q and v; the partial in a is B
     Fq, Fv, Fz : partials of zdot
     """
 
@@ -55,7 +55,7 @@ class At:
 
     @property
     def values(self) -> Array:
-        """All values, one after the other."""
+        """All values, concatenated."""
         return np.concatenate([self.residual, self.position, self.velocity, self.acceleration, self.rates])
 
 
@@ -94,7 +94,7 @@ class Conditions:
         return replace(self, t=self.t + seconds)
 
     def followed(self, q: Array) -> Array:
-        """Return q with its counted turns brought to its poses."""
+        """Return q with counted turns adapted to the poses."""
         return self.model.evaluator.followed(q, self.t, self.parameters)
 
     def _given(self, **more: Any) -> dict[str, Any]:
@@ -161,7 +161,8 @@ class Conditions:
         return self._term("constraint_jacobian", q, rest, rest)[0]
 
     def sample(self, q: Array, rng: np.random.Generator) -> tuple[Array, Array, Array, Array] | None:
-        """Return an arbitrary state near q on the constraints, any a, and multipliers of their size; None without."""
+        """Return an arbitrary state near q on the constraints, with arbitrary a, and multipliers of matching size; None
+        if not possible. None without."""
         model = self.model
         v, a, pushed = (rng.normal(0.0, self.pace**power, model.nv) * self.extents for power in (1, 2, 2))
         eta = rng.normal(0.0, 0.5, model.nv)

@@ -40,15 +40,14 @@ if TYPE_CHECKING:
 
 
 Mask = NDArray[np.bool_]
-#: Part of a velocity by which its drive's may differ.
+#: Relative tolerance between a given velocity and the velocity of a drive.
 _SAME = 1e-7
 
 
 def named_values(
     model: CompiledModel, q: Array, velocities: Mapping[str, float] | None, coordinates: Mapping[str, ArrayLike] | None
 ) -> tuple[Array, Mask, Array, Mask]:
-    """Return q with the coordinates given put in, which components are held there, v, and which of its components are
-    given.
+    """Return q with the given coordinates, a mask of the coordinates held, v, and a mask of the given components of v.
 
     Raises
     ------
@@ -120,7 +119,7 @@ _ROUNDING = 1e-9
 _STEADY = 1e-7
 #: Parts of a direction that are named.
 _NAMED = 0.05
-#: Rows that are named when they are not met.
+#: Largest number of violated rows named in a message.
 _ROWS = 3
 
 
@@ -139,7 +138,7 @@ class SteadyMotion:
     undetermined : names of unknowns of which one more could have been given a value
     base : None, the base moves as the scene says
     message : all of this in one sentence
-    a : (nv,) rates of v: zero, but for velocities that turn with the motion, as a wheel's in its own axes
+    a : (nv,) rates of v: zero, except velocities that turn with the motion, such as velocities of a wheel in wheel axes
     """
 
     q: Array
@@ -160,7 +159,7 @@ class SteadyMotion:
 
     @property
     def initial(self) -> dict[str, Array]:
-        """The state as ``simulate(initial=...)`` takes it."""
+        """The state in the form of ``simulate(initial=...)``."""
         return {"q": self.q, "v": self.v} | ({"z": self.z} if len(self.z) else {})
 
 
@@ -175,15 +174,15 @@ def steady_motion(
 ) -> SteadyMotion:
     """Return a steady motion near the initial state, with some velocities and coordinates given.
 
-    Velocities that are not given are 0, except along symmetries, with unknown ones that start from the initial
-    state's, velocities forced by constraints, and velocities of drives, with the rates of their laws. Give as many
-    values as leave the rest determined: of a top its spin and its inclination, of a wheel that rolls in a circle the
-    same.
+    Velocities that are not given are 0, with three exceptions: unknown velocities along symmetries, which start from
+    the initial state; velocities forced by constraints; and velocities of drives, given by the laws. Give as many
+    values as determine the motion: for a top the spin and the inclination, and the same for a wheel that rolls in a
+    circle.
 
     Parameters
     ----------
     velocities : mapping from component of v (``spin``, ``ball[2]``) to rad/s or m/s
-    coordinates : mapping from component (``nutation``, ``slide[1]``) to rad or m, or from joint to all its numbers in q
+    coordinates : mapping from component (``nutation``, ``slide[1]``) to rad or m, or from joint to all components of q
     initial : mapping
         As of ``simulate``: the start of the search.
     parameters, t, u : as of the model's functions
@@ -198,8 +197,8 @@ def steady_motion(
     UsageError
         Unknown names, values of a wrong kind, another velocity than a drive's.
     NumericalError
-        The search did not end, or its result does not last; names the component that accelerates and the rows not
-        met.
+        The search did not end, or the motion does not last; the message names the accelerating component and the
+        violated rows.
     ModelError
         The inertia matrix is not positive definite at the start or the end of the search.
     """
@@ -216,7 +215,7 @@ def motion_along(
     t: float,
     u: Inputs,
 ) -> SteadyMotion:
-    """Return a steady motion as ``steady_motion`` does, with symmetries that are known from others at these parameters,
+    """Return a steady motion like ``steady_motion``, with symmetries known from earlier motions at the same parameters,
     time and inputs."""
     p = model.evaluator.one_set(parameters)
     able = model.having(PURPOSES["linearization"])

@@ -18,7 +18,8 @@ _MAX_STEPS = 100
 _LARGEST_TURN = 0.5
 #: States around the start that are tried if the search from there fails.
 _RETRIES = 6
-#: Values below this are none, each by its measure; round-off of large terms is allowed on top.
+#: Values, relative to their measures, below which values count as zero; round-off of large terms is allowed in
+#: addition.
 _BALANCED = 1e-11
 #: Singular values below this are zero.
 _SAME = 1e-9
@@ -36,7 +37,7 @@ class Given(NamedTuple):
 
 
 class MovingState(NamedTuple):
-    """A state of a motion along fields, with its multipliers and the coefficients g of the fields."""
+    """A state of a motion along fields, with multipliers and the coefficients g of the fields."""
 
     q: Array
     v: Array
@@ -60,8 +61,8 @@ class Search(NamedTuple):
 
 
 def search(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> Search:
-    """Search along symmetries, then with constant velocities; a failure is reported for the first of them that
-    applies."""
+    """Search along symmetries, then with constant velocities; the reported failure is from the first applicable
+    search."""
     along = _search_around(conditions, fields, given, q, v, z) if len(fields) else None
     if along is not None and along.balanced:
         return along
@@ -73,7 +74,7 @@ def search(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Ar
 
 
 def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
-    """Return the components of v, (nv,), that the rows force to move with others."""
+    """Return the components of v, (nv,), that the rows force to move together with other components."""
     if not conditions.model.multipliers:
         return np.zeros_like(moving)
     B = conditions.jacobian(q) * conditions.extents
@@ -87,7 +88,7 @@ def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
 
 
 def _search_around(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> Search:
-    """Search from the start, and if that ends short of balance, from states around it."""
+    """Search from the start, and if the search ends without balance, from states around the start."""
     rng = np.random.default_rng(2)
     first = result = _search(conditions, fields, given, _start(conditions, fields, given, q, v, z))
     for _ in range(_RETRIES):
@@ -103,7 +104,7 @@ def _search_around(conditions: Conditions, fields: Fields, given: Given, q: Arra
 
 
 def _start(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> MovingState:
-    """Return the motion along the fields at q that is nearest to velocities, those given before all others."""
+    """Return the motion along the fields at q that is nearest to the velocities; given velocities have precedence."""
     X = fields.directions(q) / conditions.extents[:, np.newaxis]
     wanted, held = np.where(given.held_v, given.v, v) / conditions.extents, given.held_v
     g = np.linalg.lstsq(X[held], wanted[held], rcond=_SAME)[0]
@@ -113,7 +114,7 @@ def _start(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Ar
 
 
 def _null_space(matrix: Array) -> Array:
-    """Return the null space of a matrix, one column each; its columns are of size one or less."""
+    """Return the null space of a matrix, as columns of norm one or less."""
     _, singular, Vt = np.linalg.svd(np.vstack([matrix, np.zeros((1, matrix.shape[1]))]))
     return np.asarray(Vt[int(np.sum(singular > _SAME)) :].T)
 
@@ -189,7 +190,7 @@ def _across(M: Array, X: Array, held: Mask) -> Array:
     free = (np.eye(len(M)) / np.sqrt(np.diag(M)))[:, ~held]  # of unit kinetic energy each
     sizes = np.sqrt(np.einsum("ij,ik,kj->j", X, M, X))
     X = X[:, sizes > 0.0] / sizes[sizes > 0.0]
-    along = X @ _null_space(np.sqrt(np.diag(M))[held, np.newaxis] * X[held])  # they change no held component
+    along = X @ _null_space(np.sqrt(np.diag(M))[held, np.newaxis] * X[held])  # columns that change no held component
     return np.asarray(free @ _null_space((free.T @ M @ along).T))
 
 
@@ -222,15 +223,15 @@ def _search(conditions: Conditions, fields: Fields, given: Given, state: MovingS
 
 
 def _values(conditions: Conditions, given: Given, at: At, state: MovingState) -> Array:
-    """Return the conditions, by their measures at another state."""
+    """Return the conditions, divided by the measures at another state."""
     values, _ = conditions.measured(at, conditions.values(*state.motion))
     of_given = np.flatnonzero(given.held_v)
     return np.concatenate([values, (state.v - given.v)[of_given] / (conditions.pace * conditions.extents[of_given])])
 
 
 def _weights(linear: Linear) -> Array:
-    """Return weights that make unknowns comparable: coordinates and velocities by their kinetic energies, the rest by
-    the norms of their columns of J."""
+    """Return weights that make unknowns comparable: for coordinates and velocities by kinetic energies, for other
+    unknowns by the norms of columns of J."""
     M, moving = linear.at.M, linear.across.shape[1] + linear.by_g.shape[1]
     energies = [np.einsum("ij,ik,kj->j", part, M, part) for part in (linear.across, linear.by_g)]
     rest = np.linalg.norm(linear.J[:, moving:], axis=0)

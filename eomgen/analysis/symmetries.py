@@ -32,7 +32,7 @@ _NOTHING = 1e-8
 _MOST_TRAVELS = 12
 #: Singular values of the constraints below this part of the largest are zero.
 _FREE = 1e-10
-#: A symmetry is told by so many equations for each number that is not known.
+#: Number of equations per unknown number for the identification of a symmetry.
 _EQUATIONS = 3
 
 
@@ -56,7 +56,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Fields:
-    """Fields of a model, for motions along combinations of them, v = X(q) g; whether they are symmetries."""
+    """Fields of a model, for motions v = X(q) g along combinations of the fields; with a flag for symmetries."""
 
     model: CompiledModel
     every: Sequence[Field]
@@ -87,7 +87,7 @@ class Fields:
         """Return the left-trivialised derivative of X(q) g in q, (nv, nv)."""
         field = self.along(g)
         turned = np.asarray(bracket_matrix(self.model.factors, _moved_frames(self.model, q) @ field.xi), dtype=float)
-        result: Array = field.A + turned  # of Ad(q^-1) xi along eta: -ad(eta) of it
+        result: Array = field.A + turned  # derivative of Ad(q^-1) xi along eta: -ad(eta) Ad(q^-1) xi
         return result
 
     def after(self, q: Array, g: Array, seconds: float) -> Array:
@@ -112,7 +112,8 @@ class Fields:
 
 
 def constant(model: CompiledModel, components: Sequence[int], extents: Array) -> Fields:
-    """Return the fields along which single components of v stay constant, each of the size of its measure."""
+    """Return the fields along which single components of v are constant, each of the size of the component's
+    measure."""
     nv = model.nv
     none = np.zeros((nv, nv))
     return Fields(
@@ -136,31 +137,30 @@ def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
         matrix = np.vstack([matrix, np.zeros((len(basis) - len(matrix), len(basis)))])
     _, singular, Vt = np.linalg.svd(matrix, full_matrices=False)
     null_space = Vt[int(np.sum(singular > _NOTHING * np.max(singular, initial=1e-300))) :]
-    # a candidate that no symmetry holds more of than rounding is in none: its velocity is exactly zero
+    # a candidate that is in all symmetries only by rounding has a velocity of exactly zero
     null_space = np.where(np.linalg.norm(null_space, axis=0) > _NOTHING, null_space, 0.0)
     fields = (Fields(model, basis).along(one) for one in null_space)
     return Fields(model, [_scaled(model, field, q, conditions.extents) for field in fields])
 
 
 class KnownSymmetries:
-    """Symmetries of a model over its steady motions at the same parameters, time and inputs, found once.
+    """Symmetries of a model over steady motions at the same parameters, time and inputs, determined once.
 
-    They depend on none of the velocities that motions are searched for. Forces may be different expressions in
-    different regions of q, so symmetries are checked at a state near each q in use, and determined again if the check
-    fails.
+    The symmetries are independent of the requested velocities. Forces may be different expressions in different regions
+    of q, so symmetries are checked at a state near each q in use, and determined again if the check fails.
     """
 
     def __init__(self) -> None:
         self.fields: Fields | None = None
 
     def near(self, conditions: Conditions, q: Array, z: Array) -> Fields:
-        """Return the symmetries; the known ones, if they hold near q."""
+        """Return the symmetries, without a new search if the known symmetries hold near q."""
         if self.fields is None or not _hold(self.fields, conditions, q, z):
             self.fields = symmetries(conditions, q, z)
         return self.fields
 
     def forget(self) -> None:
-        """Have the next use find them anew."""
+        """Discard the symmetries, so that the next use determines them anew."""
         self.fields = None
 
 
@@ -176,13 +176,13 @@ def _hold(fields: Fields, conditions: Conditions, q: Array, z: Array) -> bool:
 
 
 def _scaled(model: CompiledModel, field: Field, q: Array, extents: Array) -> Field:
-    """Return a field of size one at q, each component by its measure."""
+    """Return a field of size one at q, each component relative to the component's measure."""
     size = float(np.linalg.norm(Fields(model, [field]).directions(q)[:, 0] / extents)) or 1.0
     return Field(field.e / size, field.A / size, field.xi / size, field.W / size)
 
 
 def _candidates(model: CompiledModel, extents: Array) -> list[Field]:
-    """Return all fields that are looked for, each with a single number in e, A or xi, of the size of its measure."""
+    """Return all candidate fields, each with a single number in e, A or xi, of the size of the number's measure."""
     nv = model.nv
     none, rest = np.zeros((nv, nv)), np.zeros(nv)
     unit = np.diag(extents)
@@ -210,10 +210,11 @@ def _candidates(model: CompiledModel, extents: Array) -> list[Field]:
 def _equations(
     conditions: Conditions, basis: Sequence[Field], q: Array, v: Array, a: Array, lam: Array, z: Array
 ) -> Array:
-    """Return the conditions of a symmetry at a state, one column for each candidate, each row divided by its terms.
+    """Return the conditions of a symmetry at a state, one column for each candidate, each row divided by the magnitudes
+    of its terms.
 
-    Rows of constraints may turn into one another, and multipliers with them: so rows only have to stay met, and
-    forces to follow the symmetry except for forces that the constraints carry.
+    Rows of constraints may turn into one another, together with the multipliers: so rows only have to remain satisfied,
+    and forces have to follow the symmetry except for constraint forces.
     """
     at = conditions.at(q, v, a, z, lam)
     holonomic = len(at.position)
@@ -244,7 +245,7 @@ def _equations(
 
 
 def _single_coordinates(model: CompiledModel, q: Array) -> Array:
-    """Return the plain coordinates at the indices of their velocities, (nv,); 0 for rotations and poses."""
+    """Return the plain coordinates at the indices of the velocities, (nv,); 0 for rotations and poses."""
     result = np.zeros(model.nv)
     for factor in model.factors:
         if factor.group == "R":

@@ -25,7 +25,7 @@ from eomgen.system.sparsity import packed_places, unpacked_places
 Samples = tuple[Any, Any, Any]
 #: Returns the continuation of numbers that follow another rule than ``continued``, or None if there is none.
 Known = Callable[[Samples], Any]
-#: Numbers in texts: a number with digits behind its point is no count, but ``beam.7`` ends in one.
+#: Numbers in texts: a number with decimals is no count, but ``beam.7`` ends in one.
 _NUMBER = re.compile(r"((?<![A-Za-z_\d])\d+\.\d+(?:e[-+]?\d+)?|\d+)")
 _SEPARATOR = ", "
 
@@ -120,7 +120,8 @@ def _is_count(text: str) -> bool:
 
 
 def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
-    """Return a list that grows with the number of parts: its beginning, a block for each further d parts, its end."""
+    """Return a list that grows with the number of parts: the beginning, a block for each further d parts, and the
+    end."""
     growth = _even(*map(len, samples))
     if growth < 0:
         raise Irregular("a list that becomes shorter")
@@ -150,8 +151,8 @@ def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
 
 
 def _split(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]], growth: int) -> int:
-    """Return the number of items before the blocks that are added; the block before them, or behind them, is one more
-    that follows the same rule, which checks it."""
+    """Return the number of items before the added blocks; one more block, before or after the added blocks, must follow
+    the same rule, as a check."""
     shortest = len(rows[0])
     before = _prefix(kinds, rows)
     behind = _prefix([kind[::-1] for kind in kinds], [row[::-1] for row in rows])
@@ -177,8 +178,7 @@ def _prefix(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]
 
 
 def _repeats(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]], start: int, growth: int) -> bool:
-    """Return whether the blocks behind ``start``, with at least one more beside them, grow evenly from block to block
-    and from sample to sample."""
+    """Return whether at least two blocks after ``start`` grow evenly from block to block and from sample to sample."""
     before, behind = int(start >= growth), int(len(rows[0]) - start >= growth)
     if not before + behind:
         return False
@@ -217,7 +217,7 @@ def _joined(rows: Sequence[NDArray[np.int64]], start: int, growth: int, number: 
 
 
 def _flat(value: Any) -> tuple[Hashable, list[int]]:
-    """Return the shape of data, without the integers in it, and these."""
+    """Return the shape of data, without integers, and the integers."""
     numbers: list[int] = []
     return _shape(value, numbers), numbers
 
@@ -244,7 +244,7 @@ def _shape(value: Any, numbers: list[int]) -> Hashable:
 
 
 class _Constant:
-    """A value in a shape; shapes are compared by its text beside it."""
+    """A value in a shape, with a text for comparisons of shapes."""
 
     def __init__(self, value: Any) -> None:
         self.value = value
@@ -295,6 +295,6 @@ def continued_program(programs: Sequence[Program], number: int, known: Known) ->
 
 
 def _assembled(program: Program) -> Mapping[str, Any]:
-    """Return the data of a Program's method with the assembly of its matrix as loops."""
+    """Return the data of a Program's method with the assembly of the matrix as loops."""
     method = program.method
     return {**method, "solver": with_assembly(method["solver"])} if "solver" in method else method

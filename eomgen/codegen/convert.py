@@ -29,12 +29,13 @@ from eomgen.symbolic.operations import CurveLike, Op
 from eomgen.system.sparsity import packed_places
 from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
 
-#: Elements side by side if they depend only on constants and shared values: two vectors of four doubles.
+#: Elements taken side by side if elements depend only on constants and shared values: two vectors of four doubles.
 _SIDE_BY_SIDE = 8
 
 
 def _lanes(loop: Map) -> int:
-    """Return the number of elements taken side by side: a divisor of their number, 1 if some need others."""
+    """Return the number of elements taken side by side: a divisor of the number of elements, 1 if elements depend on
+    other elements."""
     alone = loop.sums and not (loop.gather or loop.last or loop.stacked)
     return math.gcd(loop.count, _SIDE_BY_SIDE) if alone else 1
 
@@ -70,7 +71,8 @@ def program_loop(run: RunLoop) -> ProgramLoop:
     )
 
 
-#: Values between the parts and loops of one function at most: they live on the stack, 16 MB of it as doubles.
+#: Largest number of values between the parts and loops of one function: these values are on the stack, 16 MB as
+#: doubles.
 WORKSPACE_LIMIT = 2_000_000
 
 
@@ -88,7 +90,7 @@ def to_program(
     Parameters
     ----------
     method : mapping, optional
-        Data of the integrators' templates; without it the model is functions only.
+        Data for the templates of integrators; without data the model has functions only.
     functions : names, optional
         The functions wanted, in this order; all by default.
     part_limit, nest_limit : int
@@ -183,13 +185,13 @@ def to_program(
 
 
 def _patterns(system: System) -> dict[str, str]:
-    """Return the positions of the nonzeros of ``iteration``, as text, by the names of its outputs."""
+    """Return the positions of the nonzeros of ``iteration``, as text, by output."""
     names = {block.name for block in system.functions["iteration"].outputs}
     return {name: packed_places(pairs) for name, pairs in system.patterns.items() if name in names}
 
 
 def _sources(system: System, prefix: str) -> tuple[SourceFile, ...]:
-    """Return the C files that the scene brings along, each once, with the functions that are called in it."""
+    """Return the C files of the scene, each once, with the functions called in the file."""
     functions: dict[tuple[str, str], list[str]] = {}
     for item in system.controllers:
         if item.source is not None:
@@ -252,7 +254,7 @@ def _functions(
     part_limit: int,
     nest_limit: int,
 ) -> tuple[ProgramFunction, ...]:
-    """Return the functions; one that computes the same as an earlier one only calls it."""
+    """Return the functions; a function with the same results as an earlier function only calls that function."""
     made: list[ProgramFunction] = []
     known: dict[tuple[object, ...], ProgramFunction] = {}
     for name in wanted:
@@ -328,7 +330,7 @@ def _function(
     outputs = [refs for _, _, refs, _ in blocks]
     result = schedule(
         system.tape, outputs, INPUT_BLOCKS, part_limit, nest_limit, loops, curve_numbers, fill=name != "base"
-    )  # the base is a struct, which no loop over its components can fill
+    )  # the base is a struct, whose components no loop can fill
     missing = sorted({block for part in result.parts for block in part.inputs} - set(inputs))
     if missing:
         raise ModelError(f"function {name} depends on {', '.join(missing)}, which is not among its inputs")

@@ -57,7 +57,7 @@ def manifest(program: Program, files: Mapping[str, str], **more: object) -> str:
 def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
     """Write files to a folder, each under a temporary name first, and return the folder.
 
-    Files of an earlier run that are named in its manifest and no longer exist are removed.
+    Files of an earlier run that are named in the manifest and no longer exist are removed.
 
     Raises
     ------

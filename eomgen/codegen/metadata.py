@@ -15,12 +15,12 @@ from eomgen.codegen.program import Program
 #: Version of the data below; part of every cache key.
 LAYOUT_VERSION = 3
 
-#: Fields of a Program that only its C is made of.
+#: Fields of a Program that are used only for the text in C.
 _OF_THE_TEXT = ("functions", "loops", "curves", "series", "constants", "base_read", "base_of_step", "sources")
 
 
 def _without_tables(method: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a method without the tables of its linear system, of which sizes and counts are left."""
+    """Return a method without the tables of the linear system; sizes and counts remain."""
 
     def left(data: Mapping[str, Any]) -> dict[str, Any]:
         return {
@@ -43,7 +43,7 @@ def stack_bytes(program: Program) -> int:
 
 
 def interface_layout(program: Program) -> dict[str, Any]:
-    """Return sizes, names, factors, functions (their position is their number), initial state, defaults and method.
+    """Return sizes, names, factors, functions (numbered by position), initial state, defaults and method.
 
     Each function has ``name, description, inputs, input_sizes, outputs (name, shape, size, description), operations,
     counts``; each of ``parameters, inputs, states, outputs`` is a list of ``name, member, value, size, unit,

@@ -31,15 +31,15 @@ class Statement:
     (slot, step, block or "w", index, step, length): equally spaced places into the workspace; ``spread`` (output
     number, component, step, slot, step, length, sign): equally spaced slots into an output; ``circular`` (slot of the
     first sine, slot of the first cosine, block, index, step, length): sines and cosines of equally spaced inputs into
-    the workspace; ``repeat`` (number of iterations, statements, inputs, outputs): a loop over k; its statements read
-    components of block ``read`` and fill output 0; with a fifth number, within it a loop over so many j.
+    the workspace; ``repeat`` (number of iterations, statements, inputs, outputs): a loop over k; whose statements read
+    components of block ``read`` and fill output 0; with a fifth number, within this loop a loop over j of this length.
 
     ``read`` and ``given`` are expressions of k: ``("row", block, start, step)`` is component start + step k of a block,
     of the workspace ``"w"``, or, by number, of an output, ``("row", block, places)`` component places[k], ``("numbers",
     values)`` constant values[k], ``("choice", block, (end, start, step), ...)`` or ``("choice", "numbers", (end,
     value), ...)`` the value of the first range with k < end. Expressions of j and k are ``("cell", block, start, inner,
     step)``: start + inner j + step k, ``("cell", block, places, step)``: places[j] + step k, and ``("cells", values)``:
-    values[j]. Others do not change.
+    values[j]. Other expressions are constant.
     """
 
     kind: str
@@ -50,7 +50,7 @@ class Statement:
 class Part:
     """A chunk of a function that is compiled separately: inputs, outputs, and whether the chunk needs the workspace.
 
-    ``names`` are names of local values in mechanics, (number, text); a target makes them legal and distinct.
+    ``names`` are names of local values in mechanics, (number, text); a target makes names legal and distinct.
     """
 
     statements: tuple[Statement, ...]
@@ -63,7 +63,8 @@ class Part:
 
 @dataclass(frozen=True)
 class OutputArray:
-    """An output of a function, row-major. ``argument`` is its name, unlike names of inputs and words of C."""
+    """An output of a function, row-major. ``argument`` is the name of the output in C, different from names of inputs
+    and words of C."""
 
     name: str
     argument: str
@@ -74,9 +75,9 @@ class OutputArray:
 
 @dataclass(frozen=True)
 class ProgramFunction:
-    """A function: inputs in the order of INPUT_BLOCKS, outputs, and its parts; ``workspace`` values cross parts.
+    """A function: inputs in the order of INPUT_BLOCKS, outputs, and parts; ``workspace`` values cross parts.
 
-    ``same_as`` names the function that computes the same, and is called instead of computing it twice.
+    ``same_as`` names a function with the same results, which is called to avoid a second computation.
     """
 
     name: str
@@ -93,8 +94,8 @@ class ProgramFunction:
 @dataclass(frozen=True)
 class Addition:
     """Addition of elements ``first <= element < end`` of a loop to an output: ``sign`` times column ``columns[j]`` of
-    their row to component ``places[j] + step (element - first)``, or ``places[j] + starts[element]`` if the starts
-    of all elements are given."""
+    the row of each element to component ``places[j] + step (element - first)``, or ``places[j] + starts[element]`` if
+    the starts of all elements are given."""
 
     first: int
     end: int
@@ -108,19 +109,19 @@ class Addition:
 
 @dataclass(frozen=True)
 class ProgramLoop:
-    """A loop over identical elements; see ``symbolic.map`` for its meaning.
+    """A loop over identical elements; see ``symbolic.map`` for the meaning.
 
     Attributes
     ----------
     gathered, results : int
-        Values it reads from, and leaves in, the workspace.
+        Numbers of values that the loop reads from, and leaves in, the workspace.
     lanes : elements taken side by side; sum ``lane`` of each is of every lanes-th element, and these are added last.
     constants : (columns, count) numbers
-    index : for each slot, the places of the gathered values: ranges (end, start, step), start + step element up
-        to an end, or empty if they are in a column of ``places``, (count, such slots).
+    index : for each slot, the places of the gathered values: ranges (end, start, step), start + step element up to an
+        end, or empty if the places are in a column of ``places``, (count, such slots).
     shared, initial : places among the gathered values, of values that all elements share and of the first carries.
     statements : outputs 0, 1 and 2 are the terms of the sums, the next carries and the element's rows; ``reads`` names
-        the blocks among ``element, shared, gather, carry`` that they read.
+        the blocks among ``element, shared, gather, carry`` that the statements read.
     additions : targets of the rows that are added to outputs of the function that runs the loop, instead of left in the
         workspace; outputs are numbered among ``outputs``, of these.
     """
@@ -150,8 +151,8 @@ class ProgramCurve:
     Attributes
     ----------
     rows : (pieces + 1, degree + 2)
-        The start of a piece, then its coefficients in powers of the distance from there, lowest first; the last row is
-        the end.
+        The start of a piece, then the coefficients in powers of the distance from the start, lowest first; the last row
+        is the end.
     outside : ``error``, ``hold`` or ``periodic``; ``first`` and ``last`` are the held values.
     """
 
@@ -170,8 +171,8 @@ class SourceFile:
     ----------
     name : of the file in the folder of the C
     written : of the file that the user wrote
-    text : all of it
-    functions : which of its functions are called
+    text : contents of the file
+    functions : called functions of the file
     """
 
     name: str
@@ -193,10 +194,10 @@ class Program:
     factors : tuple of mappings
         group, name, q_start, q_size, v_start, v_size.
     base_zeros : tuple of int
-        Components of the base struct that are zero at all times: no function reads them.
+        Components of the base struct that are zero at all times, so that no function reads them.
     base_read, base_of_step : tuple of int, Part
         Components of the base struct that the equations of a step read, and the statements that give these alone, as
-        one output. No statements if tables or loops give them.
+        one output. No statements if tables or loops give these components.
     angles : tuple of str
         Numbers of q behind the factors: references of angles that are counted over turns.
     base_fields : tuple of (name, size, meaning)
@@ -204,7 +205,8 @@ class Program:
     loops : tuple of ProgramLoop
     curves : tuple of ProgramCurve
     series : tuple of ProgramFunction
-        Of a Taylor stepper: order 0, and coefficient k + 1; see ``codegen.series.recurrence`` for their blocks.
+        Of a Taylor stepper: order 0, and coefficient k + 1; see ``codegen.series.recurrence`` for the blocks of these
+        functions.
     constants : tuple of Quantity
         Numbers in the functions that have a name.
     method : mapping
@@ -212,7 +214,7 @@ class Program:
     warnings : tuple of str
         Warnings repeated by every run.
     left_out : tuple of str
-        Constraint rows that follow from others at the default parameters, and may not at others.
+        Constraint rows that follow from other rows at the default parameters, and may not at other parameters.
     row_units : tuple of str
         Of the constraint rows: m, 1 or m/s.
     frames : tuple of str
@@ -220,9 +222,9 @@ class Program:
     sources : tuple of SourceFile
         C files that the scene brings along.
     start : str
-        A note on the initial state, unless it is simply the joints' own.
+        A note on the initial state, unless it consists of the initial values of joints.
     patterns : mapping from str to str
-        Positions of the nonzeros of ``iteration``, by the names of its outputs; see ``system.sparsity``.
+        Positions of the nonzeros of ``iteration``, by the names of the outputs; see ``system.sparsity``.
     """
 
     prefix: str

@@ -21,7 +21,7 @@ from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
 
-#: Loops of fewer elements keep their rows.
+#: Loops of fewer elements keep the rows in the workspace.
 _FEW = 4
 #: Stretches of elements that add to equally spaced places, at most.
 _STRETCHES = 12
@@ -31,7 +31,7 @@ _ADD, _SUB, _MAP = Op.ADD, Op.SUB, Op.MAP
 
 @dataclass(frozen=True)
 class Summand:
-    """A result of a Map in a component of an output, with its sign."""
+    """A result of a Map in a component of an output, with a sign."""
 
     node: int
     output: int
@@ -41,7 +41,7 @@ class Summand:
 
 @dataclass(frozen=True)
 class Accumulated:
-    """Outputs without the additions of Maps, and the additions of each Map, by its number."""
+    """Outputs without the additions of Maps, and the additions of each Map, by the number of the Map."""
 
     outputs: list[list[Ref]]
     additions: dict[int, tuple[Addition, ...]]
@@ -82,7 +82,7 @@ def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
             made = _additions(tape, number, items)
             if made is not None:
                 additions[number] = made
-    # a sum of results of several Maps needs all of them
+    # A sum of results of several Maps needs all these Maps.
     kept = {
         (item.output, item.component) for number, items in sums.items() if number not in additions for item in items
     }
@@ -119,7 +119,7 @@ def _uses(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> 
 
 
 def _summands(tape: Tape, ref: Ref, uses: Mapping[int, int]) -> tuple[list[Ref], list[Ref]]:
-    """Return the results of Maps in a sum, and the other summands."""
+    """Return the results of Maps in a sum, and the remaining summands."""
     pending, of_maps, others = [ref], list[Ref](), list[Ref]()
     while pending:
         item = pending.pop()
@@ -135,7 +135,7 @@ def _summands(tape: Tape, ref: Ref, uses: Mapping[int, int]) -> tuple[list[Ref],
 
 
 def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Addition, ...] | None:
-    """Return the places to which elements add their rows; None if elements of many kinds add to different outputs."""
+    """Return the places to which elements add rows; None if elements of many kinds add to different outputs."""
     loop = cast("Map", tape.maps[number])
     width = len(loop.stacked)
     places = [[-1] * loop.count for _ in range(width)]
@@ -161,7 +161,7 @@ def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Ad
 
 
 def _tabled(places: NDArray[np.int64], kinds: NDArray[np.int64]) -> tuple[Addition, ...] | None:
-    """Return additions with tabulated places; columns, (width, count), that keep their distance share a table."""
+    """Return additions with tabulated places; columns, (width, count), with constant distance share a table."""
     if np.any(kinds != kinds[:, :1]):
         return None
     groups: dict[tuple[int, bytes], tuple[list[int], list[int], tuple[int, ...]]] = {}
@@ -186,7 +186,7 @@ def _pieces(table: NDArray[np.int64], fixed_from: int) -> list[tuple[int, int]]:
     """Cut rows into stretches (first, end) that move by the same steps, and rows alone; later columns do not move."""
     steps = np.diff(table, axis=0)
     moves = ~np.any(steps[:, fixed_from:], axis=1)
-    alike = np.zeros(len(table), dtype=bool)  # whether a row and the two after it are equally spaced
+    alike = np.zeros(len(table), dtype=bool)  # whether a row and the following two rows are equally spaced
     alike[:-2] = moves[1:] & moves[:-1] & np.all(steps[1:] == steps[:-1], axis=1)
     result: list[tuple[int, int]] = []
     first = 0

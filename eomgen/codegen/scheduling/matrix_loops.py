@@ -24,7 +24,7 @@ _ONE = WEIGHTS.index("one")
 class Assembly:
     """Statements over blocks ``weights``, ``numbers``, ``tangents`` and ``jacobian``; the entries are output 0.
 
-    Products with T go into the workspace, in loops, or behind the other numbers, which are output 1 then.
+    Products with T go into the workspace, in loops, or after the other numbers, which are then output 1.
     """
 
     statements: tuple[Statement, ...]
@@ -33,7 +33,8 @@ class Assembly:
 
 
 def with_assembly(solver: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``Program.method["solver"]`` with its assembly in place of the terms of each entry, if loops assemble."""
+    """Return ``Program.method["solver"]`` with the assembly in place of the terms of each entry, if loops assemble the
+    matrix."""
     if solver["kind"] not in _LOOPED:
         return dict(solver)
     without = {"moved", "entries", *(["places"] if solver["kind"] == "fronts" else [])}
@@ -47,7 +48,7 @@ def assembly(solver: Mapping[str, Any]) -> Assembly:
     ----------
     solver : ``Program.method["solver"]``
         ``moved`` rows of products, ``entries`` with ``linear`` and ``products`` terms:
-        ``integrators.newton.matrix.Terms``; or its assembly, made before
+        ``integrators.newton.matrix.Terms``; or an existing assembly
     """
     if isinstance(made := solver.get("assembly"), Assembly):
         return made
@@ -105,7 +106,7 @@ def _written_out(solver: Mapping[str, Any]) -> list[Statement]:
 
 
 class _Loops:
-    """Entries grouped by the operations that compute them: operands and targets."""
+    """Entries grouped by the operations of their computation: operands and targets."""
 
     def __init__(self) -> None:
         self.groups: dict[tuple[Any, ...], list[tuple[Sequence[tuple[str, int]], tuple[Any, int]]]] = {}
@@ -165,12 +166,12 @@ def _entry(tape: Tape, linear: Sequence[int], products: Sequence[int], read: lis
 def added_products(terms: Sequence[tuple[int, int, int]], gain: str = "") -> tuple[Statement, ...]:
     """Return loops that add matrix times vector to output 0; empty if tables are as short.
 
-    They read ``right``, the initial value, ``numbers``, the matrix entries, and ``vector``.
+    The loops read ``right``, the initial value, ``numbers``, the matrix entries, and ``vector``.
 
     Parameters
     ----------
-    terms : row, number and column of each nonzero, in the order in which they are added
-    gain : the block of a factor with which they are subtracted instead
+    terms : row, number and column of each nonzero, in the order of additions
+    gain : the block of a factor; with a factor, products are subtracted
     """
     rows, numbers, columns = (rule([term[k] for term in terms]) for k in range(3))
     read: list[Expression] = [("row", "right", *rows), ("row", "numbers", *numbers), ("row", "vector", *columns)]

@@ -25,15 +25,15 @@ class Plan:
     Attributes
     ----------
     live : all operations, in order; ``order`` : without operations computed together with an earlier one.
-    members : from an operation to the operations computed with it: cosine with sine, results of a loop.
-    part_of, last_part : the part that computes an operation, and the last one that reads it.
+    members : from an operation to the operations computed together with it: cosine with sine, results of a loop.
+    part_of, last_part : the part that computes an operation, and the last part that reads the result.
     uses : number of reads and stores of an operation.
     stores : places of stored operations: output number, component, sign.
-    loops : from the first operation of a loop to the loop; in ``order`` it stands for the whole of it.
-    read_outside : operations of loops that are read outside of their loop.
-    added : from the number of a Map to its results that its loop adds to outputs at the end.
-    maps : from the number of a Map to the loop that runs for it, for joined Maps too, and the position of its
-        first result among the loop's.
+    loops : from the first operation of a loop to the loop; in ``order`` this operation stands for the whole loop.
+    read_outside : operations of loops that are read outside of the loop.
+    added : from the number of a Map to the results that the loop adds to outputs at the end.
+    maps : from the number of a Map to the loop of the Map (several joined Maps may have one loop), and the position of
+        the Map's first result among the loop's results.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class Plan:
         return self.loops[node].period if node in self.loops else 1
 
     def group(self, node: int) -> list[int]:
-        """Return an operation and those computed together with it, in order."""
+        """Return an operation and the operations computed together with it, in order."""
         others = self.members.get(node)
         return [node] if others is None else sorted([node, *others])
 
@@ -128,7 +128,7 @@ class Plan:
         tape, uses, last_part, head = self.tape, self.uses, self.last_part, self.head
         for node in self.order:
             part = self.part_of[node]
-            if node in self.loops:  # an operand of a loop gets a separate statement, so it counts twice
+            if node in self.loops:  # operands of loops have separate statements, so they count twice
                 members, times = list(chain.from_iterable(self.loops[node].iterations)), 2
             else:
                 members, times = [node], 1

@@ -105,7 +105,7 @@ def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
         return ref < 0
 
     def key(node: int) -> tuple[object, ...]:
-        own = node if tape.op[node] is _CURVE else 0  # a curve is looked up by its number, which is no operand
+        own = node if tape.op[node] is _CURVE else 0  # the number of a curve is no operand
         return (tape.op[node], own, *map(kind, operands(tape, node)))
 
     return np.array([numbers.setdefault(key(node), len(numbers)) for node in nodes], dtype=np.uint64)
@@ -207,7 +207,7 @@ class Iteration:
     read, given : expressions of the iteration number (see ``program.Statement``, kind ``repeat``)
     exports : positions in the body of operations that are stored in the workspace
     first : workspace index of the first export of iteration 0; the n exports of iteration k start at ``first + n k``
-    unmatched : outputs that not all iterations store alike; they are copied from the workspace
+    unmatched : outputs not stored alike by all iterations, which are copied from the workspace
     """
 
     kernel: Tape
@@ -229,7 +229,7 @@ class Values(Protocol):
         """Return the expression of a value that all iterations share."""
 
     def slot(self, node: int) -> int:
-        """Return the workspace index of a value, which is stored there if it is not yet."""
+        """Return the workspace index of a value; the value is stored there at the first call."""
 
 
 Stores = Mapping[int, Sequence[tuple[int, int, int]]]
@@ -325,7 +325,7 @@ def loop_iteration(tape: Tape, loop: RerolledLoop, read_outside: set[int], store
 
 
 def _rows_of_outputs(iterations: Sequence[Sequence[int]], stores: Stores) -> tuple[list[Column], list[Unmatched]]:
-    """Return the outputs that all iterations store alike, and the others."""
+    """Return the outputs that all iterations store alike, and the remaining outputs."""
     columns: list[Column] = []
     unmatched: list[Unmatched] = []
     for j in range(len(iterations[0])):

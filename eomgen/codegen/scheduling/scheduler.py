@@ -38,14 +38,14 @@ _CONST, _INPUT = Op.CONST, Op.INPUT
 
 @dataclass(frozen=True)
 class RunLoop:
-    """A Map that a function runs, and the additions of its elements to outputs, numbered among these outputs."""
+    """A Map run by a function, and the additions of the elements to outputs, with numbers for these outputs."""
 
     loop: Map
     additions: tuple[Addition, ...] = ()
 
     @property
     def outputs(self) -> int:
-        """How many outputs it adds to."""
+        """Number of outputs to which the loop adds."""
         return len({item.output for item in self.additions})
 
 
@@ -81,10 +81,10 @@ class Writer:
         self.loops = loops
         self.curve_numbers = curve_numbers
         self.expressions: dict[int, Expression] = {}  # of nodes that have been written, or wait to be nested
-        self.waiting: dict[int, int] = {}  # node -> operations in its expression
+        self.waiting: dict[int, int] = {}  # node -> operations in the expression
         self.locals = 0
         self.slots = 0
-        self.kept: dict[int, int] = {}  # node -> slot that loops read it from, besides its local
+        self.kept: dict[int, int] = {}  # node -> slot read by loops, besides the local value
         self.labels = iter([*self.tape.blocks, (len(self.tape.op) + 1, "")])
         self.next_label = next(self.labels)
         self.label = ""
@@ -113,11 +113,12 @@ class Writer:
         return expression if ref > 0 else ("neg", expression)
 
     def _take(self, refs: Sequence[Ref]) -> tuple[list[Expression], int]:
-        """Return operand expressions, nesting waiting ones as far as the limit allows, and their operations."""
+        """Return operand expressions and their numbers of operations; waiting operands are nested as far as the limit
+        allows."""
         waiting = self.waiting
         nested = [abs(ref) for ref in refs if abs(ref) in waiting]
         if len(nested) > 1:
-            nested.sort(key=waiting.__getitem__)  # the shortest first: most of them fit
+            nested.sort(key=waiting.__getitem__)  # the shortest first, so that most fit
         total = 1
         for node in nested:
             if total + waiting[node] <= self.nest_limit:
@@ -133,7 +134,7 @@ class Writer:
         self.expressions[node] = self.locals
 
     def _local(self, node: int) -> int:
-        """Return the number of a new local value, which has the name of its operation."""
+        """Return the number of a new local value, named after the operation."""
         self.locals += 1
         if node in self.tape.names:
             self.open.names.append((self.locals, self.tape.names[node]))
@@ -153,7 +154,7 @@ class Writer:
             self._emit("repeat", *data)
 
     def _store(self, node: int) -> None:
-        """Store a value that is an output, by a loop if it is the same output many times."""
+        """Store an output value, by a loop if the value occurs many times in an output."""
         stores = self.plan.stores.get(node, ())
         if len(stores) >= REPEATED_FROM:
             stores = self._store_repeated(node, stores)
@@ -162,7 +163,7 @@ class Writer:
             self._emit("out", number, component, self._leaf(sign * node))
 
     def _store_repeated(self, node: int, stores: Sequence[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
-        """Store a value by one loop for each output and sign that has it many times; return the remaining places."""
+        """Store a value by one loop for each output and sign with many occurrences; return the remaining places."""
         groups: dict[tuple[int, int], list[int]] = {}
         for number, component, sign in stores:
             groups.setdefault((number, sign), []).append(component)
@@ -175,7 +176,7 @@ class Writer:
         return [(number, component, sign) for number, component, sign in stores if (number, sign) not in many]
 
 
-#: One value that is the same output so many times is stored by a loop.
+#: Least number of occurrences of a value in an output for which a loop stores the value.
 REPEATED_FROM = 64
 #: Gathered values of a Map are copied by a loop for each run of equally spaced places up to this many runs.
 FEW_RUNS = 12
@@ -184,11 +185,10 @@ COPIED_FROM = 8
 
 
 class LoopWriter(Writer):
-    """Writes the loops that ``rerolling`` found; it is the ``iterations.Values`` of each."""
+    """Writer of the loops of ``rerolling``; the ``iterations.Values`` of each loop."""
 
     def _circular(self) -> None:
-        """Compute sines and cosines of all angles that are inputs into the workspace if loops can count through
-        them."""
+        """Compute sines and cosines of all input angles into the workspace if loops can count through the angles."""
         tape = self.tape
         nodes = [node for node in self.plan.live if is_circular(tape, node)]
         angles = sorted({abs(tape.a[node]) for node in nodes}, key=self._symbol)
@@ -225,7 +225,7 @@ class LoopWriter(Writer):
         return self._leaf(ref)
 
     def slot(self, node: int) -> int:
-        """Return the workspace index of a value, which is stored there if it is not yet."""
+        """Return the workspace index of a value; the value is stored there at the first call."""
         expression = self.expressions[node]
         if isinstance(expression, tuple) and expression[0] == "w":
             return int(expression[1])
@@ -251,7 +251,7 @@ class LoopWriter(Writer):
         self._store_all(iteration.unmatched)
 
     def _store_all(self, stores: Iterable[Unmatched]) -> None:
-        """Store values of the workspace, by loops if they are many."""
+        """Store values of the workspace, by loops if there are many."""
         groups: dict[tuple[int, int], list[tuple[int, Ref]]] = {}
         for number, component, sign, node in stores:
             groups.setdefault((number, sign), []).append((component, sign * node))
@@ -262,8 +262,7 @@ class LoopWriter(Writer):
                     self._emit("out", number, component, self._leaf(ref))
 
     def _copy(self, number: int, items: Sequence[tuple[int, Ref]]) -> bool:
-        """Store many values that exist already in one loop; return False if they are few, or of different
-        kinds."""
+        """Store many existing values in one loop; return False for few values, or values of different kinds."""
         if len(items) < COPIED_FROM:
             return False
         data = copies([self._leaf(ref) for _, ref in items], number, [component for component, _ in items])
@@ -276,15 +275,16 @@ class LoopWriter(Writer):
 
 #: Operations per part at most; a function this long compiles in about a second.
 PART_LIMIT = 1500
-#: Operations in one statement at most; longer ones are harder to read, not faster.
+#: Largest number of operations in one statement; longer statements are harder to read, not faster.
 NEST_LIMIT = 6
-#: Structural zeros of an output are stored one by one up to here, by a loop beyond when they are the majority.
+#: Number of structural zeros of an output up to which zeros are stored one by one; more zeros are stored by a loop if
+#: they are the majority.
 FILL_FROM = 9
-#: Functions longer than this are searched for repeats, and written with loops if these leave less than this part of
-#: them.
+#: Functions with more operations are searched for repetitions, and written with loops if the loops reduce the number of
+#: operations below this part.
 REROLL_FROM = 1500
 REROLLED_PART = 0.6
-#: From this many angles on, their sines and cosines are taken in one loop.
+#: Least number of angles whose sines and cosines are computed in one loop.
 TOGETHER = 3
 _NAMES: list[str] = [""] * (max(Op) + 1)
 for _op in Op:
@@ -294,7 +294,7 @@ _MAP = Op.MAP
 
 @dataclass(frozen=True)
 class Schedule:
-    """Parts of a function, size of its workspace, and number of operations (a loop's kernel counts once)."""
+    """Parts of a function, size of the workspace, and number of operations (a loop's kernel counts once)."""
 
     parts: tuple[Part, ...]
     workspace: int
@@ -304,7 +304,7 @@ class Schedule:
 class _Scheduler(LoopWriter):
     """Writes a function operation by operation."""
 
-    #: Additions of the loops of Maps to outputs, by their numbers.
+    #: Additions of the loops of Maps to outputs, by number of the Map.
     additions: Mapping[int, tuple[Addition, ...]] = MappingProxyType({})
 
     def _node(self, node: int) -> None:
@@ -409,7 +409,7 @@ class _Scheduler(LoopWriter):
         return len(self.loops) - 1
 
     def _place(self, result: int) -> int:
-        """Return the place of a Map's result among the results of its loop."""
+        """Return the place of a Map's result among the results of the loop."""
         return self.plan.maps[self.tape.a[result]][1] + self.tape.b[result]
 
     def _gather(self, refs: Sequence[Ref], slot: int) -> None:
@@ -441,7 +441,7 @@ class _Scheduler(LoopWriter):
                     self._emit("gather", to, to_step, block, start, step, length)
 
     def _copy_to_workspace(self, block: str, places: Sequence[tuple[int, int]], *, is_minus: bool) -> None:
-        """Copy values of a block to other places of the workspace, (to, from), by loops if they are many."""
+        """Copy values of a block to other places of the workspace, (to, from), by loops if there are many."""
         if len(places) < COPIED_FROM:
             for to, start in places:
                 source: Expression = ("w", start) if block == "w" else ("in", block, start)
@@ -565,10 +565,10 @@ def schedule(
 
     Parameters
     ----------
-    outputs : for each output array, its references row by row.
-    input_order : the order in which parts name the input blocks they read.
+    outputs : for each output array, the references row by row.
+    input_order : the order of the input blocks read by parts.
     loops : the loops of the Program, completed here.
-    curve_numbers : from the id of a curve to its number in the Program; completed here.
+    curve_numbers : from the id of a curve to the curve's number in the Program; completed here.
     fill : whether many structural zeros may become a loop.
     reroll : whether repeats may become loops.
     """
@@ -582,7 +582,7 @@ def schedule(
 
 
 def _worthwhile(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
-    """Return the loops of a long function, or none if they would shorten it too little."""
+    """Return the loops of a long function, or none if loops would reduce the length too little."""
     written = sum(tape.op[node] is not _MAP for node in live)
     if written <= REROLL_FROM:
         return []

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from eomgen.base.data import dataclass
 from eomgen.codegen.program import Expression, Statement
 
-#: Least number of periods of a stretch, and of rows that it saves.
+#: Least number of periods of a stretch, and least number of rows saved by the stretch.
 _COUNT, _SAVED = 4, 12
 #: Lengths of the hashed windows, and candidate periods of each.
 _WINDOWS, _DISTANCES = (1, 5, 24), 8
@@ -29,7 +29,7 @@ _WINDOWS, _DISTANCES = (1, 5, 24), 8
 
 @dataclass(frozen=True)
 class Stretch:
-    """Rows ``start .. stop - 1``: row ``start + period k + j`` is row ``start + j`` plus k times the step of its
+    """Rows ``start .. stop - 1``: row ``start + period k + j`` is row ``start + j`` plus k times the step of each
     column."""
 
     start: int
@@ -64,7 +64,7 @@ def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[
 
 
 def ranges(places: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Cut places in ranges of equally spaced ones: (end, start, step) if place k < end is start + step k."""
+    """Cut places into ranges of equally spaced places: (end, start, step) if place k < end is start + step k."""
     result: list[tuple[int, int, int]] = []
     for k, place in enumerate(places):
         if result and result[-1][1] + result[-1][2] * k == place:
@@ -76,7 +76,7 @@ def ranges(places: Sequence[int]) -> list[tuple[int, int, int]]:
 
 
 def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> Iterator[Stretch]:
-    """Yield the longest repeat, then repeats on both sides of it."""
+    """Yield the longest repetition, then repetitions before and after the longest."""
     if len(table) < 2:
         return
     codes = np.unique(np.diff(table, axis=0), axis=0, return_inverse=True)[1].reshape(-1)
@@ -111,7 +111,7 @@ def _longest(
 
 
 def _periods(codes: NDArray[np.intp]) -> list[int]:
-    """Return distances at which windows are equal, the most frequent ones of each length of windows."""
+    """Return distances between equal windows, the most frequent distances for each length of windows."""
     result: set[int] = set()
     for window in _WINDOWS:
         size = len(codes) - window + 1
@@ -127,7 +127,7 @@ def _periods(codes: NDArray[np.intp]) -> list[int]:
     return sorted(result)
 
 
-#: Loops of fewer iterations keep their tables.
+#: Loops of fewer iterations keep tables.
 _LONG = 12
 #: A loop of no more statements is cut.
 _FEW = 8
@@ -197,7 +197,7 @@ def _ordered(expression: Expression, order: Sequence[int]) -> Expression:
 
 
 def _plain(expression: Expression) -> tuple[Any, ...]:
-    """Return an expression without its minus; of a local value, an empty table."""
+    """Return an expression without a minus; for a local value, an empty table."""
     if not isinstance(expression, tuple):
         return ("local",)
     return cast("tuple[Any, ...]", expression[1]) if expression[0] == "neg" and _is_tuple(expression[1]) else expression
@@ -218,7 +218,7 @@ def _is_table(expression: Expression) -> bool:
 
 def _column(expression: Expression, count: int) -> list[int]:
     """Return the places that an expression reads; for a column of constants distinct squares, equal for equal
-    constants, so that no stretch is found in it."""
+    constants, so that the column has no stretch."""
     plain = _plain(expression)
     if plain[0] == "numbers":
         known: dict[str, int] = {}
@@ -232,7 +232,7 @@ def _signed(like: Expression, plain: Expression) -> Expression:
 
 
 def _within(expression: Expression, stretch: Stretch) -> Expression:
-    """Return an expression of the counters of a stretch: k over its periods, j within one."""
+    """Return an expression of the counters of a stretch: k over periods, j within a period."""
     if not _varies(expression):
         return expression
     plain = _plain(expression)
@@ -256,7 +256,7 @@ def _within(expression: Expression, stretch: Stretch) -> Expression:
 
 
 def _choice(expression: Expression) -> Expression:
-    """Return a table as a choice between ranges of the counter, or as it is if they are many."""
+    """Return a table as a choice between ranges of the counter, unchanged if there are many ranges."""
     if not _is_table(expression):
         return expression
     plain = _plain(expression)

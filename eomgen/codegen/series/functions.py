@@ -20,7 +20,7 @@ from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Discontinuity, System
 
-#: Operations with kinks or jumps. A selection switches with its condition, which is among these.
+#: Operations with kinks or jumps. A selection switches with the condition, which is among these.
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE})
 #: Origin of breakpoints that no formula of the scene has.
 _OF_BEAMS = (
@@ -32,7 +32,7 @@ _CONSTANT = frozenset({"p", "u", "followed"})
 
 
 def has_nodes(system: System) -> bool:
-    """Return whether a system has geometrically exact beams: their nodes alone have names with a dot."""
+    """Return whether a system has geometrically exact beams: only names of beam nodes have a dot."""
     return any("." in body for body in system.bodies)
 
 
@@ -114,10 +114,10 @@ def _breakpoints(tape: Tape, node: int, lines: list[tuple[float, float]]) -> Ite
         yield Discontinuity((float(time) - b) / a, period, 0, (abs(float(time)) + abs(b)) / abs(a))
 
 
-#: Input blocks of both functions, in the order of their arguments.
+#: Input blocks of both functions, in the order of arguments.
 START_BLOCKS = ("p", "t", "q", "v", "z", "u", "followed")
 NEXT_BLOCKS = (*NEXT.values(), SUMS, LEFT, RIGHT, KEPT, PREVIOUS, ORDER)
-#: Numbers in the widest vector; rows of products are filled up to whole ones.
+#: Numbers in the widest vector; rows of products are padded to a multiple of this number.
 LANES = 8
 
 
@@ -171,7 +171,7 @@ def series_functions(
 
 
 def extent_function(system: System, curve_numbers: dict[int, int]) -> list[ProgramFunction]:
-    """Return the function of the size of the machine and of gravity, if a system has it."""
+    """Return the function of the size of the machine and of gravity, if present."""
     if not system.extent:
         return []
     sizes = [("extent", system.extent, "size of the machine, m, and of gravity, m/s^2")]

@@ -20,7 +20,7 @@ from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import System
 
-#: Input blocks that are the same in all evaluations at one time, and the block of their results.
+#: Input blocks that are constant in all evaluations at one time, and the block of the results from these blocks.
 OF_TIME, HELD = ("p", "t", "u", "followed"), "held"
 BLOCKS = ("p", "t", "q", "v", "z", "u", "followed", HELD)
 #: The least part of all operations that is worth a separate function.
@@ -28,10 +28,10 @@ WORTHWHILE = 0.1
 
 
 def rate_functions(system: System, curve_numbers: dict[int, int]) -> tuple[tuple[ProgramFunction, ...], dict[str, Any]]:
-    """Return ``series_rates``, ``series_of_time`` if it is worth a function, ``extent``, and the driver's data.
+    """Return ``series_rates``, ``series_of_time`` if worth a function, ``extent``, and the driver's data.
 
-    ``series_rates`` gives the rate of each block of the state and half its second rate; ``held``: how many numbers it
-    takes from ``series_of_time``.
+    ``series_rates`` gives the rate and half the second rate of each block of the state; ``held``: the number of values
+    from ``series_of_time``.
 
     Raises ModelError if accelerations have no rates.
     """
@@ -62,7 +62,7 @@ def rate_functions(system: System, curve_numbers: dict[int, int]) -> tuple[tuple
 
 
 def _recorded(recurrence: Recurrence) -> tuple[Tape, list[tuple[str, int, str]], list[Ref]]:
-    """Return a tape with the rates and half the second rates, their arrays (name, size, meaning), and references."""
+    """Return a tape with the rates and half the second rates, the arrays (name, size, meaning), and references."""
     series, rates = recurrence.series, sorted(recurrence.rates.items())
     source, tape = series.tape, Tape()
     values = {
@@ -102,7 +102,7 @@ def _is_early(tape: Tape, node: int, early: set[int]) -> bool:
 
 
 def _frontier(tape: Tape, outputs: Iterable[Ref], early: set[int]) -> list[int]:
-    """Return the operations of time that others read, or that are outputs themselves, in order."""
+    """Return the operations of time that are outputs or that other operations read, in order."""
     read = {abs(ref) for ref in outputs}
     for node in tape.live(outputs):
         if node not in early:

@@ -17,12 +17,12 @@ from eomgen.symbolic.series import LEFT, RIGHT, Series, Term, record_series
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import System
 
-#: Coefficient k of the caller's blocks, by their blocks at order 0.
+#: Blocks of coefficient k, by the blocks of order 0.
 NEXT = {"t": "t_k", "q": "q_k", "v": "v_k", "z": "z_k"}
 
 
 def inverse_serves(system: System) -> bool:
-    """Return whether inverse dynamics and M exist, and the elimination of M keeps its digits."""
+    """Return whether inverse dynamics and M exist, and the elimination of M is accurate."""
     loses_digits = system.facts.ill_scaled and "forward_dynamics" in system.functions
     return {"mass", "residual"} <= set(system.functions) and not loses_digits
 
@@ -34,7 +34,7 @@ class Recurrence:
     ----------
     series : Series
     rates : mapping from q, v, z to Terms
-        Their time derivatives: coefficient k is (k + 1) times coefficient k + 1 of the quantity itself.
+        Time derivatives of q, v, z: coefficient k is (k + 1) times coefficient k + 1 of the quantity.
     by_inverse : bool
         Whether accelerations come from inverse dynamics.
     """
@@ -107,7 +107,7 @@ class Recurrence:
 
 
 class _ByInverse:
-    """Accelerations from a residual that is affine in them.
+    """Accelerations from a residual that is affine in the accelerations.
 
     First everything with a_k = 0, then the contribution of a_k.
     """
@@ -163,14 +163,14 @@ class _ByInverse:
         return Term(tape.mul(carried.value, steady.value), tape.add(series.inner(number), rest))
 
     def _split(self, node: int, first: Term, second: Term) -> tuple[Term, Term]:
-        """Return the operand with accelerations, and the other one."""
+        """Return the operand with accelerations, and the other operand."""
         left, right = (abs(ref) in self.moved for ref in self.source.operands(node))
         if self.source.op[node] not in (Op.MUL, Op.DIV) or left == right or (right and self.source.op[node] is Op.DIV):
             raise ValueError("the residual is not affine in the accelerations")
         return (first, second) if left else (second, first)
 
     def solved(self, mass: Sequence[Ref], parents: Sequence[int]) -> list[Term]:
-        """Return the accelerations, and complete the products that they are in."""
+        """Return the accelerations, and complete the products with accelerations."""
         series = self.series
         solve = _TreeSolver(series, mass, parents)
         right = [series.negative(self._term(ref)) for ref in self.residual]
@@ -245,7 +245,7 @@ class _TreeSolver:
                     A[i][j] = A[j][i] = tape.sub(A[i][j], tape.mul(factor, A[k][j]))
 
     def __call__(self, right: Sequence[Ref], *, kept: bool) -> list[Ref]:
-        """Return M^-1 right; ``kept`` says whether it is one of order k, which reads the kept factors."""
+        """Return M^-1 right; ``kept`` is true for systems of order k, which read the kept factors."""
         tape, read = self.series.tape, self.series.keep if kept else (lambda ref: ref)
         x = list(right)
         for k in reversed(range(len(x))):

@@ -10,7 +10,7 @@ from eomgen.codegen.targets.c.target import C
 from eomgen.codegen.targets.target import Target
 from eomgen.errors import Problem, UsageError
 
-#: The group of entry points under which a distribution gives its targets: objects of the class ``Target``.
+#: The group of entry points for targets of other distributions: objects of the class ``Target``.
 GROUP = "eomgen.targets"
 BUILT_IN: tuple[Target, ...] = (C,)
 

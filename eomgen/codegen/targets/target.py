@@ -17,7 +17,7 @@ class Names:
     model : callable
         ``model(name)``: the prefix of all names of the model.
     function : callable
-        ``function(name, what)``: a name from a front end; ``what`` describes its owner, for messages.
+        ``function(name, what)``: a name from a front end; ``what`` describes the owner of the name, for messages.
     member : callable
         ``member(name, prefix)``: an identifier for any text, different for different texts.
     output : callable
@@ -37,12 +37,12 @@ class Target:
     Attributes
     ----------
     name : str
-        As ``generate(..., target=name)`` and ``--target`` take it.
+        Value of ``generate(..., target=name)`` and ``--target``.
     language : str
         For messages and help.
     names : Names
     files : callable
-        ``files(program)``: texts by file name, with the one of ``folder.manifest`` among them.
+        ``files(program)``: texts by file name, including the file of ``folder.manifest``.
     steppers : bool
         Whether a Program with a method can be written. Steppers exist in C; other languages may offer the functions
         alone.

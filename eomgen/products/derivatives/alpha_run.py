@@ -103,12 +103,12 @@ class AlphaPart(LinearPart):
 
 
 class AlphaRun(LinearRun[AlphaPart]):
-    """A run of generalized-alpha with its linear steps.
+    """A run of generalized-alpha with linearised steps.
 
     Attributes
     ----------
     along : changes of the start along the directions, on the constraints
-    stages : the states with accelerations evaluated at the start, with their changes
+    stages : the states with accelerations evaluated at the start, with the changes of these states
     inverse_inertia : W = 1/M_ii of the start, by which multipliers move positions; empty if there is none
     """
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _HALVINGS, _ASIDE = 60, 1e-9
 #: Parts of forces, and of the largest one, above which two sides of a branch are not the same.
 _JUMP, _ROUNDING = 1e-6, 1e-12
-#: Jumps that are looked at, the earliest ones.
+#: Largest number of examined jumps, the earliest ones in time.
 _MOST = 64
 #: Increment of differences of arguments, and parts of a step by which a moment has to move to count.
 _APART, _MOVED = 1e-6, 1e-5
@@ -44,12 +44,12 @@ class CrossedJump(UsageError):
 
 @dataclass(frozen=True)
 class Crossing:
-    """A branch whose sides are taken one after the other.
+    """A branch whose sides are passed in time order.
 
     Attributes
     ----------
-    row : of the run, the one before
-    branch : its number
+    row : of the run, before the crossing
+    branch : number of the branch
     before, after : input blocks of both rows, (size,) each
     change : of the argument between both
     """
@@ -95,7 +95,7 @@ def _decided_by_motion(formula: Formula) -> bool:
 
 
 def _crossings(run: LinearRun[Any], branches: Branches) -> list[Crossing]:
-    """Return the rows at which sides of branches change to the next, or rest on one; the earliest ones."""
+    """Return the earliest rows after which the side of a branch changes, or at which the state rests on a branch."""
     result: list[Crossing] = []
     moving = [{one.block for one in branch.symbols} - {"t", "p"} for branch in branches.branches]
     for part in run.motion.forwards():
@@ -106,7 +106,7 @@ def _crossings(run: LinearRun[Any], branches: Branches) -> list[Crossing]:
         changed = sides[1:] != sides[:-1]
         changed |= (arguments[1:] == 0.0) & (arguments[:-1] == 0.0)
         if part.first == 0:
-            changed[0] &= (arguments[0] != 0.0) | (arguments[1] == 0.0)  # a start on a branch, which it leaves
+            changed[0] &= (arguments[0] != 0.0) | (arguments[1] == 0.0)  # a start on a branch that the state leaves
         for k, branch in np.argwhere(changed).tolist():
             if moving[branch]:
                 change = float(arguments[k + 1, branch] - arguments[k, branch])
@@ -209,7 +209,7 @@ def _between(one: Crossing, share: float) -> dict[str, Array]:
 
 
 def _aside(values: Mapping[str, Array], sign: float) -> dict[str, Array]:
-    """Return input blocks a little beside a state, one way or the other."""
+    """Return input blocks at a small distance from a state, in either direction."""
     draws = np.random.default_rng(0)
     moved = {
         name: array + sign * _ASIDE * (1.0 + np.abs(array)) * draws.standard_normal(array.shape)

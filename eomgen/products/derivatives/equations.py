@@ -15,7 +15,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.simulation.stepping.states import Prescribed, States
 from eomgen.system.system import second_blocks
 
-#: Terms of which partials are made, as far as a scene has them.
+#: Terms for the partials, if present in a scene.
 _TERMS = (
     *("mass", "residual", "partials", "internal_rate", "internal_partials", "constraint_jacobian"),
     *(
@@ -59,11 +59,11 @@ class Equations:
     chosen : columns of the parameters that derivatives are taken by
     outputs : rows of the outputs that derivatives are taken of
     holonomic : rows of constraints on positions
-    driven : directions of inputs, which are further parameters behind the chosen ones: their change of inputs
-        differs from row to row, the block ``du`` of values, (n, nu, driven)
+    driven : directions of inputs, which are further parameters behind the chosen ones: the change of inputs along these
+        directions differs from row to row: block ``du`` of the values, (n, nu, driven)
     """
 
-    #: Of its partials.
+    #: Number type of the partials.
     dtype: Any = np.float64
 
     def __init__(
@@ -98,12 +98,12 @@ class Equations:
 
     @cached_property
     def _by_inputs(self) -> CompiledModel:
-        """Partials in inputs, compiled if they are asked for."""
+        """Partials in inputs, compiled at first use."""
         return self.model.having(("linearization",))
 
     @cached_property
     def _second(self) -> CompiledModel:
-        """Second derivatives, compiled if they are asked for."""
+        """Second derivatives, compiled at first use."""
         return self.model.having(("second_partials",))
 
     def values(self, states: States, given: Prescribed, du: Array | None = None) -> dict[str, Array]:
@@ -152,7 +152,7 @@ class Equations:
         return np.concatenate([r, -self.of("internal_rate", values)["zdot"]], axis=1) if self.nz else r
 
     def partials(self, values: Mapping[str, Array], *, parameters: bool = True) -> Partials:
-        """Return the partials of e; partials in the parameters are 0 if they are not asked for."""
+        """Return the partials of e; partials in the parameters are 0 unless ``parameters``."""
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
         of_residual = self.of("partials", values)
         by_parameters = self.of("parameter_partials", values) if self.chosen and parameters else {}
@@ -265,8 +265,8 @@ class Equations:
         return self._functions("second_partials")
 
     def along_directions(self, dp: Array, values: Mapping[str, Array]) -> Array:
-        """Return changes after z along directions (parameters, n), as ``second_partials`` takes them, (1, size, n),
-        or (rows, size, n) if inputs move."""
+        """Return changes after z along directions (parameters, n), the argument of ``second_partials``, (1, size, n),
+        or (rows, size, n) if inputs change."""
         first = self._along["lam"].start
         result = np.zeros((len(values["t"]) if self.driven else 1, self._along["u"].stop - first, dp.shape[1]))
         of_parameters, driven = np.split(dp, [len(self.chosen)])
@@ -338,7 +338,7 @@ class Equations:
         return self.of("outputs", values)["y"][:, self.outputs]
 
     def _with_inputs(self, by_parameters: Array, values: Mapping[str, Array], *, of_outputs: bool = False) -> Array:
-        """Return partials with those along the directions of inputs behind them."""
+        """Return partials, followed by the partials along the directions of inputs."""
         if not self.driven:
             return by_parameters
         return np.concatenate([by_parameters, self.input_partials(values)[int(of_outputs)] @ values["du"]], axis=2)

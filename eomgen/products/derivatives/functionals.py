@@ -34,7 +34,7 @@ class Weights:
     table: Array | None = None
 
     def of_rows(self, first: int, count: int, steps: int, step: float) -> Array:
-        """Return the weights of rows, (count, outputs), of a run of so many steps of a size, s."""
+        """Return the weights of rows, (count, outputs), of a run of ``steps`` steps of equal size, s."""
         if self.table is not None:
             return self.table[first : first + count]
         number = np.arange(first, first + count)
@@ -54,7 +54,7 @@ def read_functional(given: object, components: Mapping[str, Sequence[int]], size
 
     Parameters
     ----------
-    components : places of each output's components among the chosen ones
+    components : indices of each output's components among the chosen components
     size : number of these
     rows : of the run
 
@@ -94,7 +94,7 @@ def _from_text(text: str, components: Mapping[str, Sequence[int]], size: int) ->
 
 
 def _places(name: str, components: Mapping[str, Sequence[int]]) -> list[int]:
-    """Return the places of an output, or of one of its components, ``tip[1]``."""
+    """Return the indices of an output, or of a component, ``tip[1]``."""
     match = re.fullmatch(r"(.+)\[(\d+)\]", name)
     if match is not None and match[1] in components and int(match[2]) < len(components[match[1]]):
         return [components[match[1]][int(match[2])]]
@@ -103,6 +103,6 @@ def _places(name: str, components: Mapping[str, Sequence[int]]) -> list[int]:
 
 
 def component(tables: Mapping[str, Array], label: str) -> Array:
-    """Return the table of an output, or of one of its components, ``tip[0]``: (rows, ...) of (rows, size, ...)."""
+    """Return the table of an output, or of a component, ``tip[0]``: (rows, ...) of (rows, size, ...)."""
     name, bracket, rest = label.partition("[")
     return tables[name][:, int(rest.rstrip("]"))] if bracket else tables[name]

@@ -53,7 +53,7 @@ class GalerkinSteps:
     at_start : (n,)
     at_nodes : (nodes n,), node by node
     step : s
-    apart : whether all nodes of the first pass are evaluated, also if they are equal
+    apart : whether all nodes of the first pass are evaluated, even if equal
     """
 
     def __init__(
@@ -122,7 +122,7 @@ class GalerkinSteps:
         self._places.append((theta[-1:], None))
 
     def _equations(self, count: int, q: Array, v: Array, z: Array, a: Array) -> Array:
-        """Return e at so many nodes of all steps, (count, n, rows), and note the states."""
+        """Return e at ``count`` nodes of all steps, (count, n, rows), and record the states."""
         shape, rows = (count, self.steps), count * self.steps
 
         def flat(x: Array) -> Array:
@@ -180,8 +180,8 @@ class GalerkinSteps:
         return result.P.reshape(self.sweeps.points, self.steps, self.nv + self.nz, -1)
 
     def tangents(self, dp: Array, state: Array) -> Array:
-        """Take tangents through the steps: ``state`` (size, directions) of (q, v, a, z) becomes the tangent of their
-        end, with a of the next step.
+        """Take tangents through the steps: ``state`` (size, directions) of (q, v, a, z) becomes the tangent at the end
+        of the steps, with a of the next step.
 
         Parameters
         ----------
@@ -195,7 +195,8 @@ class GalerkinSteps:
         return self.sweeps.tangents(dp, self.equations.along_directions(dp, self.values), state, self._curvature)
 
     def adjoints(self, direct: Array, state: Array) -> tuple[Array, Array]:
-        """Take adjoints back through the steps: ``state`` (size, functionals) becomes the adjoint of their start.
+        """Take adjoints back through the steps: ``state`` (size, functionals) becomes the adjoint at the start of the
+        steps.
 
         Parameters
         ----------
@@ -227,7 +228,7 @@ class GalerkinSteps:
     # -- rotations -----------------------------------------------------------------------------------------------------
 
     def _hand_over_rotations(self) -> None:
-        """Hand over A, T, T^-1 and its partials at the nodes of later passes and at the end, and of T_0."""
+        """Hand over A, T, T^-1 and the partials of T^-1 at the nodes of later passes and at the end, and of T_0."""
         theta = np.concatenate([theta for theta, _ in self._places])
         v = np.concatenate([np.zeros((0, self.steps, self.nv)), *(v for _, v in self._places if v is not None)])
         nodes = theta[: len(v)]
@@ -241,7 +242,7 @@ class GalerkinSteps:
         )
 
     def _blocks(self, of_group: object, x: Array) -> Array:
-        """Return matrices of the rotating factors at x (..., nv), one behind the other, (..., numbers)."""
+        """Return matrices of the rotating factors at x (..., nv), concatenated, (..., numbers)."""
         result = [np.zeros((*x.shape[:-1], 0), self.equations.dtype)]
         for factor in self.turning:
             matrix = of_group(_group(factor), x[..., factor.v])  # type: ignore[operator]
@@ -249,7 +250,7 @@ class GalerkinSteps:
         return np.concatenate(result, axis=-1)
 
     def _along(self, theta: Array, x: Array, *, inverse: bool) -> Array:
-        """Return partials in theta of T, or of its inverse, times x of the rotating factors, as ``_blocks``."""
+        """Return partials in theta of T, or of T^-1, times x of the rotating factors, in the form of ``_blocks``."""
         result = [np.zeros((*x.shape[:-1], 0), self.equations.dtype)]
         for factor in self.turning:
             size = factor.v_size
@@ -280,7 +281,7 @@ class GalerkinPart(LinearPart):
 
     Attributes
     ----------
-    steps : between its rows
+    steps : between the rows of the part
     accelerations : (rows, nv, size + parameters), of the rows, which a of the steps does not enter; None if
         no output depends on them
     """
@@ -290,7 +291,7 @@ class GalerkinPart(LinearPart):
 
 
 class GalerkinRun(LinearRun[GalerkinPart]):
-    """A run of a time-discontinuous Galerkin method with its linear steps."""
+    """A run of a time-discontinuous Galerkin method with linearised steps."""
 
     def __init__(self, motion: Motion, method: LinearPasses, start: Start, by: By, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)

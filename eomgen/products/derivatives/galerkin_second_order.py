@@ -33,7 +33,7 @@ _TINY = 1e-100
 
 @dataclass(frozen=True)
 class _Tangents:
-    """A part of a run with its changes along directions.
+    """A part of a run with tangents along directions.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class _Tangents:
 
 @dataclass
 class _Adjoint:
-    """Adjoints of functionals on their way back, complex: state (size, functionals), parameters (parameters,
+    """Complex adjoints of functionals during the backward sweep: state (size, functionals), parameters (parameters,
     functionals), and of the row at the start of the part (size, functionals)."""
 
     state: Array
@@ -100,7 +100,7 @@ class _MovedRun(GalerkinRun):
         return Directions(dq, along.dv, dz, along.dp)
 
     def back(self, tangents: _Tangents, column: int, weights: Sequence[Weights], adjoint: _Adjoint) -> None:
-        """Take adjoints of functionals back through a part, moved along its tangents of a column."""
+        """Propagate adjoints of functionals backwards through a part, perturbed along the tangents of a column."""
         rows, memory = (self._increment(of[..., column]) for of in (tangents.rows, tangents.memory))
         self._tangents, stepped = rows, tangents.stepped
         part = self.of_part(Part(stepped.first, stepped.rows, stepped.memory + memory))
@@ -116,7 +116,7 @@ class _MovedRun(GalerkinRun):
 
     def states(self, part: Part) -> tuple[States, Prescribed]:
         real, _ = super().states(part)
-        assert self._tangents is not None  # for mypy: whoever takes states has set them
+        assert self._tangents is not None  # for mypy: set by the forward sweep
         moved = _moved(self.equations.model.factors, real, self._tangents)
         return moved, self.prescribed(moved.t)
 
@@ -188,19 +188,19 @@ def hessians(run: GalerkinRun, weights: Sequence[Weights]) -> tuple[Array, Array
     """Return gradients of functionals, (functionals, directions), and second derivatives, (functionals, directions,
     directions).
 
-    They are symmetric but for rounding, which is taken out: half the sum with the transpose.
+    Rounding of the second derivatives is symmetrised: the result is half the sum with the transpose.
     """
     first, second = hessian_products(run, weights, np.eye(run.size))
     return first, 0.5 * (second + np.swapaxes(second, 1, 2))
 
 
 def _parts(run: GalerkinRun, directions: Array) -> Iterator[_Tangents]:
-    """Yield the parts from the last to the first with their changes along directions."""
+    """Yield the parts from the last to the first with tangents along directions."""
     dp, nv = run.along.dp @ directions, run.equations.nv
     begins = [run.state @ directions]
     if run.motion.parts > 1:
         for number, part in enumerate(map(run.of_part, run.motion.forwards())):
-            if number == run.motion.parts - 1:  # its tangents are taken on the way back
+            if number == run.motion.parts - 1:  # tangents of the last part are taken in the backward sweep
                 continue
             begins.append(part.steps.tangents(dp, begins[-1].copy())[-1])
     for stepped in run.motion.backwards():

@@ -110,7 +110,7 @@ class GalerkinSweeps:
         self.rows, self.width, nodes = self._nv + self._nz, 3 * self._nv + self._nz, len(method.nodes)
         turning = [factor for factor in factors if factor.group != "R"]
         later = method.passes - 1
-        #: Of pairs, and the first one of each pass; points.
+        #: Number of pairs, first pair of each pass, and number of points.
         self.of_pass = (3 if method.refined else 1) * nodes
         self.pairs = nodes + later * self.of_pass
         self.points = first + later * (2 if method.refined else 1) * nodes
@@ -159,8 +159,8 @@ class GalerkinSweeps:
             raise NumericalError(Problem("sensitivities", fault, "a smaller step"))
 
     def refine(self, number: int, missing: Array, accelerations: Array, before: Array) -> None:
-        """Correct accelerations of nodes (nodes, steps, nv) by the factors of the steps; ``missing``, residuals there,
-        become the forces of inertia of their corrections.
+        """Correct accelerations of nodes (nodes, steps, nv) by the factors of the steps; ``missing``, the residuals at
+        the nodes, become the forces of inertia of the corrections.
 
         Parameters
         ----------
@@ -182,7 +182,7 @@ class GalerkinSweeps:
             self._point(name, array)
 
     def tangents(self, dp: Array, rest: Array, state: Array, curvature: Curvature) -> Array:
-        """Take tangents through the steps: ``state`` (size, directions) becomes the tangent of their end.
+        """Take tangents through the steps: ``state`` (size, directions) becomes the tangent at the end of the steps.
 
         Parameters
         ----------
@@ -205,7 +205,8 @@ class GalerkinSweeps:
         return ends
 
     def adjoints(self, direct: Array, state: Array, curvature: Curvature) -> tuple[Array, Array]:
-        """Take adjoints back through the steps: ``state`` (size, functionals) becomes the adjoint of their start.
+        """Take adjoints back through the steps: ``state`` (size, functionals) becomes the adjoint at the start of the
+        steps.
 
         Parameters
         ----------
@@ -279,8 +280,8 @@ class GalerkinSweeps:
 
 
 def steps_with_memory(stepper: Stepper, steps: int, table: Array | None, kept: str, record: Array) -> tuple[int, Array]:
-    """Take steps one by one, fill their rows, and return the last status and the state at the start of each,
-    (steps, size)."""
+    """Take steps one by one, fill the rows, and return the last status and the state at the start of each step, (steps,
+    size)."""
     ffi, lib = routine(_FILES, _CDEF)
     begun = stepper.state[stepper.places[kept]]
     memory = np.empty((steps, len(begun)))

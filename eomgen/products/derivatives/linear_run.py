@@ -43,7 +43,7 @@ class LinearPart:
 
     Attributes
     ----------
-    first : number of its first row in the run
+    first : number of the first row of the part in the run
     states : (rows, ...) each
     blocks : input blocks at all rows
     """
@@ -64,10 +64,10 @@ class Start:
 
     Attributes
     ----------
-    asked : the state before it was moved onto the constraints
-    at_rest : whether it is static equilibrium
+    asked : the requested state, before a correction onto the constraints
+    at_rest : whether the initial state is static equilibrium
     slopes : changes of q (left-trivialised) and v by the parameters, (nv, parameters) each, of the requested state; at
-        rest of v alone; None if parameters do not move it
+        rest of v alone; None if parameters do not change the requested state
     """
 
     asked: InitialState
@@ -90,17 +90,17 @@ PartType = TypeVar("PartType", bound=LinearPart)
 
 
 class LinearRun(ABC, Generic[PartType]):
-    """A run with its linear steps.
+    """A run with linearised steps.
 
     Attributes
     ----------
     columns : variables among p, q, v and z, in this order
-    samples : variables behind these: inputs (column, row), row -1: their values at all rows together
+    samples : variables after these: inputs (column, row), row -1: a common change of the values at all rows
     asked : the directions, with the change of the requested state by parameters
     follows : whether there is such a change
-    rest : static equilibrium, if directions move it
-    along : their change of the start
-    state, record : changes of the start of steps along them, and of the first row: dq, dv, dvdot, dz, dlam
+    rest : static equilibrium, if the directions change it
+    along : changes of the start along the directions
+    state, record : changes along the directions, of the start of steps and of the first row: dq, dv, dvdot, dz, dlam
     """
 
     along: Directions
@@ -128,7 +128,8 @@ class LinearRun(ABC, Generic[PartType]):
 
     @abstractmethod
     def tangents(self, part: PartType, dp: Array, state: Array) -> Array:
-        """Take tangents through the steps of a part: ``state`` (size, directions) becomes the tangent of their end.
+        """Take tangents through the steps of a part: ``state`` (size, directions) becomes the tangent at the end of the
+        steps.
 
         Parameters
         ----------
@@ -141,8 +142,8 @@ class LinearRun(ABC, Generic[PartType]):
 
     @abstractmethod
     def take_back(self, part: PartType, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array] | None:
-        """Take adjoints back through the steps of a part: ``state`` becomes the adjoint of their start, ``gradient``
-        (parameters, functionals) is added to.
+        """Take adjoints back through the steps of a part: ``state`` becomes the adjoint at the start of the steps, and
+        the gradient of the steps is added to ``gradient`` (parameters, functionals).
 
         Parameters
         ----------
@@ -232,6 +233,6 @@ class LinearRun(ABC, Generic[PartType]):
         return states, self.prescribed(states.t)
 
     def base(self, t: Array) -> Array | None:
-        """Return the state of the base at times (n,); None if it stands still."""
+        """Return the state of the base at times (n,); None for a base at rest."""
         model = self.run.model
         return model.base(t, parameters=self.equations.p) if model.evaluator.moving_base else None

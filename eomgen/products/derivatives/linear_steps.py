@@ -58,7 +58,7 @@ class StepMatrices:
     """Matrices of linearised steps, (steps, ...) each, as ``templates/derivatives/generalized_alpha.c`` says.
 
     ``rows`` of Jq to P: residual, minus rates of internal states, holonomic constraints, rates of all constraints.
-    A and T have the rotating factors' blocks one behind the other.
+    Blocks of the rotating factors in A and T are concatenated.
     """
 
     Jq: Array
@@ -80,7 +80,7 @@ class LinearSteps:
     Parameters
     ----------
     coefficients : h, alpha_m, alpha_f, beta, gamma, and alpha_m and gamma of equations of first order
-    eta : rows of constraints with multipliers of their velocities
+    eta : rows of constraints with multipliers at velocity level
     """
 
     def __init__(
@@ -110,12 +110,12 @@ class LinearSteps:
         return 3 * self._nv + self._nz + self._nl
 
     def tangents(self, matrices: StepMatrices, dp: Array, state: Array, times: Array) -> tuple[Array, Array]:
-        """Take tangents through steps: ``state`` (state_size, directions) becomes the tangent of their end.
+        """Take tangents through steps: ``state`` (state_size, directions) becomes the tangent at the end of the steps.
 
         Parameters
         ----------
         dp : (parameters, directions)
-        times : (steps,) of their ends, for messages
+        times : (steps,) of the ends of the steps, for messages
 
         Returns
         -------
@@ -139,14 +139,14 @@ class LinearSteps:
         times: Array,
         sources: Array | None = None,
     ) -> tuple[Array, Array]:
-        """Take adjoints back through steps: ``state`` becomes the adjoint of their start, and ``gradient`` (parameters,
-        directions) is added to.
+        """Take adjoints back through steps: ``state`` becomes the adjoint at the start of the steps, and the gradient
+        of the steps is added to ``gradient`` (parameters, directions).
 
         Parameters
         ----------
         direct : (steps, record_size, directions), derivatives of functionals by each row
         sources : (steps, 2 nv + holonomic rows, directions), added to the derivatives in q at the start of each step,
-            in its increment h D and in eta
+            in the increment h D and in eta
 
         Returns
         -------
@@ -174,7 +174,7 @@ class LinearSteps:
         return result
 
     def _given(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
-        """Return the structure of C, and the arrays it points to."""
+        """Return the structure for C, and the arrays to which it points."""
         kept = {name: np.ascontiguousarray(array) for name, array in vars(matrices).items()}
         pointers = {name: self._doubles(array) for name, array in kept.items()}
         turn = self._ffi.from_buffer("long[]", self._turn)

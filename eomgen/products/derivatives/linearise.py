@@ -35,7 +35,8 @@ from eomgen.simulation.stepping.states import start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 
-#: Names of samples of inputs: the values of an input at all rows together, one of them, or each of them.
+#: Names of samples of inputs: the values of an input at all rows together, the value at one row, or each value
+#: separately.
 _INPUTS, _SAMPLE = "inputs.", re.compile(r"inputs\.(?P<name>[^\[]+)(?:\[(?P<row>\d+|:)\])?")
 #: Divisors of Newton's tolerances for derivatives that are to be better than runs.
 _TIGHT = {"rtol": 1e-13, "atol": 1e-15}
@@ -70,16 +71,16 @@ def sensitivities(
 ) -> Sensitivities:
     """Return derivatives of a run's outputs in parameters and the initial state, exact for its discrete steps.
 
-    The run is the one of ``simulate`` with the same options. Residuals of Newton's iteration are in the derivatives,
+    The run is the run of ``simulate`` with the same options. Residuals of Newton's iteration are in the derivatives,
     too: ``settings={"rtol": 1e-16, "atol": 1e-18}`` for derivatives to rounding.
 
     Parameters
     ----------
     t_end, step : as of ``simulate``; whole steps
     by : sequence of str
-        Tunable parameters, all of them by default; ``q.hinge``, ``v.hinge`` and internal states, ``z.filtered``,
-        of the initial state. ``q.ball[0]`` of a rotating joint turns it about its own axis x, rad. The way
-        to the initial state is in the derivatives: static equilibrium of the scene's start, steps onto constraints.
+        Tunable parameters, by default all; ``q.hinge``, ``v.hinge`` and internal states, ``z.filtered``, of the initial
+        state. ``q.ball[0]`` of a rotating joint is a rotation about the joint's x axis, rad. The way to the initial
+        state is in the derivatives: static equilibrium of the scene's start, steps onto constraints.
     of : sequence of str
         Outputs; all by default.
     method : str
@@ -90,8 +91,8 @@ def sensitivities(
     Returns
     -------
     Sensitivities
-        ``derivatives`` of outputs over time, by tangents; ``gradient`` of a number of the whole run, by adjoints,
-        and its ``hessian``.
+        ``derivatives`` of outputs over time, by tangents; ``gradient`` of a number of the whole run, by adjoints, and
+        the ``hessian`` of this number.
 
     Raises
     ------
@@ -99,7 +100,7 @@ def sensitivities(
         Names that are none, a parameter that is fixed, a method without derivatives, a scene with events, sampled
         states or jumps of forces within the run.
     NumericalError
-        The run fails, or its linear equations have no solution.
+        The run fails, or the linearised equations have no solution.
 
     Examples
     --------
@@ -187,7 +188,7 @@ def _linear_run(
     by: By,
     rows: Sequence[int],
 ) -> LinearRun[Any]:
-    """Return the run with its linearised steps."""
+    """Return the run with linearised steps."""
     model = run.model
     if isinstance(step, LinearStep):
         of_step = 32 * (model.nv + model.nz + 2 * len(model.multipliers)) ** 2
@@ -242,7 +243,7 @@ def _names(
 def _samples(
     model: CompiledModel, names: Sequence[str], given: Collection[str], steps: int
 ) -> list[tuple[str, tuple[int, int]]]:
-    """Return names of samples of inputs with their columns and rows. Raises UsageError."""
+    """Return names of samples of inputs with columns and rows. Raises UsageError."""
     known = [item.name for item in model.description.inputs]
     result = []
     for name in names:
@@ -351,7 +352,8 @@ def _named(method: str) -> str:
 
 
 def _linear_step(name: str, method: Method, internal: bool) -> LinearStep | LinearPasses:
-    """Return the coefficients of a method's steps made linear. Raises UsageError if it has none."""
+    """Return the coefficients of a method's steps made linear. Raises UsageError for a method without linearised
+    steps."""
     if method.chooses_steps:
         fault = f"{name} chooses its steps, and their ends move with the parameters of the derivatives"
         raise UsageError(Problem("method", fault, _with_derivatives()))

@@ -21,7 +21,7 @@ from eomgen.simulation.stepping.inputs import HeldRows
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.stepper import Stepper
 
-#: Bytes of rows that are kept; bytes of the matrices of a part, and its steps, that it may have in any case.
+#: Bytes of rows that are kept; bytes of the matrices of a part; least and largest number of steps of a part.
 KEPT_BYTES, PART_BYTES, SHORTEST, LONGEST = 2**25, 2**23, 32, 1024
 
 
@@ -31,7 +31,7 @@ class Part:
 
     Attributes
     ----------
-    first : number of its first row in the run
+    first : number of the first row of the part in the run
     memory : the stepper's memory beside rows: the algorithmic acceleration at the first row, (nv,); of methods in
         passes the accelerations that each step begins with, (steps, nv)
     """
@@ -42,7 +42,7 @@ class Part:
 
 
 class Motion:
-    """A run that is stepped once forwards, and then again in parts from its end.
+    """A run stepped once forwards, and then again in parts from the end.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ class Motion:
         return Part(done, np.concatenate([row[np.newaxis], record]), memory)
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
-        """Take steps, fill their rows, and return the stepper's memory beside rows."""
+        """Take steps, fill the rows, and return the stepper's memory beside rows."""
         a = self.stepper.state[self.stepper.places["a"]].copy()
         status, _ = self.stepper.run(size, 1, table, record)
         self.check(status)

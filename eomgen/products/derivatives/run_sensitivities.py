@@ -126,11 +126,11 @@ def _rest(run: AlphaRun | GalerkinRun) -> Rest:
 
 @checked_calls("model.sensitivities(...), which makes one", wrt="by")
 class Sensitivities:
-    """Derivatives of a run's outputs, and of functionals of it.
+    """Derivatives of a run's outputs, and of functionals of the outputs.
 
     Attributes
     ----------
-    by : variables of derivatives, in the order of their last axis
+    by : variables of derivatives, in the order of the last axis
     """
 
     def __init__(self, run: LinearRun[Any], by: Sequence[str], outputs: Mapping[str, Sequence[int]]) -> None:
@@ -157,7 +157,7 @@ class Sensitivities:
 
     @property
     def derivatives(self) -> dict[str, Array]:
-        """Their derivatives, (n, directions), or (n, size, directions), in the order of ``by``."""
+        """Derivatives of outputs, (n, directions), or (n, size, directions), in the order of ``by``."""
         return self._by_output(self._tables)
 
     @cached_property
@@ -173,7 +173,7 @@ class Sensitivities:
         return np.concatenate(times), np.concatenate(values)
 
     def _chosen(self, first: int, count: int) -> NDArray[np.intp]:
-        """Return the recorded rows of a part; the first one is the last of the part before."""
+        """Return the recorded rows of a part; the first row is the last row of the previous part."""
         chosen = np.flatnonzero((first + np.arange(count)) % self._run.run.every == 0)
         return chosen[chosen > 0] if first else chosen
 
@@ -262,8 +262,8 @@ class Sensitivities:
         """Return the gradients and the second derivatives of several functionals, (functionals, directions) and
         (functionals, directions, directions).
 
-        Both come from the same adjoints: of ``gradients`` of the same texts just before, if the run keeps its
-        rows (``keeps_adjoints``), else one of each functional.
+        Both come from the same adjoints: from the preceding call of ``gradients`` with the same functionals, if the run
+        keeps rows (``keeps_adjoints``), else from one adjoint of each functional.
         """
         run = self._twice("hessian")
         if isinstance(run, GalerkinRun):
@@ -275,13 +275,13 @@ class Sensitivities:
 
     @property
     def keeps_adjoints(self) -> bool:
-        """Whether the run is short enough to keep all rows, and with them the adjoints of functionals."""
+        """Whether the run is short enough to keep all rows, and the adjoints of functionals."""
         return self._run.motion.kept
 
     def stationary(self, of: Sequence[str]) -> StationaryRun | None:
-        """Return derivatives of outputs, or of components of them, at all rows by one adjoint of each.
+        """Return derivatives of outputs, or of components of outputs, at all rows by one adjoint of each.
 
-        None if the state does not stay as it is at the start, or that is differentiated by or follows parameters.
+        None if the state at the start does not stay constant, or depends on variables of the derivatives.
 
         Raises
         ------
@@ -296,8 +296,8 @@ class Sensitivities:
         return StationaryRun.of(self._run, weights)
 
     def hessian_products(self, of: Functional, directions: ArrayLike) -> Array:
-        """Return the Hessian of a functional times vectors, by tangents along them and adjoints of second order: as
-        many as there are vectors, however many directions derivatives are taken by.
+        """Return the Hessian of a functional times vectors, by tangents along the vectors and adjoints of second order:
+        one of each per vector, for any number of variables.
 
         Parameters
         ----------
@@ -328,9 +328,9 @@ class Sensitivities:
     def input_gradient(self, of: Functional) -> dict[str, Array]:
         """Return the derivatives of a functional in the value of each input at each row, (steps + 1,), by one adjoint.
 
-        Inputs are given by the caller, have no formula, or are random processes; between rows they are linear, which
-        the start sees, and the nodes of methods in passes. The derivative in a number that is given at all times is
-        their sum.
+        Inputs are given by the caller, have no formula, or are random processes; between rows inputs are linear, which
+        affects the start and the nodes of methods in passes. The derivative in a constant input is the sum of the
+        derivatives over the rows.
 
         Parameters
         ----------
@@ -357,7 +357,7 @@ class Sensitivities:
         return {name: table[:, column] for name, column in columns.items()}
 
     def _twice(self, wanted: str) -> AlphaRun | GalerkinRun:
-        """Return the run if it has second derivatives. Raises UsageError."""
+        """Return the run, for methods with second derivatives. Raises UsageError."""
         run = self._run
         assert isinstance(run, AlphaRun | GalerkinRun)  # for mypy: these are all
         if run.follows and run.start.slopes is not None:
@@ -374,7 +374,7 @@ class Sensitivities:
         return run
 
     def _finite(self, derivatives: Array) -> Array:
-        """Return derivatives as they are. Raises NumericalError if they are no numbers."""
+        """Return derivatives unchanged. Raises NumericalError if any derivative is not finite."""
         if not np.isfinite(derivatives).all():
             raise undefined_derivatives(self._run.run.model, "somewhere in the run")
         return derivatives
@@ -389,7 +389,7 @@ class Sensitivities:
 
 
 def _counted(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:
-    """Return the places of outputs' components among the chosen ones."""
+    """Return the indices of outputs' components among the chosen components."""
     result: dict[str, list[int]] = {}
     count = 0
     for name, places in outputs.items():

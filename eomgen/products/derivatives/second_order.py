@@ -106,8 +106,8 @@ class SecondBeginning:
 
     Parameters
     ----------
-    run : whose directions are the first ones
-    second : as they are asked for; the same without
+    run : source of the first directions
+    second : second derivatives of the requested and of the corrected start
     """
 
     def __init__(self, run: AlphaRun, second: Directions | None = None) -> None:
@@ -158,7 +158,7 @@ class SecondBeginning:
         units = {name: np.repeat(array, nv + 1, axis=0) if name != "p" else array for name, array in values.items()}
         units["v"], units["a"] = np.zeros((nv + 1, nv)), np.eye(nv + 1, nv)
         multipliers = np.zeros((nv + 1, nv + self.equations.nz + self.equations.holonomic + self.equations.nl))
-        multipliers[:nv, :nv], multipliers[nv, :nv] = np.diag(omega), -omega  # M e_k, minus its value at rest
+        multipliers[:nv, :nv], multipliers[nv, :nv] = np.diag(omega), -omega  # M e_k, minus the value at rest
         rows = [self._row(one.dq, one.dp[:size]) for one in self.on]
         changes = self.equations.second_partials(units, multipliers, np.repeat(rows[1][np.newaxis], nv + 1, axis=0))
         self.hessian += rows[0].T @ changes.sum(axis=0)
@@ -257,7 +257,7 @@ class SecondBeginning:
 
 @dataclass
 class _Adjoint:
-    """Adjoints of functionals on their way back.
+    """Adjoints of functionals during the backward sweep.
 
     Attributes
     ----------
@@ -281,8 +281,8 @@ class Swept(NamedTuple):
 
     Attributes
     ----------
-    multipliers, ends : of its steps, as of ``LinearSteps.adjoints``
-    of_outputs : weights of outputs at its rows, (rows, outputs, functionals)
+    multipliers, ends : of the steps, as of ``LinearSteps.adjoints``
+    of_outputs : weights of outputs at the rows, (rows, outputs, functionals)
     """
 
     multipliers: Array
@@ -292,7 +292,7 @@ class Swept(NamedTuple):
 
 @dataclass
 class Gradients:
-    """Gradients of functionals, and remainders of their adjoints.
+    """Gradients of functionals, and remainders of the adjoints.
 
     Attributes
     ----------
@@ -307,7 +307,7 @@ class Gradients:
 
 @dataclass(frozen=True)
 class _Tangents:
-    """A part of a run with its changes along directions.
+    """A part of a run with tangents along directions.
 
     Attributes
     ----------
@@ -325,7 +325,7 @@ class _Tangents:
 
     @property
     def own(self) -> slice:
-        """Rows that are not the last one of another part."""
+        """Rows of this part, without a last row that belongs to another part."""
         return slice(0 if self.part.first == 0 else 1, None)
 
     def changes(self, run: AlphaRun, multipliers: Array, ends: Array, weights: Array) -> tuple[Array, Array, Array]:
@@ -381,7 +381,7 @@ def hessians(run: AlphaRun, weights: Sequence[Weights], known: Gradients | None 
     """Return gradients of functionals, (functionals, directions), and second derivatives, (functionals, directions,
     directions); adjoints that are known are not solved again.
 
-    They are symmetric but for rounding, which is taken out: half the sum with the transpose.
+    Rounding of the second derivatives is symmetrised: the result is half the sum with the transpose.
     """
     swept = list(known.parts) if known is not None else []
     adjoint = known.adjoint if known is not None and swept else _Adjoint.of(run, len(weights))
@@ -429,12 +429,12 @@ def _paired(one: Array, other: Array) -> Array:
 
 
 def _parts(run: AlphaRun, along: Directions, state: Array, record: Array) -> Iterator[_Tangents]:
-    """Yield the parts from the last to the first with their changes along directions."""
+    """Yield the parts from the last to the first with tangents along directions."""
     begins = [(state.copy(), record)]
     parts = run.motion.parts
     if parts > 1:
         for number, stepped in enumerate(run.motion.forwards()):
-            if number == parts - 1:  # its tangents are taken on the way back
+            if number == parts - 1:  # tangents of the last part are taken in the backward sweep
                 continue
             made, state = run.of_part(stepped), begins[-1][0].copy()
             records, _ = run.linear.tangents(made.matrices, along.dp, state, made.times)

@@ -34,9 +34,10 @@ from eomgen.lie import product
 from eomgen.products.derivatives.equations import Equations, Partials
 from eomgen.simulation.stepping.states import Prescribed, States
 
-#: Steps onto constraints, and parts of the largest one below which later ones change no derivative.
+#: Steps onto constraints, and ratio to the largest step below which later steps change no derivative.
 _STEPS, _LAST = 50, 1e-13
-#: Singular values of the equations of rest, below this part of the largest: rest is undetermined along them.
+#: Singular values of the equations of rest below this part of the largest: rest is undetermined along the singular
+#: vectors.
 _UNDETERMINED = 1e-10
 #: Corrections of a state above this part of its numbers are finite: second derivatives would have to follow them.
 FINITE = 1e-10
@@ -63,7 +64,7 @@ def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescrib
 
     Parameters
     ----------
-    t : (1,) s; inputs that are ``given`` there change by ``du`` along their directions
+    t : (1,) s; ``given`` inputs at this time change by ``du`` along the directions of inputs
 
     Raises
     ------
@@ -114,7 +115,8 @@ def _rest_matrix(equations: Equations, partials: Partials) -> NDArray[Any]:
 def moved_positions(
     equations: Equations, asked: InitialState, t: Array, given: Prescribed, dq: Array, dp: Array
 ) -> Array:
-    """Return the changes of positions after steps onto the constraints, given changes dq (nv, n) of requested ones.
+    """Return the changes of positions after steps onto the constraints, given changes dq (nv, n) of requested
+    positions.
 
     Parameters
     ----------
@@ -147,7 +149,8 @@ def moved_positions(
 def moved_velocities(
     equations: Equations, state: InitialState, t: Array, given: Prescribed, dq: Array, dv: Array, dp: Array
 ) -> Array:
-    """Return the changes of velocities after the step onto the constraints, given changes dv (nv, n) of requested ones.
+    """Return the changes of velocities after the step onto the constraints, given changes dv (nv, n) of requested
+    velocities.
 
     Parameters
     ----------
@@ -173,7 +176,7 @@ def _correction(
     off: tuple[Array, Array],
     along: tuple[Array, Array],
 ) -> tuple[Array, Array]:
-    """Return c with M c = B^T sigma, B c = off, and its changes; ``off``: with its changes; ``along``: dq, dp."""
+    """Return c with M c = B^T sigma, B c = off, and the changes of c; ``off``: with changes; ``along``: dq, dp."""
     nv, count = len(M), len(B)
     matrix = np.block([[M, -B.T], [B, np.zeros((count, count))]])
     solution = np.linalg.solve(matrix, np.concatenate([np.zeros(nv), off[0]]))
@@ -221,7 +224,7 @@ class Directions:
 class Stage:
     """A state whose accelerations the start takes: values of input blocks, partials of e there, vdot, and changes.
 
-    ``theta``: its increment from the start, which changes by ``dtheta``. ``matrix``: of accelerations and multipliers.
+    ``theta``: increment from the start, which changes by ``dtheta``. ``matrix``: of accelerations and multipliers.
     ``Aq``, ``Av``: partials of the constraints' accelerations.
     """
 
@@ -247,7 +250,7 @@ class Stage:
 
 @dataclass
 class StartDerivatives:
-    """Derivatives in parts of the start, as its equations are taken back one by one.
+    """Derivatives in parts of the start, accumulated while the equations of the start are reversed one by one.
 
     Attributes
     ----------
@@ -282,7 +285,7 @@ class Beginning:
     prescribed_at : inputs and base at a share of the first step
     moved_inputs : changes of inputs at times along directions of inputs
     share : alpha_m - alpha_f; 0 if vddot is left out
-    asked : the initial state before it was moved onto the constraints
+    asked : the requested initial state, before a correction onto the constraints
     """
 
     equations: Equations
@@ -314,7 +317,7 @@ class Beginning:
         return np.ascontiguousarray(state), np.concatenate([along.dq, along.dv, dvdot, along.dz, dlam])
 
     def taken_back(self, stage: Stage, number: int, back: StartDerivatives) -> tuple[Array, Array, Array]:
-        """Take the accelerations of a stage back to their arguments.
+        """Reverse the accelerations of a stage to the arguments of the accelerations.
 
         Returns
         -------
@@ -356,7 +359,7 @@ class Beginning:
         return result
 
     def stages(self, along: Directions) -> list[Stage]:
-        """Return the states whose accelerations the start takes, with their changes."""
+        """Return the states whose accelerations the start takes, with changes."""
         nothing = np.zeros_like(self.v), np.zeros_like(along.dv)
         stages = [self._stage(0.0, self.q, self.v, along, *nothing)]
         vdot, dvdot = stages[0].vdot, stages[0].dvdot
@@ -371,7 +374,7 @@ class Beginning:
         return stages
 
     def _stage(self, share: float, q: Array, v: Array, along: Directions, theta: Array, dtheta: Array) -> Stage:
-        """Return the accelerations at a state some share of the step ahead, with their changes."""
+        """Return the accelerations at a state some share of the step ahead, with changes."""
         equations = self.equations
         nv, nz, nl = equations.nv, equations.nz, equations.nl
         zeros = np.zeros((1, nv)), np.zeros((1, nl))

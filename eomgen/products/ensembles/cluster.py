@@ -30,22 +30,23 @@ from eomgen.products.ensembles.samples import EXTREMES, Block, Samples
 LOCAL = "dask"
 #: Seconds that a part should take: the cost of losing a worker.
 _PART = 2.0
-#: Samples of the first parts, before any time is known; larger parts are multiples of it, so that lanes are full.
+#: Number of samples of the first parts, before a time per sample is known; larger parts are multiples of this number,
+#: so that lanes are full.
 _FIRST = 16
-#: Parts for each thread of the cluster that are sent before the first of them is reduced.
+#: Number of parts for each thread of the cluster that are sent before the first part is reduced.
 _AHEAD = 3
 #: Bytes of the results of a part, and of all parts ahead, at most.
 _LARGEST, _ALL_AHEAD = 2**25, 2**30
-#: Times that a part is tried again after an unexpected error of its worker, and seconds that a scheduler has to
+#: Number of retries of a part after an unexpected error of its worker, and seconds within which a scheduler has to
 #: answer.
 _RETRIES, _PATIENCE = 3, 15.0
 #: Seconds between two questions to the scheduler how many threads there are.
 _SELDOM = 2.0
-#: Dask's own settings return free memory to the system at once, and with it half of the time of samples.
-#: The allocator reads its own at the start of a process: the ``env`` of ``LocalCluster`` comes too late.
+#: Dask's settings return free memory to the system at once, which takes half of the time of samples. The allocator
+#: reads its settings at the start of a process: the ``env`` of ``LocalCluster`` comes too late.
 _SPAWNED_WITH = "distributed.nanny.pre-spawn-environ"
 _ALLOCATION = {"MALLOC_TRIM_THRESHOLD_": 2**27, "MALLOC_MMAP_THRESHOLD_": 2**25, "MALLOC_ARENA_MAX": 1}
-#: Workers sample their own stacks every hundredth of a second by default, without use here.
+#: By default workers sample their stacks every hundredth of a second, without use here.
 _QUIET = {"distributed.worker.profile.enabled": False}
 _INSTALL = "pip install 'eomgen[dask]'"
 
@@ -57,7 +58,7 @@ class Machines:
     Attributes
     ----------
     name : for messages
-    notes : further notes on the runs, when they have ended
+    notes : further notes on the runs, after the end
     how : the ways in which samples were run, of ``Samples``
     """
 
@@ -67,7 +68,7 @@ class Machines:
     how: set[str] = field(default_factory=set)
 
     def blocks(self, work: Samples, first: int, total: int, block: int) -> Generator[Block]:
-        """Give the blocks of samples from the first one on, in order.
+        """Yield the blocks of samples in order, beginning with sample ``first``.
 
         Raises
         ------
@@ -104,7 +105,7 @@ def connected(cluster: object, workers: int | None) -> Iterator[Machines]:
 
 
 def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitStack) -> tuple[Any, str]:
-    """Return a client, closed with the stack if it was made here, and the name of its cluster."""
+    """Return a client, closed with the stack if created here, and the name of the cluster."""
     if isinstance(cluster, distributed.Client):
         if cluster.asynchronous:
             fault = "the client is asynchronous, and this call waits"
@@ -133,7 +134,7 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
 
 
 def processes(count: int) -> Any:
-    """Return a cluster of so many processes of this machine, each with one thread. Needs ``distributed``."""
+    """Return a cluster of ``count`` processes of this machine, each with one thread. Needs ``distributed``."""
     distributed, settings = importlib.import_module("distributed"), importlib.import_module("dask").config
     standard: dict[str, Any] = settings.get(_SPAWNED_WITH, {})
     for name, number in _ALLOCATION.items():
@@ -158,7 +159,7 @@ def _named(client: Any) -> str:
 
 
 def _started(start: Callable[[], Any]) -> Any:
-    """Return a cluster of processes of this machine. Raises UsageError if they do not start."""
+    """Return a cluster of processes of this machine. Raises UsageError if processes do not start."""
     try:
         return start()
     except (RuntimeError, OSError) as error:
@@ -184,7 +185,7 @@ def _first_line(error: BaseException) -> str:
 def _check_versions(client: Any, name: str) -> None:
     """Raise UsageError if a worker has another eomgen, or none."""
 
-    def version_there() -> str:  # sent as it stands, since it is a local function: a worker may have no such module
+    def version_there() -> str:  # sent by value, since it is a local function: a worker may have no such module
         module = "eomgen.base.version"
         try:
             return str(importlib.import_module(module).__version__)
@@ -212,7 +213,7 @@ class _Run:
         self._codes: set[str] = {work.model.library.digest}
 
     def parts(self, first: int) -> Iterator[Block]:
-        """Give parts in order; afterwards the cluster is rid of them after any end."""
+        """Yield parts in order; afterwards the cluster has no parts left, after any end."""
         distributed = importlib.import_module("distributed")
         from eomgen.products.ensembles.worker import Delivery, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
 
@@ -259,7 +260,7 @@ class _Run:
         return self._threads
 
     def _size(self, left: int) -> int:
-        """Return the number of samples of the next part, of the remaining ones."""
+        """Return the number of samples of the next part, given the number of remaining samples."""
         threads = max(self._threads, 1)
         wanted = _FIRST if not self._per_sample else int(_PART / self._per_sample)
         bytes_each = min(_LARGEST, _ALL_AHEAD // (_AHEAD * threads))

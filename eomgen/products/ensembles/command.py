@@ -137,7 +137,7 @@ def _varied(texts: tuple[str, ...]) -> dict[str, str]:
 
 
 def _read_samples(path: Path) -> dict[str, list[float | str]]:
-    """Return the columns of a CSV table with a row of names; words with units as they are. Raises FileError."""
+    """Return the columns of a CSV table with a row of names; words with units are unchanged. Raises FileError."""
     names, rows = read_cells(path)
     values = [
         [_cell(f"{where}, column {name}", word) for name, word in zip(names, cells, strict=True)]
@@ -147,7 +147,7 @@ def _read_samples(path: Path) -> dict[str, list[float | str]]:
 
 
 def _cell(where: str, word: str) -> float | str:
-    """Return a number, or a number with a unit as it is. Raises FileError."""
+    """Return a number, or a number with a unit unchanged. Raises FileError."""
     try:
         return float(word)
     except ValueError:

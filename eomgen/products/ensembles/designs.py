@@ -15,7 +15,7 @@ from eomgen.base.data import dataclass
 from eomgen.errors import Problem, UsageError
 from eomgen.products.ensembles.distributions import Distribution
 
-#: From the first sample and a number of samples to their points, (n, d), within (0, 1).
+#: From the first sample and a number of samples to the points of these samples, (n, d), within (0, 1).
 Points = Callable[[int, int], Array]
 _SMALLEST = 2.0**-54
 
@@ -96,8 +96,8 @@ def _saltelli(samples: int, dimensions: int, seed: int) -> Points:
     return points
 
 
-#: Designs by name, from a number of samples, of dimensions and a seed. ``latin_hypercube`` of more samples is another
-#: one; of all others the first samples stay the same.
+#: Designs by name, from a number of samples, of dimensions and a seed. ``latin_hypercube`` depends on the number of
+#: samples; for all other designs the first samples of a larger design are the same.
 DESIGNS: dict[str, Callable[[int, int, int], Points]] = {
     "monte_carlo": _monte_carlo,
     "latin_hypercube": _latin_hypercube,
@@ -108,9 +108,9 @@ DESIGNS: dict[str, Callable[[int, int, int], Points]] = {
 #: Designs that follow from the varied quantities.
 OTHER_DESIGNS = ("grid",)
 _MOST_DIMENSIONS = {"sobol": 21201, "saltelli": 21201 // 2}
-#: Numbers of a Latin hypercube at most: all of them are made at once.
+#: Largest number of entries of a Latin hypercube, because all entries are made at once.
 _MOST_AT_ONCE = 100_000_000
-#: Designs with samples that are balanced if their number is a power of two.
+#: Designs that are balanced if the number of samples is a power of two.
 _BALANCED = ("sobol", "saltelli")
 
 
@@ -148,7 +148,7 @@ def unbalanced(name: str, samples: int) -> str:
 
 
 def grid_design(names: Sequence[str], distributions: Sequence[Distribution]) -> Design:
-    """Return all combinations of the levels of lists; the last one varies fastest.
+    """Return all combinations of the levels of lists; the last list varies fastest.
 
     Raises
     ------

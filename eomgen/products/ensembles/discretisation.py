@@ -58,7 +58,7 @@ def sample_errors(work: Samples, nominal: Solution, *, examined: bool) -> tuple[
 
 
 def _with_estimates(work: Samples) -> dict[int, Solution]:
-    """Run a few samples over the whole design with estimates of their errors; return the successful ones by number."""
+    """Run a few samples over the whole design with error estimates; return the successful samples by number."""
     total = work.design.samples
     count = min(_MOST, total // _FOR_EACH)
     result: dict[int, Solution] = {}
@@ -68,7 +68,7 @@ def _with_estimates(work: Samples) -> dict[int, Solution]:
     for number in spread_samples(values, count):
         try:
             solution = simulate(work.model, *work.span, **work.options.of(values[number]))
-        except EomgenError:  # a failed sample, named with its reason by the ensemble
+        except EomgenError:  # a failed sample, reported by the ensemble with the reason
             continue
         if solution.interrupted:
             break
@@ -95,8 +95,9 @@ def _of_column(estimates: Sequence[ErrorEstimate], attribute: str, place: int) -
 def spread_samples(values: Array, count: int) -> list[int]:
     """Return the numbers of samples that are spread over a design.
 
-    The first one is the farthest from the middle; each further one is the farthest from all before it, in ranks. Of
-    samples that are as far in ranks, as the least and the greatest value are, the farthest in values is the first.
+    The first sample is the farthest from the middle; each further sample is the farthest from all previous samples, in
+    ranks. Of samples that are as far in ranks, as the least and the greatest value are, the farthest in values is the
+    first.
 
     Parameters
     ----------
@@ -122,7 +123,7 @@ def spread_samples(values: Array, count: int) -> list[int]:
 _REPORTED = 0.01
 #: Steps of the suggested size to the shortest period of so much of the variance.
 _TO_A_PERIOD, _KEPT = 10.0, 0.99
-#: Times at which modes are evaluated for each of their waves, and at most.
+#: Number of times at which modes are evaluated per shortest wave, and largest number of times.
 _FOR_A_WAVE, _MOST_TIMES = 8, 2**14
 #: Realisations of a translated process.
 _REALISATIONS = 16
@@ -138,7 +139,7 @@ def unresolved_processes(model: CompiledModel, run: Solution, given: Collection[
         Of the scene, with the steps in question.
     given : names of inputs that the caller gives, in place of the scene's
     """
-    if run.stats.get("own_steps") or run.stats.get("expansions"):  # these steps follow the laws of time by themselves
+    if run.stats.get("own_steps") or run.stats.get("expansions"):  # steps chosen by errors follow the laws of time
         return []
     start, end = float(run.metadata["t_start"]), float(run.metadata["t_end"])
     step = float(run.metadata["settings"]["step"])
@@ -188,7 +189,7 @@ def _spectrum(model: CompiledModel, process: NormalSeries, start: float, end: fl
 
 
 def _realised(model: CompiledModel, process: NormalSeries, times: Array) -> Array:
-    """Return realisations of a process at times (n,) without their mean, (realisations, n)."""
+    """Return realisations of a process at times (n,) without the mean, (realisations, n)."""
     names, column = list(model.parameters), list(model.inputs).index(process.name)
     places = [names.index(name) for name in process.variables]
     random, parameters = np.random.default_rng(0), np.array(model.parameter_array(None))

@@ -22,7 +22,7 @@ from eomgen.formula.units.parser import is_quantity
 
 #: From probabilities in (0, 1), of any shape, to values.
 Quantiles = Callable[[Array], Array]
-#: Values of a list at most: more of them are a table's.
+#: Largest number of values of a list; more values belong into a table.
 _MOST_LEVELS = 100_000
 _CALL = re.compile(r"^\s*([A-Za-z_]\w*)\s*\((.*)\)\s*$", re.DOTALL)
 
@@ -33,7 +33,7 @@ class Distribution:
 
     Attributes
     ----------
-    text : as it was given
+    text : as given
     quantiles : from probabilities to values
     levels : (n,) the values of a list, equally likely, which a grid goes through; empty otherwise
     whole : whether all values are whole numbers
@@ -88,7 +88,8 @@ def _integers(low: float, high: float) -> Quantiles:
     return lambda p: np.minimum(low + np.floor(p * (high - low + 1.0)), high)
 
 
-#: All kinds by name. Mean and standard deviation belong to the quantity itself, also if its logarithm is normal.
+#: All kinds by name. Mean and standard deviation belong to the quantity, also if the logarithm of the quantity is
+#: normal.
 DISTRIBUTIONS: dict[str, Kind] = {
     "normal": Kind(("mean", "deviation"), "deviation > 0", lambda m, s: s > 0.0, _normal),
     "truncated_normal": Kind(
@@ -196,7 +197,7 @@ def _of_levels(levels: Array) -> Quantiles:
 
 
 def read_number(where: str, word: str, unit: str, signature: str) -> float:
-    """Return the finite number of a word, converted to a unit if it has one of its own.
+    """Return the finite number of a word, converted to the unit if the word has a unit.
 
     Raises
     ------

@@ -27,7 +27,7 @@ from eomgen.results.error_estimate import NOTICED, SampleErrors
 #: Panels of a figure, and points of a scatter plot, at most.
 _PANELS, _POINTS = 12, 5000
 _COLOUR = "#0B62C4"
-#: Bands by their lower and upper probabilities, with their opacity.
+#: Bands by lower and upper probabilities, with opacity.
 _BANDS = ((0.05, 0.95, 0.18), (0.25, 0.75, 0.32))
 #: Quantiles of the table over time and of the fan chart.
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -39,8 +39,7 @@ _ROUNDING = 1e-9
 class Ensemble:
     """Results of many runs.
 
-    Statistics over time are of the samples that did not fail; a sample that an event has stopped counts as long
-    as it ran.
+    Statistics over time are of the successful samples; a sample that an event has stopped counts until the event.
 
     Attributes
     ----------
@@ -50,10 +49,10 @@ class Ensemble:
     units : of both, by name
     t : (nt,) s
     asked, done : samples
-    interrupted : whether Ctrl-C has ended it early
-    seconds : the time that it took
-    how : the way samples were run by this call, ``side by side: 4 lanes``, or ``one after the other:`` and why; empty
-        if all were there
+    interrupted : whether Ctrl-C has ended the ensemble early
+    seconds : duration of the ensemble
+    how : the way samples were run by this call, ``side by side: 4 lanes``, or ``one after the other:`` and the reason;
+        empty if all samples were read from the folder
     notes : further notes
     error : estimated discretisation errors of the run without variations and of a few samples over the design
     """
@@ -81,7 +80,7 @@ class Ensemble:
 
     @property
     def failed(self) -> tuple[Failed, ...]:
-        """The samples that failed, with their reasons and values."""
+        """The failed samples, with reasons and values."""
         return tuple(self.journal.failed)
 
     # -- over time -----------------------------------------------------------------------------------------------------
@@ -117,7 +116,7 @@ class Ensemble:
         Raises
         ------
         UsageError
-            Probabilities outside 0 to 1; the package that sketches them is not installed.
+            Probabilities outside 0 to 1; the package for sketches of distributions is not installed.
         """
         wanted = numbers("quantile", probability)
         if wanted.ndim > 1 or not np.all((wanted >= 0.0) & (wanted <= 1.0)):
@@ -160,8 +159,8 @@ class Ensemble:
     def sensitivity(self, result: str) -> Ranking:
         """Return the shares of the varied quantities in the variance of a result, such as ``output.tip.max``.
 
-        Of the design ``saltelli`` these are Sobol' indices, of first order and total; of others squared coefficients of
-        regression of ranks.
+        For the design ``saltelli`` these are Sobol' indices, of first order and total; for other designs squared
+        coefficients of regression of ranks.
 
         Raises
         ------
@@ -267,13 +266,14 @@ class Ensemble:
         return [*files, target / "summary.json"]
 
     def plot(self, folder: str | Path) -> list[Path]:
-        """Draw the fan chart of all columns, results against varied quantities, and their ranking; PNG files."""
+        """Draw the fan chart of all columns, results against varied quantities, and the ranking; PNG files. PNG
+        files."""
 
         return _draw(self, make_folder(Path(folder)))
 
 
 def _draw(ensemble: Ensemble, folder: Path) -> list[Path]:
-    """Draw all plots of an ensemble and return their files."""
+    """Draw all plots of an ensemble and return the files."""
     if not ensemble.done or ensemble.done == len(ensemble.failed):
         return []
     files = [saved(_fans(ensemble), folder / "fan.png")]

@@ -33,7 +33,7 @@ class Journal:
     Raises
     ------
     FileError
-        The folder holds an ensemble, and this is not to go on with it, or is another one.
+        The folder contains an ensemble without ``resume``, or another ensemble.
     """
 
     def __init__(self, folder: Path | None, described: Mapping[str, Any], *, resume: bool) -> None:
@@ -66,7 +66,7 @@ class Journal:
         now = json.loads(text)
         if before != now:
             differ = sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
-            differ = [name for name in differ if name != "block"] or differ  # its size follows from the others
+            differ = [name for name in differ if name != "block"] or differ  # block sizes follow from other inputs
             fault = f"holds an ensemble with other {', '.join(differ)}"
             raise FileError(Problem(str(path.parent), fault, "the same options again, or another folder"))
 
@@ -101,7 +101,7 @@ class Journal:
         return [(first, count) for first, count in counts if not self._is_whole(first, count)]
 
     def _is_whole(self, first: int, count: int) -> bool:
-        """Tell whether the part of some samples can be read; this compares its checksums."""
+        """Return whether the part of some samples can be read, by a comparison of checksums."""
         try:
             arrays, data = read_arrays(self._path(first), _KIND, "another folder")
             return data["first"] == first and len(arrays["values"]) == len(arrays["extremes"]) == count
@@ -132,7 +132,7 @@ class Journal:
         write_arrays(self._folder / _REDUCED, reduction.arrays(), {"done": self.done, "failed": finite(failed)})
 
     def samples(self, done: int, varied: int, columns: int) -> tuple[Array, Array]:
-        """Return values (done, varied) and extremes (done, columns, 3) of all samples; files are read as they come."""
+        """Return values (done, varied) and extremes (done, columns, 3) of all samples; files are read one by one."""
         values, extremes = np.empty((done, varied)), np.empty((done, columns, 3))
         for first, own_values, own_extremes in self._blocks():
             if first < done:

@@ -24,7 +24,7 @@ from eomgen.products.ensembles.designs import Design
 from eomgen.products.ensembles.samples import Block, Samples
 from eomgen.products.ensembles.variations import Variation, VariedOptions
 
-#: Fields of ``Samples`` that belong to a process: there they are made anew.
+#: Fields of ``Samples`` that belong to a process and are made anew in another process.
 _OWN = ("model", "design", "options", "folder", "stop")
 
 
@@ -34,10 +34,10 @@ class Shipment:
 
     Attributes
     ----------
-    ensemble : its identity
-    make : returns the model, from the cache of the process's machine if its library is there
+    ensemble : identity of the ensemble
+    make : returns the model, from the cache of the process's machine if the library is there
     text : digest of the C that the sender's model is compiled from
-    design, samples : name of the design, and how many samples it has
+    design, samples : name of the design, and number of samples
     items, common : of ``VariedOptions``
     rest : all else that ``Samples`` is made from
     """
@@ -74,7 +74,7 @@ class Part:
 
     Attributes
     ----------
-    solutions : number of a sample -> the file of its solution, of those to be kept
+    solutions : number of a sample -> the file of the sample's solution, for solutions to be kept
     seconds : that the samples took, without the model's compilation
     code : digest of the compiled model
     how : of ``Samples``
@@ -89,14 +89,14 @@ class Part:
 
 @dataclass(frozen=True)
 class Refusal:
-    """The reason for which a process cannot run samples: the same for each of them, so it is not tried again."""
+    """The reason for which a process cannot run samples; the same for each sample, so there is no retry."""
 
     kind: type[EomgenError]
     problems: tuple[Problem, ...]
 
 
 class Room:
-    """State of a process for one ensemble: its model, made when the first part comes."""
+    """State of a process for one ensemble: the model, made for the first part."""
 
     def __init__(self, shipment: Shipment) -> None:
         self._shipment = shipment
@@ -105,7 +105,7 @@ class Room:
         self.stop = threading.Event()
 
     def run(self, first: int, values: Array) -> Part | Refusal | None:
-        """Run the samples from this number on, with varied quantities (n, d); None if it was stopped."""
+        """Run the samples from this number on, with varied quantities (n, d); None if stopped."""
         try:
             model = self._made()
             with tempfile.TemporaryDirectory(prefix="eomgen-runs-") as folder:
@@ -129,7 +129,7 @@ class Room:
         return Part(block, solutions, seconds, model.library.digest, work.how)
 
     def _made(self) -> CompiledModel:
-        """Return the model. Raises EomgenError if it cannot be made here, or not as the sender's."""
+        """Return the model. Raises EomgenError if the model cannot be made here, or differs from the sender's model."""
         with self._making:
             if self._model is None:
                 if self._shipment.version != __version__:

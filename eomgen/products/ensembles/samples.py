@@ -31,7 +31,7 @@ class Lanes:
 
     Attributes
     ----------
-    runs : their source
+    runs : source of the lanes
     """
 
     model: CompiledModel
@@ -39,8 +39,8 @@ class Lanes:
     runs: SideBySide
 
     def tables(self, values: Array) -> Beside:
-        """Return columns (samples, columns, rows) of samples with the values (samples, varied), and which of them have
-        to be run alone."""
+        """Return columns (samples, columns, rows) of samples with the values (samples, varied), and a mask of the
+        samples that have to be run alone."""
         parameters, alone = self._parameters(values)
         inputs = self._input_tables(values, parameters) if self.runs.tabled else self._held_inputs(values)
         starts, refused = self._starts(values, parameters)
@@ -48,7 +48,8 @@ class Lanes:
         return replace(result, alone=result.alone | alone | refused | self.runs.unfollowed(parameters))
 
     def _parameters(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return parameters (samples, np), and which of them may be refused; these have the scene's instead."""
+        """Return parameters (samples, np), and a mask of the parameters that may be refused, which are replaced by the
+        scene's."""
         base, names = self.runs.run.parameters, list(self.model.parameters)
         parameters = np.repeat(base[np.newaxis], len(values), axis=0)
         for item, column in zip(self.options.items, values.T, strict=True):
@@ -90,7 +91,7 @@ class Lanes:
         return inputs
 
     def _starts(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return initial states (samples, nq + nv + nz) on the constraints, and which of them cannot be."""
+        """Return initial states (samples, nq + nv + nz) on the constraints, and a mask of failed corrections."""
         model, common = self.model, self.options.common
         changed = bool(common.get("initial")) or common.get("parameters") is not None
         changed = changed or any(item.block != "inputs" for item in self.options.items)
@@ -104,8 +105,8 @@ class Lanes:
         return np.concatenate([result.q, result.v, z], axis=1), refused | ~result.met
 
     def _guesses(self, values: Array, parameters: Array, *, asked: bool) -> tuple[Array, NDArray[np.bool_]]:
-        """Return initial states (samples, nq + nv + nz) as they are given, and which of them are refused; ``asked``:
-        before they are moved onto constraints."""
+        """Return initial states (samples, nq + nv + nz) as given, and a mask of refused states; ``asked``: before a
+        correction onto constraints."""
         model, common = self.model, self.options.common.get("initial")
         first = initial_state(model, common, self.runs.run.parameters, asked=asked)
         starts = np.repeat(np.concatenate([first.q, first.v, first.z])[np.newaxis], len(values), axis=0)
@@ -143,7 +144,7 @@ class Lanes:
 
 
 def lanes_of(model: CompiledModel, options: VariedOptions, alike: Alike, columns: Sequence[str]) -> Lanes | str:
-    """Return the runner of samples side by side, or the reason for which they run one after the other."""
+    """Return the runner of samples side by side, or the reason for runs one after the other."""
     common = with_scenes_laws(model, options.items, options.common)
     inputs = [item.name for item in options.items if item.block == "inputs"]
     initial = any(item.block in ("q", "v", "z") for item in options.items)
@@ -160,7 +161,7 @@ _FEW = 8
 
 @dataclass(frozen=True)
 class Failed:
-    """A sample with a failed run: its number, the reason, and its varied quantities by name."""
+    """A sample with a failed run: number, reason, and varied quantities by name."""
 
     number: int
     reason: str
@@ -177,7 +178,7 @@ class Block:
 
     Attributes
     ----------
-    first : number of the first one
+    first : number of the first sample
     values : (samples, varied)
     rows : (samples, columns, times), NaN if a sample failed or ended before
     extremes : (samples, columns, 3), by ``EXTREMES``
@@ -200,7 +201,7 @@ class Samples:
     times : (rows,) s, of the rows of whole runs
     thinned : places of the rows that are reduced
     keep : numbers of samples whose solutions are written to ``folder``, as files that end in ``keep_as``
-    alike : common part of their runs, with which they may run side by side; None: one after the other
+    alike : common part of the runs, for runs side by side; None: one after the other
     stop : set if no further sample is to begin
     """
 
@@ -216,12 +217,12 @@ class Samples:
     folder: Path | None = None
     alike: Alike | None = None
     stop: threading.Event = field(default_factory=threading.Event)
-    #: Threads that begin together wait for the one that makes lanes.
+    #: Lock for threads that begin together: one thread makes lanes, the other threads wait.
     _making: threading.Lock = field(default_factory=threading.Lock, init=False, repr=False)
     _made: Lanes | str | None = field(default=None, init=False, repr=False)
 
     def block(self, first: int, count: int) -> Block | None:
-        """Return a block of samples; None if it was stopped."""
+        """Return a block of samples; None if stopped."""
         values = self.design.values(first, count)
         rows, extremes = self._unknown(count)
         failed: list[Failed] = []
@@ -239,7 +240,7 @@ class Samples:
 
     @property
     def lanes(self) -> Lanes | str:
-        """The runner of samples side by side, or the reason for which they run one after the other."""
+        """The runner of samples side by side, or the reason for runs one after the other."""
         with self._making:
             if self._made is None:
                 made: Lanes | str = "runs side by side are not asked for"
@@ -251,11 +252,12 @@ class Samples:
 
     @property
     def how(self) -> str:
-        """How samples were run, ``side by side: 4 lanes``, or why one after the other; empty before the first one."""
+        """Description of the runs: ``side by side: 4 lanes``, or one after the other and the reason; empty before the
+        first block."""
         return "" if self._made is None else how_run(self._made)
 
     def _side_by_side(self, first: int, values: Array, rows: Array, extremes: Array) -> list[int]:
-        """Run samples (n, d) side by side and fill their rows and extremes; return samples that have to run alone."""
+        """Run samples (n, d) side by side and fill the rows and extremes; return samples that have to run alone."""
         lanes = self.lanes
         if isinstance(lanes, str):
             return list(range(len(values)))
@@ -284,7 +286,7 @@ class Samples:
         return sorted(left)
 
     def save_those_before(self, first: int) -> None:
-        """Run samples before this one again whose solutions are to be kept, and are not yet."""
+        """Repeat earlier samples whose solutions are to be kept, and are not kept yet."""
         for number in sorted(self.keep):
             if number < first and self.folder is not None and not self.file(number).exists():
                 rows, extremes = self._unknown(1)
@@ -305,7 +307,8 @@ class Samples:
             raise _StoppedError
 
     def _one(self, number: int, values: Array, rows: Array, extremes: Array) -> str:
-        """Run one sample and fill its rows (columns, times) and extremes (columns, 3); return why it failed."""
+        """Run one sample and fill the rows (columns, times) and extremes (columns, 3); return the reason of a
+        failure."""
         try:
             solution = simulate(
                 self.model, *self.span, **self.options.of(values), error_estimate=False, progress=self._look
@@ -331,7 +334,7 @@ class Samples:
         extremes[:] = extremes_of(table)
         if table.shape[1] == len(self.times):
             rows[:] = table[:, self.thinned]
-        else:  # an event has stopped it
+        else:  # stopped by an event
             met = self.thinned[self.times[self.thinned] <= end]
             met = met[met < table.shape[1]]
             rows[:, : len(met)] = table[:, met]

@@ -43,12 +43,12 @@ _GAIN = 0.2
 _GROWTH = 5.0
 #: Part of the machine, or rad, by which a constraint may be off, of 1e-3 from which on a run has failed.
 _VIOLATION = 1e-4
-#: Part of its length by which a beam's axis may be shortened, of 1 from which on a run has failed.
+#: Largest shortening of a beam's axis, as a part of its length; at 1 the run has failed.
 _SHORTENED = 0.9
 #: Numbers of rows that are looked at together, and groups of lanes, at most: 4 MB stay in a cache, and the heap keeps
 #: them from one group to the next, while 32 MB are allocated by the system each time, page by page.
 _NUMBERS, _GROUPS = 5e5, 1024
-#: Columns up to which they are copied one by one.
+#: Number of columns up to which columns are copied one by one.
 _NARROW = 3
 #: Options of ``simulate`` with which samples may run side by side.
 _OPTIONS = {
@@ -63,10 +63,10 @@ class Alike:
 
     Attributes
     ----------
-    method : its name
+    method : name of the method
     grid : of steps
     every : steps between rows
-    places : of each column, the attribute of the states, the output or the energy that it is of, and its place there
+    places : of each column, the attribute of the states, the output or the energy, and the index there
     """
 
     method: str
@@ -90,9 +90,10 @@ class Beside:
     Attributes
     ----------
     columns : (runs, columns, rows), not a number behind the last row of a run
-    alone : (runs,), which of them have to be made alone
-    rows : (runs,), number of rows of each; fewer if an event has stopped the run, whose row is then the last one
-    ends : (runs,) s, times of their last rows
+    alone : (runs,), mask of the runs that have to be repeated alone
+    rows : (runs,), number of rows of each run; fewer if an event has stopped the run, with the row of the event as last
+        row
+    ends : (runs,) s, times of the last rows
     """
 
     columns: Array
@@ -161,7 +162,7 @@ class SideBySide:
         ----------
         parameters : (n, np)
         held : values (n,) of inputs that are held over each run
-        laws : of each run, of the inputs whose law is its own
+        laws : of each run, of the inputs with a separate law for each run
         """
         model, signals, times = self.model, self.run.signals, self._input_times
         tables = np.repeat(self._common_inputs[np.newaxis], len(parameters), axis=0)
@@ -376,7 +377,8 @@ class SideBySide:
         return result
 
     def _breaks_constraints(self, rows: Array, parameters: Array, largest: Array) -> NDArray[np.bool_]:
-        """Return in which lanes constraints are off by more than a part of the machine, or by an angle of so many rad.
+        """Return a mask of the lanes in which constraints are violated by more than a part of the machine, or by more
+        than an angle in rad.
 
         Parameters
         ----------
@@ -414,7 +416,8 @@ class SideBySide:
         return gain
 
     def _beams_fail(self, rows: Array, parameters: Array) -> NDArray[np.bool_]:
-        """Return a mask of the lanes in which a beam bends beyond its model's range, or an element turns too far."""
+        """Return a mask of the lanes in which a beam bends beyond the range of its model, or an element rotates too
+        far."""
         lanes = len(rows)
         model, places = self.model, slice(1, 1 + self.model.nq)
         shares = shortenings(model, rows[:, :, places].reshape(-1, model.nq))
@@ -425,7 +428,7 @@ class SideBySide:
 
 
 def _columns_of(rows: Array, begin: int, end: int) -> Array:
-    """Return columns of rows in an array of their own; of a few, one by one takes a third of the time."""
+    """Return a contiguous copy of columns of rows; for a few columns, copies one by one take a third of the time."""
     if end - begin > _NARROW:
         return np.ascontiguousarray(rows[:, begin:end])
     result = np.empty((len(rows), end - begin))
@@ -435,12 +438,13 @@ def _columns_of(rows: Array, begin: int, end: int) -> Array:
 
 
 def _at_each(present: Array, count: int) -> Array:
-    """Return parameters (lanes, np), or (lanes, rows, np), of each of so many rows of each lane, (lanes * rows, np)."""
+    """Return parameters (lanes, np), or (lanes, rows, np), for each of ``count`` rows of each lane, (lanes * rows,
+    np)."""
     return np.repeat(present, count, axis=0) if present.ndim == 2 else present.reshape(-1, present.shape[2])
 
 
 def _filled(rows: Array, more: int) -> Array:
-    """Return rows with the last one repeated, so that no lane is empty."""
+    """Return rows with the last row repeated, so that no lane is empty."""
     return np.concatenate([rows, np.repeat(rows[-1:], more, axis=0)])
 
 
@@ -453,14 +457,15 @@ def side_by_side(
     *,
     initial_varies: bool,
 ) -> SideBySide | str:
-    """Return the setup of runs side by side, or the reason why they have to be made one after the other.
+    """Return the setup of runs side by side, or the reason for runs one after the other.
 
     Parameters
     ----------
     options : of ``simulate``, that all runs have
-    varied_inputs : names of inputs in which they differ, held over each run; laws that differ are among the options
+    varied_inputs : names of inputs with different values in the runs, held over each run; different laws are among the
+        options
     columns : of solutions, that are looked at
-    initial_varies : whether they differ in the initial state, which each is given then
+    initial_varies : whether runs have different initial states
     """
     if chosen_lanes() is Choice.OFF:
         return f"{LANES_VARIABLE} is off"

@@ -60,10 +60,10 @@ from eomgen.simulation.stepping.time_grid import row_times
 
 #: Samples of a block at most, and blocks of a small ensemble at least.
 _LARGEST_BLOCK, _BLOCKS = 256, 16
-#: Blocks at least that threads share, and evaluations times degrees of freedom of one, if its runs are short against
-#: the work of Python for a block.
+#: Least number of blocks shared by threads, and evaluations times degrees of freedom of one block, if runs are short
+#: compared with the work of Python for a block.
 _FEW_BLOCKS, _WORTH_A_BLOCK = 4, 50_000
-#: Samples of such a block at most, and numbers that are kept of all of them.
+#: Largest number of samples of such a block, and numbers kept of all samples.
 _LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK = 4096, 2**20
 #: Seconds between two writings of the reduced results, and the least multiple of the time of one.
 _SELDOM, _RARELY = 10.0, 20.0
@@ -98,13 +98,10 @@ def simulate_many(
 ) -> Ensemble:
     """Run samples of varied quantities, reduced as they come: statistics over time, extremes of each sample.
 
-    All other quantities and options are as in ``simulate``. A failed sample is kept with its reason and its values,
-    and
-    enters no statistics. The numbers have the same bits with any number of workers, and after any interruption;
-    sample
-    k of ``monte_carlo``, ``sobol`` and ``halton`` is the same in a larger ensemble. With a folder, memory does not
-    grow
-    with the number of samples, except for reading ``values`` and ``results`` back.
+    All other quantities and options are as in ``simulate``. A failed sample is kept with reason and values, and enters
+    no statistics. The numbers have the same bits with any number of workers, and after any interruption; sample k of
+    ``monte_carlo``, ``sobol`` and ``halton`` is the same in a larger ensemble. With a folder, memory does not grow with
+    the number of samples, except for reading ``values`` and ``results`` back.
 
     Parameters
     ----------
@@ -129,13 +126,13 @@ def simulate_many(
         Of the design.
     columns : sequence of str
         Outputs or other columns to be reduced; all outputs by default, or coordinates in a scene without outputs.
-        ``Solution.columns()`` has their names.
+        ``Solution.columns()`` returns the names.
     points : int
         Largest number of times with statistics.
     keep : sequence of int
         Numbers of samples whose solutions are written to the folder, ``runs``.
     keep_as : str
-        File format of kept solutions: ``npz``, or ``parquet`` for their columns alone.
+        File format of kept solutions: ``npz``, or ``parquet`` for columns only.
     folder : path
         Folder for samples and statistics, written as they come.
     resume : bool
@@ -143,8 +140,8 @@ def simulate_many(
     workers : int
         Threads, or processes of the cluster ``dask``; one for each processor by default.
     cluster : str, path or object
-        Dask's, to run samples on, with the same bits: ``dask`` for processes of this machine, the address of a
-        scheduler, its file, or a ``distributed.Client`` or cluster object.
+        Dask's, to run samples on, with the same bits: ``dask`` for processes of this machine, the address or the file
+        of a scheduler, or a ``distributed.Client`` or cluster object.
     progress : callable or True
         As of ``simulate``, called with samples.
     error_estimate : bool
@@ -175,7 +172,7 @@ def simulate_many(
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)
     items, drawn, name = _designed(model, vary, table, samples, design, seed)
     model.finish_compilation()  # many runs take longer than a compiler, and all have the bits of one library
-    # laws of inputs that vary are functions here too: a method that cannot take them says so before the first sample
+    # laws of varied inputs are functions here too: a method without such inputs reports this before the first sample
     pilot = simulate(model, t_end, step, **with_scenes_laws(model, items, options), error_estimate=error_estimate)
     if pilot.interrupted:
         raise KeyboardInterrupt
@@ -250,15 +247,15 @@ def simulate_many(
 
 
 def _block(samples: int, work: int, numbers: int) -> int:
-    """Return the number of samples of a block, from the work of one and its kept size: the same on every machine,
-    as a resumed ensemble asks for."""
+    """Return the number of samples of a block, from the work and the kept size of one sample: the same on every
+    machine, as required for resumed ensembles."""
     worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), _LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK // numbers)
     shared = worth if samples <= worth else min(worth, -(-samples // _FEW_BLOCKS))
     return max(1, shared, min(_LARGEST_BLOCK, -(-samples // _BLOCKS)))
 
 
 def _doubts(pilot: Solution) -> str:
-    """Return the warnings of the run without variations; empty if it has none."""
+    """Return the warnings of the run without variations; empty without warnings."""
     if not pilot.success:
         return f"the run without variations fails: {pilot.message}"
     warnings = "; ".join(str(finding) for finding in pilot.findings if finding.severity == WARNING)
@@ -267,7 +264,7 @@ def _doubts(pilot: Solution) -> str:
 
 @contextmanager
 def _alone(folder: Path | None) -> Iterator[None]:
-    """Keep other ensembles out of a folder. Raises FileError if one is at work in it."""
+    """Keep other ensembles out of a folder. Raises FileError if another ensemble uses the folder."""
     if folder is None:
         yield
         return
@@ -281,7 +278,8 @@ def _alone(folder: Path | None) -> Iterator[None]:
 def _reduced(
     blocks: Iterator[Block], journal: Journal, reduction: Reduction, total: int, report: Progress | None
 ) -> bool:
-    """Reduce blocks as they come, and return whether Ctrl-C ended it; finished blocks are kept after any end."""
+    """Reduce blocks one by one, and return whether Ctrl-C ended the reduction; finished blocks are kept after any
+    end."""
     written, seldom = time.monotonic(), _SELDOM
     interrupted = False
     reducer = ThreadPoolExecutor(1)  # Ctrl-C ends the main thread's work, and a block is reduced whole or not at all
@@ -303,7 +301,7 @@ def _reduced(
         interrupted = True
     except EomgenError:
         reducer.shutdown(wait=True)
-        with suppress(FileError):  # the first error is reported, not its consequences
+        with suppress(FileError):  # the first error is reported, not consequences
             journal.write(reduction)
         raise
     finally:
@@ -313,7 +311,7 @@ def _reduced(
 
 
 def _on_threads(work: Samples, workers: int, first: int, total: int, block: int) -> Generator[Block]:
-    """Give the blocks of samples from the first one on, in order; threads run some ahead."""
+    """Yield the blocks of samples in order, beginning with sample ``first``; threads work ahead."""
     pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
     waiting: list[Future[Block | None]] = []
     starts = iter(range(first, total, block))
@@ -397,7 +395,7 @@ def _numbers(keep: Sequence[int], samples: int) -> frozenset[int]:
 
 
 def _with_largest_step(options: EnsembleOptions, pilot: Solution) -> EnsembleOptions:
-    """Return the options of all samples: the run without variations decides on their largest step."""
+    """Return the options of all samples, with the largest step of the run without variations."""
     if "largest_step" not in pilot.metadata["settings"]:
         return options
     settings = {**(options.get("settings") or {}), "largest_step": pilot.metadata["settings"]["largest_step"]}

@@ -25,7 +25,7 @@ from eomgen.errors import Problem, UsageError
 #: Compression of digests: of 50 000 samples, ranks are off by up to 0.005 in the middle and 0.0001 at 0.001 and 0.999;
 #: a full digest takes 14 kB.
 _COMPRESSION = 800
-#: Samples that wait to be sketched together at most, and numbers of theirs: sorted, 2048 of them take a third of the
+#: Largest number of samples that wait to be sketched together, and of numbers: 2048 sorted samples take a third of the
 #: time of blocks of 256, since all centroids of a digest are merged at each block.
 _WAITING, _WAITING_NUMBERS = 2048, 2**22
 
@@ -117,7 +117,7 @@ class Reduction:
         known = np.isfinite(ordered).sum(axis=1).tolist()
         for digest, values, count in zip(self._digests, ordered, known, strict=True):
             digest.update(values[:count])
-            digest.compress()  # as writing it to a file does, so that a digest read back goes on with the same bits
+            digest.compress()  # as for files, so that a digest read back continues with the same bits
 
     @property
     def deviation(self) -> Array:
@@ -126,7 +126,7 @@ class Reduction:
 
     @property
     def covariance(self) -> Array:
-        """Covariances of the columns, (times, columns, columns), over samples that have all of them."""
+        """Covariances of the columns, (times, columns, columns), over samples with all columns."""
         return _over(self._products, (self._joint_count - 1.0)[:, np.newaxis, np.newaxis])
 
     @property
@@ -166,7 +166,7 @@ class Reduction:
     )  # fmt: skip  # a table
 
     def arrays(self) -> dict[str, Array]:
-        """Return all of it as arrays."""
+        """Return all attributes as arrays."""
         parts = [np.frombuffer(digest.serialize(), np.uint8) for digest in self._digests]
         sizes = np.array([len(part) for part in parts], dtype=np.int64)
         digests = np.concatenate(parts) if parts else np.empty(0, np.uint8)
@@ -204,7 +204,7 @@ def _over(sums: Array, count: Array) -> Array:
 
 
 def _sketches() -> Any:
-    """Return the package of sketches, or None if it is not installed."""
+    """Return the package of sketches, or None if not installed."""
     try:
         return importlib.import_module("datasketches")
     except ImportError:
@@ -224,8 +224,8 @@ class Ranking:
     Attributes
     ----------
     kind : ``Sobol' indices``, or ``squared rank regression``
-    first : name -> share that a number accounts for by itself
-    total : name -> share with all its interactions; of a regression as ``first``
+    first : name -> share of the variance due to the quantity alone
+    total : name -> share with all interactions; of a regression as ``first``
     first_interval, total_interval : name -> bounds of 95 % confidence by resampling; empty but for Sobol' indices
     error : largest estimated discretisation error of samples, as a part of the result's standard deviation; NaN if not
         known
@@ -273,7 +273,7 @@ def _standard(ranks: Array) -> Array:
 
 
 def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking:
-    """Return Sobol' indices: of first order by Saltelli and others (2010), total by Jansen (1999)."""
+    """Return Sobol' indices: first-order indices by Saltelli and others (2010), total indices by Jansen (1999)."""
     dimensions = len(names)
     n = asked // (dimensions + 2)
     if len(results) < asked or not np.all(np.isfinite(results)):
@@ -313,8 +313,8 @@ def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking
 
 
 def _resampled(f_A: Array, f_B: Array, f_AB: Array) -> list[tuple[Array, Array]]:
-    """Return bounds of 95 % confidence of the indices of first order and of the total ones, (dimensions,) each, by the
-    bootstrap over rows of the design (Archer, Saltelli, Sobol' 1997)."""
+    """Return bounds of 95 % confidence of the first-order and the total indices, (dimensions,) each, by the bootstrap
+    over rows of the design (Archer, Saltelli, Sobol' 1997)."""
     random, n = np.random.default_rng(0), len(f_A)
     middle = 0.5 * float(f_A.mean() + f_B.mean())
     A, B, AB = f_A - middle, f_B - middle, f_AB - middle

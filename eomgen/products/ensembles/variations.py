@@ -27,17 +27,17 @@ from eomgen.products.ensembles.distributions import Distribution, Quantiles, rea
 from eomgen.simulation.option_types import LawOverTime
 from eomgen.system.signals import Input
 
-#: Properties of a law that may vary: the seed of its random road or process, a factor of all of it.
+#: Properties of a law that may vary: the seed of a random road or process, a factor of the whole law.
 LAWS = ("seed", "scale")
 _SMALLEST = 2.0**-54
-#: Times at which harmonics are summed together: their arrays stay in the processor's cache.
+#: Number of times for which harmonics are summed together, so that arrays stay in the processor's cache.
 _TOGETHER = 64
 #: Laws that a hint names.
 _NAMED = 4
 
 
 def laws_that_vary(model: CompiledModel) -> list[str]:
-    """Return the names ``seed.road`` and ``scale.road`` of the inputs that have them."""
+    """Return the names ``seed.road`` and ``scale.road`` for inputs with such laws."""
     seeds = [f"seed.{item.name}" for item in model.description.inputs if item.road is not None or _own_variables(item)]
     seeds += [f"seed.{waves.name}" for waves in _waves(model) if waves.variables]
     return [*seeds, *(f"scale.{item.name}" for item in model.description.inputs if item.given)]
@@ -105,7 +105,7 @@ def variables_of_seed(model: CompiledModel, place: int, seed: float) -> dict[str
 
 
 def _waves(model: CompiledModel) -> tuple[Any, ...]:
-    """Return the waves of a model's scene, each with its name and its variables."""
+    """Return the waves of a model's scene, each with name and variables."""
     return model.description.parts.get("waves", ())
 
 
@@ -133,7 +133,7 @@ def check_seeds(name: str, how: Distribution) -> None:
 
 
 def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
-    """Raise UsageError if seeds, by name with the places of their inputs, are of wheels in the same track."""
+    """Raise UsageError if seeds, by name with the indices of inputs, are of wheels in the same track."""
     of_track: dict[tuple[str, int], str] = {}
     for name, place in seeds.items():
         if model.description.inputs[place].series is not None:
@@ -147,8 +147,8 @@ def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
 def laws_of(
     model: CompiledModel, p: Array, seeds: Mapping[str, float], factors: Mapping[str, float]
 ) -> dict[str, LawOverTime]:
-    """Return the laws of the inputs that seeds and factors, by name, make others than the scene's, at parameters
-    p. All wheels of a track have its seed."""
+    """Return the laws of the inputs that seeds and factors, by name, change from the scene's, at parameters p. All
+    wheels of a track have the seed of the track."""
     inputs = model.description.inputs
     by_name = {item.name: item for item in inputs}
     of_track = {_track(by_name[name.partition(".")[2]]): int(seed) for name, seed in seeds.items()}
@@ -191,8 +191,8 @@ def _own(model: CompiledModel, t: Array, p: Array, place: int) -> Array:
 
 
 def _sum(waves: Array, t: Array) -> Array:
-    """Return a sum of harmonics, (n,), at times t (n,): row by row, so that its bits do not depend on how many there
-    are."""
+    """Return a sum of harmonics, (n,), at times t (n,): row by row, so that the bits do not depend on the number of
+    rows."""
     amplitude, frequency, phase = waves.T
     values, room = np.empty(len(t)), np.empty((_TOGETHER, len(amplitude)))
     for first in range(0, len(t), _TOGETHER):
@@ -211,10 +211,10 @@ class Variation:
 
     Attributes
     ----------
-    name : as the caller has it
+    name : as given by the caller
     block : ``parameters``, ``inputs``, ``seed`` or ``scale`` of the law of an input, ``process`` for the seed of a
         random process or of waves, whose variables are parameters, or ``q``, ``v``, ``z`` of the initial state
-    place : component of an initial state, the input whose law it is, else 0
+    place : component of an initial state, index of the input of a law, else 0
     unit : of the number
     """
 
@@ -228,7 +228,7 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
     """Return the quantity of a name: a tunable parameter, an input, ``seed.road`` and ``scale.road`` of the law that an
     input has in the scene, ``q.hinge``, ``v.hinge``, an internal state.
 
-    ``where`` is its argument or option, for messages.
+    ``where`` is the argument or option with the name, for messages.
 
     Raises
     ------
@@ -270,7 +270,7 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
 def read_varied(
     model: CompiledModel, vary: Mapping[str, str | Distribution]
 ) -> tuple[list[Variation], list[Distribution]]:
-    """Return the varied quantities with their distributions. Raises UsageError."""
+    """Return the varied quantities with distributions. Raises UsageError."""
     if not isinstance(vary, Mapping):
         fault = f"a mapping from names to distributions is needed, not {type(vary).__name__}"
         raise UsageError(Problem("vary", fault, 'vary={"mass": "normal(1, 0.1)"}'))
@@ -311,9 +311,9 @@ def starts_of_several_turns(items: Sequence[Variation], vary: Mapping[str, str |
 
 
 def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[list[Variation], Array]:
-    """Return the varied quantities and their values, (samples, columns), of a mapping or a DataFrame of columns.
+    """Return the varied quantities and values, (samples, columns), of a mapping or a DataFrame of columns.
 
-    Values are numbers in the scene's units, or texts with units of their own, ``20 g``.
+    Values are numbers in the scene's units, or texts with units, ``20 g``.
 
     Raises
     ------
@@ -353,12 +353,12 @@ def _column(item: Variation, values: ArrayLike) -> Array:
 
 
 def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return options of all samples with laws of inputs that vary as functions, as the scene has them.
+    """Return options of all samples with laws of varied inputs as functions, equal to the scene's laws.
 
     Raises
     ------
     UsageError
-        An input whose law varies is given, or varies, itself.
+        An input whose law varies is also given, or also varies.
     """
     given = {*(common.get("inputs") or {}), *(item.name for item in items if item.block == "inputs")}
     for item in items:
@@ -377,7 +377,7 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
 
 @dataclass(frozen=True)
 class VariedOptions:
-    """Options of ``simulate`` for samples: common ones, and varied ones.
+    """Options of ``simulate`` for samples: common options, and varied options.
 
     Attributes
     ----------
@@ -414,7 +414,8 @@ class VariedOptions:
         return options
 
     def laws(self, values: Array, parameters: Callable[[], Array]) -> dict[str, LawOverTime]:
-        """Return the laws of inputs in which a sample with the values (d,) and parameters (np,) differs from others."""
+        """Return the laws of inputs that differ from the common laws in a sample with the values (d,) and parameters
+        (np,)."""
         seeds, factors = (
             {item.name: value for item, value in zip(self.items, values.tolist(), strict=True) if item.block == block}
             for block in LAWS

@@ -12,7 +12,7 @@ _ROOMS: dict[str, Room] = {}
 
 
 class Delivery(WorkerPlugin):
-    """Brings a shipment to each worker once, also to workers that join later, and clears up after it."""
+    """Brings a shipment to each worker once, also to workers that join later, and removes it at the end."""
 
     def __init__(self, shipment: Shipment) -> None:
         self._shipment = shipment

@@ -34,7 +34,7 @@ _TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "i
 
 
 def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
-    """Print the output of ``info`` for a system: its state, the parts of H, functions and method."""
+    """Print the output of ``info`` for a system: state, parts of H, functions and method."""
     from eomgen.pipeline.pipeline import derive  # noqa: PLC0415
     from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415  # imported when the arguments are fine
 

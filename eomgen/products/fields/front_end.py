@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 #: Keys above the tables of a Hamiltonian file; scenes have neither, so a misspelt kind is reported.
 _KIND = re.compile(r"^\s*(kind|hamiltonian)\s*=", re.MULTILINE)
 _TABLE = re.compile(r"^\s*\[", re.MULTILINE)
-#: The mark of a file of fields: its table of the mesh.
+#: The mark of a file of fields: a table of the mesh.
 _MESH = re.compile(r"^\s*(\[\s*mesh\s*\]|mesh\s*[.=])", re.MULTILINE)
 #: Number of bytes at the start of a file that decide its kind.
 _HEAD = 20_000
@@ -63,12 +63,12 @@ def _head(path: str | os.PathLike[str]) -> str:
 
 
 def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
-    """Return the system of fields on a mesh that a file describes; None if it describes anything else.
+    """Return the system of fields on a mesh that a file describes; None if the file describes anything else.
 
     Raises
     ------
     DescriptionError
-        With everything that is wrong with its content.
+        With all faults of the content.
     """
     if not says_hamiltonian(path) or not _MESH.search(_head(path)):
         return None
@@ -96,7 +96,7 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
     Raises
     ------
     DescriptionError
-        With everything that is wrong with its content.
+        With all faults of the content.
     UsageError
         An option of mechanical scenes.
     """
@@ -121,7 +121,7 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
 
 
 def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -> HamiltonianModel:
-    """Return the compiled model of a system, from the cache if nothing has changed; ``method`` of its runs."""
+    """Return the compiled model of a system, from the cache if unchanged; ``method`` of the runs."""
     from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415
     from eomgen.products.fields.hamiltonian.model import HamiltonianModel, built_library  # noqa: PLC0415
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415

@@ -168,7 +168,7 @@ def _print_passage(study: RandomVibration) -> None:
 
 
 def described_processes(inputs: Sequence[Input]) -> list[dict[str, Any]]:
-    """Return the random processes among inputs: their modes, and the part of the variance that these capture."""
+    """Return the random processes among inputs: modes, and the captured part of the variance."""
     return [
         {
             "name": item.name,
@@ -228,7 +228,7 @@ def _kind(item: dict[str, Any]) -> str:
 
 
 def _runs(variables: list[str]) -> str:
-    """Return ``force_z1 to force_z21`` for the variables of each process among them."""
+    """Return ``force_z1 to force_z21`` for the variables of each process."""
     runs = [list(names) for _, names in groupby(variables, key=lambda name: name.rstrip("0123456789"))]
     return ", ".join(f"{names[0]} to {names[-1]}" if len(names) > 1 else names[0] for names in runs)
 

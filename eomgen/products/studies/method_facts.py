@@ -23,11 +23,11 @@ class MethodFacts:
 
     Attributes
     ----------
-    compared : values of its parameters in a study of speed against accuracy
-    studied : whether such a study takes it by default
-    policies : other settings of its iteration in such a study, by label
-    ladders : ladders of extreme conditions that take it by default
-    fine_by : refinement that makes its runs references of these ladders; empty: none
+    compared : values of parameters in a study of speed against accuracy
+    studied : whether such a study includes the method by default
+    policies : other settings of the iteration in such a study, by label
+    ladders : ladders of extreme conditions that include the method by default
+    fine_by : refinement of the method in references of these ladders; empty: none
     """
 
     compared: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
@@ -38,7 +38,7 @@ class MethodFacts:
 
 
 def facts_of(name: str) -> MethodFacts:
-    """Return the facts about a method by one of its names. Raises UsageError if the name or an entry point is wrong."""
+    """Return the facts about a method by any of its names. Raises UsageError if the name or an entry point is wrong."""
     name = row_of(name)[1].name
     if not is_built_in(name):
         entry = next((entry for entry in extensions(GROUP) if entry.name == name), None)

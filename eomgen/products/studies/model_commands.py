@@ -117,7 +117,7 @@ def _short(value: float | None) -> str:
     return "" if value is None else f"{value:.1e}"
 
 
-#: Columns of the table: the cost, its heading, and by how much and in which format it is printed.
+#: Columns of the table: cost, heading, factor and format.
 _COLUMNS = (
     ("step_operations", "flops of a step's terms", 1.0, ".0f"),
     ("c_bytes", "C, kB", 1e-3, ".1f"),

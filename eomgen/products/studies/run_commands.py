@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from eomgen.products.studies import Cell, Extremes, Point, RealTime, Tradeoff, Tuned
 
 
-#: A measured order that is off its declared one by more than this is told.
+#: Deviation of a measured order from the declared order above which both are printed.
 _OFF = 0.15
-#: So many of these are named.
+#: Largest number of listed items.
 _NAMED = 4
 
 _of_tradeoff = arguments_of("eomgen.products.studies:tradeoff")
@@ -335,7 +335,7 @@ def _print_real_time(tuned: RealTime) -> None:
     print_table(f"{tuned.scene}: cycles of {1e6 * tuned.cycle:.6g} us", header, rows, numeric=(1, 2, 3))
 
 
-#: Cells and ladders that are left out for one reason are named up to so many.
+#: Largest number of cells and ladders, left out for the same reason, that are listed.
 _NAMED_CELLS = 8
 
 _of_extremes = arguments_of("eomgen.products.studies:extremes")

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from eomgen.pipeline.pipeline import Described
 
 
-#: Amplitude of a base that could move in all ways, m and rad: no number of the motion depends on it.
+#: Amplitude of a base that can move in all ways, m and rad: too small to change any number of the motion.
 TREMBLING = 1e-100
 
 
@@ -53,8 +53,8 @@ class Variant:
     ----------
     name, description : of the variant
     terms : None: by default
-    start : of runs, if it has only the functions that these call
-    problem : reason for which the scene cannot be made, if it is None
+    start : of runs, if the scene has only the functions that runs call
+    problem : reason for which there is no scene, if None
     """
 
     name: str
@@ -66,12 +66,13 @@ class Variant:
 
 
 def variants(scene: Scene, of_step: tuple[str, ...], absolute: Scene | str | None) -> tuple[Variant, ...]:
-    """Return the scene as it is asked, with less, with more of one kind each, and with all of these.
+    """Return the scene as requested, with less, with more of one kind each, and with all additions.
 
     Parameters
     ----------
     of_step : terms that a step of the method calls
-    absolute : the scene in absolute coordinates, or why it has none; None if they are its own
+    absolute : the scene in absolute coordinates, or the reason why there is none; None if the scene is in absolute
+        coordinates
     """
     made = [
         Variant("as asked", "the scene as it is", scene),
@@ -106,7 +107,8 @@ ALL_TERMS = tuple(
 
 
 def _named(scene: Scene, name: str) -> Scene:
-    """Return a scene whose content says that it is a variant: caches must not take it for the scene."""
+    """Return a scene whose content contains the name of the variant, so that caches distinguish the variant from the
+    scene."""
     return replace(scene, content=scene.content + b"\0" + name.encode())
 
 
@@ -152,7 +154,7 @@ def _tunable(scene: Scene) -> Scene:
 
 
 def _along_beams(scene: Scene) -> set[str]:
-    """Return the parameters of scenes with beams that define places or beams: they stay fixed."""
+    """Return the parameters of scenes with beams that define places or beams, which remain fixed."""
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
     if not beams:
         return set()
@@ -171,7 +173,7 @@ def _along_beams(scene: Scene) -> set[str]:
 
 
 def _over(value: Any, change: Callable[[Number], Formula]) -> Any:
-    """Return a value with its fields that are plain numbers of formulas changed; other formulas stay."""
+    """Return a value with changed fields, if plain numbers of formulas; other formulas are not changed."""
     if isinstance(value, Number):
         return change(value)
     if isinstance(value, Node):
@@ -197,7 +199,7 @@ def _each(value: Any, note: Callable[[Formula], Formula]) -> None:
 
 
 def _moving_base(scene: Scene) -> Scene:
-    """Return the scene with a base that trembles in all six ways, besides its own law."""
+    """Return the scene with a base that vibrates in all six ways, in addition to the law of the base."""
     own = scene.base or Base()
     time = Symbol("time")
     x, y, z = (Operation("add", (formula, _tremor(time, k + 1.0))) for k, formula in enumerate(own.position))
@@ -218,7 +220,7 @@ _CHANGES: Mapping[str, tuple[str, Callable[[Scene], Scene]]] = {
 }
 
 
-#: Steps in one timed run at least and at most, and the seconds that it should take.
+#: Least and largest number of steps in one timed run, and the desired seconds of such a run.
 FEWEST, MOST, LONG_ENOUGH = 200, 100_000, 0.05
 #: Files of C that are the same for every scene.
 _COMMON = ("eomgen_real.h", "main.c")
@@ -233,12 +235,12 @@ class Cost:
     name, what : name and description of the variant
     operations : additions and multiplications by term; terms that a step calls are in ``step_operations``, too
     step_operations : of one call each of the terms that a step calls
-    c_bytes : of the model's own C, its stepper included
+    c_bytes : of the model's C, including the stepper
     build_seconds : from the scene to the loaded library, with an empty cache
-    step_seconds : median over the rounds; None if it cannot be run
+    step_seconds : median over the rounds; None for a variant that cannot be run
     observed_seconds : the same with a row recorded at every step, and outputs and energies evaluated there
     iterations : Newton iterations per step, None if there are none
-    problem : why it was not derived, built or run to the end
+    problem : reason if the variant was not derived, built or run to the end
     """
 
     name: str
@@ -253,13 +255,13 @@ class Cost:
     problem: str = ""
 
 
-#: Costs of which a Savings gives the ratio to the scene as it is.
+#: Costs for which a Savings has the ratio to the unchanged scene.
 COMPARED = ("step_operations", "c_bytes", "build_seconds", "step_seconds", "observed_seconds")
 
 
 @dataclass(frozen=True)
 class Savings:
-    """Costs of a scene as it is asked, which come first, and of its variants."""
+    """Costs of a scene as requested, which come first, and of variants."""
 
     scene: str
     method: str
@@ -267,7 +269,7 @@ class Savings:
     costs: tuple[Cost, ...]
 
     def ratio(self, cost: Cost, key: str) -> float | None:
-        """Return a cost of a variant, one of ``COMPARED``, over the cost of the scene as it is."""
+        """Return the ratio of a cost of a variant, one of ``COMPARED``, to the cost of the unchanged scene."""
         asked, here = getattr(self.costs[0], key), getattr(cost, key)
         return here / asked if asked and here is not None else None
 
@@ -277,7 +279,7 @@ class Savings:
         return {"scene": self.scene, "method": self.method, "step": self.step, "variants": rows}
 
     def write(self, folder: str | Path) -> list[Path]:
-        """Write ``savings.csv`` and ``savings.json`` to a folder, which is made if it is missing."""
+        """Write ``savings.csv`` and ``savings.json`` to a folder, which is created if missing."""
         target = make_folder(Path(folder))
         table, data = target / "savings.csv", target / "savings.json"
         with table.open("w", newline="", encoding="utf-8") as stream:
@@ -301,12 +303,12 @@ def savings(
     progress: Callable[[str], None] | None = None,
     **options: Any,
 ) -> Savings:
-    """Measure the costs of a scene as it is, and with more than it asks for.
+    """Measure the costs of a scene as requested, and with additions.
 
     Variants: the functions of a run alone, the terms of a step alone, all terms, all numbers tunable, a base that moves
-    in all six ways, absolute coordinates, and all of that. They have the same motion. Each is derived, built in an
-    empty cache, and run at the scene's step; runs of the variants alternate, so that other load of the machine meets
-    all of them.
+    in all six ways, absolute coordinates, and all of that. All variants have the same motion. Each variant is derived,
+    built in an empty cache, and run at the scene's step; runs of the variants alternate, so that other load of the
+    machine affects all variants.
 
     Parameters
     ----------
@@ -320,7 +322,7 @@ def savings(
     profile : str
         As in ``build``.
     progress : callable, optional
-        Called with the name of each variant as it is built, and how many there are.
+        Called with the name of each variant before its build, and the number of variants.
     options
         Of ``load``, for paths.
 
@@ -329,7 +331,7 @@ def savings(
     UsageError
         Unknown variants, fewer than one round, documents that are no scenes.
     EomgenError
-        The scene as it is cannot be derived, built or run.
+        The unchanged scene cannot be derived, built or run.
     """
     document = load_scene(scene, **options) if isinstance(scene, str | os.PathLike) else as_document(scene)[0]
     if not isinstance(document, Scene):
@@ -344,7 +346,7 @@ def savings(
     wanted = [every[0], *(variant for variant in every[1:] if not only or variant.name in only)]
     step = document.simulation.step
     with tempfile.TemporaryDirectory(prefix="eomgen-savings-") as folder, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of variants: warnings of the scene itself come with every build
+        warnings.simplefilter("ignore")  # of variants: warnings of the scene come with every build
         built_in(Path(folder) / "cache", document, ["residual"], chosen, profile)  # shared by all builds
         measured = []
         for number, variant in enumerate(wanted, 1):
@@ -358,9 +360,10 @@ def savings(
 
 
 def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Scene | str | None:
-    """Return the scene in absolute coordinates, or why it has none; None if they are its own.
+    """Return the scene in absolute coordinates, or the reason why there is none; None if the scene is in absolute
+    coordinates.
 
-    A scene that is read anew is checked for them; for a Scene, the build checks.
+    A scene read again is checked for absolute coordinates; a Scene is checked by the build.
     """
     if scene.coordinates == "absolute":
         return None

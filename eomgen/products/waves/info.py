@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def described_waves(scene: Scene) -> list[dict[str, Any]]:
-    """Return seas: their free waves, the significant wave height, and the parameters that vary the amplitudes."""
+    """Return seas: free waves, the significant wave height, and the parameters that vary the amplitudes."""
     result = []
     for sea in scene.parts.get("waves", ()):
         free = sea.components[: sea.free]

@@ -47,22 +47,22 @@ class CurveTable:
 
     @property
     def packed(self) -> bool:
-        """Whether it is bytes in a separate file."""
+        """Whether the table is a file of bytes."""
         return len(self.rows) * len(self.rows[0]) >= LARGE
 
     @property
     def shared(self) -> bool:
-        """Whether several curves have it."""
+        """Whether several curves have this table."""
         return len(self.curves) > 1
 
     @property
     def size(self) -> int:
-        """Bytes of a row, and the zero that ends its text."""
+        """Bytes of a row, including the zero at the end of a text."""
         return 8 * len(self.rows[0]) + 1
 
     @property
     def text(self) -> str:
-        """Lines of the initializer, one row of bytes after the other."""
+        """Lines of the initializer, row by row."""
         data = np.array(self.rows, dtype="<f8").view(np.uint8)
         together = max(1, _TOGETHER // data.shape[1])
         parts = [_escaped(data[first : first + together]) for first in range(0, len(data), together)]
@@ -86,7 +86,7 @@ def _escaped(data: npt.NDArray[np.uint8]) -> bytes:
 
 
 def curve_tables(curves: Sequence[ProgramCurve]) -> tuple[CurveTable, ...]:
-    """Return the tables of curves, equal ones once."""
+    """Return the tables of curves, equal tables once."""
     result: dict[tuple[tuple[float, ...], ...], list[int]] = {}
     for number, curve in enumerate(curves, 1):
         result.setdefault(curve.rows, []).append(number)

@@ -14,7 +14,7 @@ from eomgen.errors import ModelError
 from eomgen.system.system import base_component
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-#: An underscore between two words keeps clear of the names that code has itself: x12, w, angle, EG_...
+#: An underscore between two words avoids clashes with names of the generated code: x12, w, angle, EG_...
 _LOCAL = re.compile(r"(?!EG_|eg_)[A-Za-z][A-Za-z0-9]*_[A-Za-z0-9_]*")
 _COMMENT_UNSAFE = re.compile(r"[^A-Za-z0-9 _.,:;=()\[\]{}<>+^|/-]")
 _C_WORDS = re.compile(
@@ -56,18 +56,18 @@ def comment(text: str, limit: int = 200) -> str:
 
 
 def file_name(text: str) -> str:
-    """Return the name of a file as compilers repeat it in messages: letters, digits, dots, dashes and underscores."""
+    """Return the name of a file as quoted in messages of compilers: letters, digits, dots, dashes and underscores."""
     return re.sub(r"[^A-Za-z0-9_.-]", "_", text)
 
 
 def c_string(text: str) -> str:
-    """Return a string literal of C: letters, digits, underscores as they are, any other text in octal escapes."""
+    """Return a string literal of C: letters, digits, underscores unchanged, any other text in octal escapes."""
     plain = re.fullmatch(r"[A-Za-z0-9_]*", text) is not None
     return f'"{text}"' if plain else '"' + "".join(f"\\{byte:03o}" for byte in text.encode()) + '"'
 
 
 def check_prefix(prefix: str) -> str:
-    """Return the prefix of a model's symbols. Raises ModelError unless it is a free C identifier."""
+    """Return the prefix of a model's symbols. Raises ModelError unless the prefix is a free C identifier."""
     if not _IDENTIFIER.fullmatch(prefix):
         raise ModelError(
             f"the model's name {prefix!r} is not a C identifier", "letters, digits and underscores, a letter first"
@@ -82,7 +82,7 @@ def check_prefix(prefix: str) -> str:
 
 
 def check_identifier(name: str, kind: str) -> str:
-    """Return a name that mechanics gave to a function. Raises ModelError unless it is an identifier."""
+    """Return a name that mechanics gave to a function. Raises ModelError unless the name is an identifier."""
     if not _IDENTIFIER.fullmatch(name):
         raise ModelError(f"{kind} {name!r} is not an identifier")
     return name
@@ -95,12 +95,13 @@ def output_name(name: str, inputs: tuple[str, ...]) -> str:
     return f"{name}_out" if clash else name
 
 
-#: Characters in the name of a local value; longer ones make statements harder to read, not easier.
+#: Largest number of characters in the name of a local value; longer names make statements harder to read, not easier.
 _LONGEST_LOCAL = 32
 
 
 def local_names(names: Sequence[tuple[int, str]], taken: Collection[str]) -> dict[int, str]:
-    """Return C identifiers for local values by number, legal, distinct, no arguments; others have no name."""
+    """Return C identifiers for local values by number, legal, distinct, and different from arguments; values without a
+    name are left out."""
     texts: dict[int, str] = {}
     used = set(taken)
     for number, text in names:
@@ -164,7 +165,7 @@ class CNames:
         return [f"{name}[{index}]" for name, size, _ in self.program.base_fields for index in range(size)]
 
     def base_targets(self) -> list[str]:
-        """Return the argument into which the function ``base`` stores its components."""
+        """Return the argument in which the function ``base`` stores components."""
         return [f"base->{member}" for member in self.base_members()]
 
     def input_texts(self) -> dict[str, str | Sequence[str]]:
@@ -202,7 +203,7 @@ class CNames:
         return ", ".join(texts) or "void"
 
     def part_call(self, function: ProgramFunction, number: int) -> str:
-        """Return the arguments with which a function calls one of its parts."""
+        """Return the arguments of the call of a part by its function."""
         part = function.parts[number]
         texts = [*part.inputs, *(["w"] if part.workspace else [])]
         texts += [function.outputs[index].argument for index in part.outputs]
@@ -234,7 +235,7 @@ class CNames:
         )
 
     def buffered_arguments(self, function: ProgramFunction) -> str:
-        """Return the arguments of a call from the other interfaces, on local copies."""
+        """Return the arguments of a call from the other interfaces, as local copies."""
         texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
         return ", ".join(
             [*texts, *(["&base"] if function.name == "base" else [output.argument for output in function.outputs])]
@@ -289,7 +290,7 @@ class CNames:
 
     @staticmethod
     def loop_parameters(loop: ProgramLoop, real: str = "real") -> str:
-        """Return the parameters of a loop: its inputs, and its outputs or targets of additions."""
+        """Return the parameters of a loop: inputs, and outputs or targets of additions."""
         names = [f"r{k}" for k in range(loop.outputs)] if loop.additions else ["r"]
         return ", ".join([f"const {real} *restrict g", *(f"{real} *restrict {name}" for name in names)])
 

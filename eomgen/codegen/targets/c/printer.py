@@ -58,7 +58,7 @@ def _pieces(line: str, within: bool = False) -> list[str]:
 
 
 def _folded_comment(line: str) -> list[str]:
-    """Break between words; further lines begin with a star below the first one."""
+    """Break between words; further lines begin with a star below the star of the first line."""
     indent = line[: len(line) - len(line.lstrip())]
     prefix = f"{indent} * " if line.lstrip().startswith("/*") else f"{indent}* "
     pieces = []
@@ -127,8 +127,8 @@ _COUNTING = frozenset({"fill", "gather", "spread", "angles", "circular"})
 LANES = 4
 
 
-#: Magnitudes of numbers that laws of mechanics have: they stay in the text, since compilers double by a sum and keep
-#: constants in registers.
+#: Magnitudes of numbers in laws of mechanics: these numbers stay in the text, since compilers replace doubling by a sum
+#: and keep constants in registers.
 _COMMON = frozenset({0.0, 0.5, 1.0, 2.0})
 #: Expressions of the counters of a loop, and operators that may be around one.
 _COUNTED = frozenset({"row", "numbers", "cell", "cells", "choice", "neg"})
@@ -143,12 +143,12 @@ def counts(statement: Statement) -> bool:
 
 @dataclass
 class NumberTable:
-    """Numbers of a function in a table of another file, so that its own text does not change with them.
+    """Numbers of a function in a table of another file, so that the text of the function is independent of the numbers.
 
     Attributes
     ----------
     name : of the array in C
-    values : its entries
+    values : entries of the table
     """
 
     name: str
@@ -163,7 +163,7 @@ class NumberTable:
         return f"{self.name}[{self._places[value]}]"
 
     def first_of(self, values: Sequence[float]) -> int:
-        """Append numbers and return the index of the first of them."""
+        """Append numbers and return the index of the first appended number."""
         self.values += values
         return len(self.values) - len(values)
 
@@ -186,12 +186,12 @@ class Printer:
 
     Parameters
     ----------
-    inputs : for each input block, its text with one ``{}`` for the component: ``q[{}]``; component texts for structs.
-    outputs : for each output, by number, the name of its array or the texts of its components.
+    inputs : for each input block, a text with one ``{}`` for the component: ``q[{}]``; component texts for structs.
+    outputs : for each output, by number, the name of the array or the texts of components.
     prefix : of the model's functions.
     constants : names of positive numbers.
     names : of local values, by number.
-    numbers : the table that numbers are read from; without one they stand in the text.
+    numbers : the table from which numbers are read; without a table, numbers stand in the text.
     """
 
     def __init__(
@@ -437,7 +437,7 @@ class Printer:
 
 
 class BranchingPrinter(Printer):
-    """Prints for numbers that are never lanes: a choice is a branch, so the other side is not computed."""
+    """Printer for numbers that are never lanes: a choice is a branch, so the other side is not computed."""
 
     def _print(self, expression: Expression) -> tuple[str, int]:
         if not isinstance(expression, int) and expression[0] == "SELECT":

@@ -13,7 +13,7 @@ _PER_STATEMENT = 2
 
 @dataclass
 class SourceFile:
-    """A C file: the loops and the parts of long functions it holds, and the functions it defines.
+    """A C file: the loops and the parts of long functions in the file, and the functions defined there.
 
     ``name`` has no suffix; loops are numbers of the Program's loops.
     """
@@ -26,7 +26,7 @@ class SourceFile:
 
 
 def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
-    """Return the files of a Program; the first has the prefix as its name and calls the parts in the others."""
+    """Return the files of a Program; the first file has the prefix as name and calls the parts in the other files."""
     first = SourceFile(program.prefix)
     files = [first]
     loops = [_PER_STATEMENT * len(loop.statements) for loop in program.loops]

@@ -13,9 +13,9 @@ from eomgen.integrators.newton.matrix import WEIGHTS
 
 #: Nonzeros of B, and velocity components, up to which the increment of the configuration is written out.
 WRITTEN_OUT = (300, 100)
-#: Statements of an elimination up to which it is one function, and of each function of a longer one. In one long
-#: function gcc keeps stored factors in registers for rows far below, and spills registers: 4863 statements take 1.6
-#: times as long as in parts of 200, and the file that holds them 1.9 times as long to compile.
+#: Number of statements of an elimination up to which it is one function, and number of statements per function of a
+#: longer elimination. In one long function gcc keeps stored factors in registers for rows far below, and spills
+#: registers: 4863 statements take 1.6 times as long as in parts of 200, and 1.9 times as long to compile.
 _WHOLE, _PART = 1000, 200
 
 
@@ -43,13 +43,12 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
     """Return the names that every template of a stepper may use, beside ``program``.
 
     ``P``, ``N``: prefix of functions and of constants; ``nq, nv, nz, nu``: sizes; ``method``; ``turns``: numbers in q
-    that are stepped without whole turns; ``wrapped``: a step has another around it, which knows turns or angles;
-    ``begin``: start of a run; ``remembers``: a state holds the inputs and parameters of its accelerations;
+    that are stepped without whole turns; ``wrapped``: the step is called by a step that handles turns or angles;
+    ``begin``: start of a run; ``remembers``: a state contains the inputs and parameters of its accelerations;
     ``rotations``: runs of the configuration that are rotations or poses; ``blocks`` of a state, with sizes;
-    ``kernels``: functions on the groups; ``number, call, copy_state, finite``: see ``Calls``.
-    With constraints also ``un``: the unknowns; ``nl, nh``: rows, and holonomic ones; ``ni``: independent components;
-    ``point``:
-    arguments.
+    ``kernels``: functions on the groups; ``number, call, copy_state, finite``: see ``Calls``. With constraints also
+    ``un``: the unknowns; ``nl, nh``: numbers of rows, and of holonomic rows; ``ni``: number of independent components;
+    ``point``: arguments.
     """
     prefix, sizes, method = program.prefix, program.sizes, program.method
     calls = Calls(program)
@@ -104,8 +103,8 @@ def _linear_system(program: StepperProgram) -> dict[str, Any]:
     """Return the facts by which templates choose the linear systems of implicit steps.
 
     ``solver``; ``scaled``: kinetic energy measures the unknowns; ``matrix``: function that fills the iteration matrix;
-    ``partials``: position of its first number; ``entries_are_finite``; ``unrolled`` rows and ``substitution`` of an
-    elimination that is written out; ``kinds`` of one by fronts.
+    ``partials``: position of the first number of the matrix; ``entries_are_finite``; ``unrolled`` rows and
+    ``substitution`` of an elimination written out; ``kinds`` of an elimination by fronts.
     """
     solver = program.method["solver"]
     return {
@@ -122,10 +121,9 @@ def _newton(program: StepperProgram) -> dict[str, Any]:
     """Return the facts by which templates choose steps with iterations.
 
     ``direct``: accelerations are a function of the model; ``perturbed``: positions alone are constrained (index 3);
-    ``held``: velocities are brought onto the constraints in each iteration; ``moved``: statements of the increment,
-    if it is written out; ``violation``: of row i of Phi; ``jacobian``: B at the start of a step;
-    ``tolerance`` of velocities, ``rounding`` of them and
-    ``multiplier_rounding``; ``iterate``: arguments.
+    ``held``: velocities are brought onto the constraints in each iteration; ``moved``: statements of the increment, if
+    written out; ``violation``: of row i of Phi; ``jacobian``: B at the start of a step; ``tolerance`` and ``rounding``
+    of velocities, ``multiplier_rounding``; ``iterate``: arguments.
     """
     method, un = program.method, program.method["unknowns"]
     constrained, stabilised, holonomic = un["lam"] > 0, un["eta"] > 0, un["holonomic"] > 0
@@ -168,7 +166,7 @@ def _good_settings(program: StepperProgram) -> str:
 
 
 def _tolerances(program: StepperProgram) -> dict[str, str]:
-    """Return the measure of velocities and multipliers: kinetic energy, or if it is unknown the largest of a
+    """Return the measure of velocities and multipliers: kinetic energy, or if unknown the largest component of a
     kind."""
     un, scaled = program.method["unknowns"], bool(program.method["solver"]["inertia"])
     kind = "0" if scaled else Lookup("angular", program.method["angular"]).at()
@@ -195,7 +193,8 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
     smallest = f"{program.prefix}_SMALLEST_PIVOT"
 
     def is_large(diagonal: int, unit: str, upper: Sequence[tuple[int, str]]) -> str:
-        """Return the test of a pivot, a_diagonal, against the rest of its row, in the units of the unknowns."""
+        """Return the test of a pivot, a_diagonal, against the other entries of the row, in the units of the
+        unknowns."""
         if not upper:
             return f"EG_ABS(a{diagonal}) > K(0.0)"
         return (
@@ -210,7 +209,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
         forward, backward = [], []
         upper = [{column: slot for slot, column in row["upper"]} for row in data["unrolled"]]
         for k, row in enumerate(data["unrolled"]):
-            if "sum" in row:  # against its summands, in the units of its row
+            if "sum" in row:  # against the summands, in the units of the row
                 test = is_large(row["diagonal"], "", [(slot, "") for slot in (row["sum"], *row["within"])])
             else:
                 test = is_large(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
@@ -282,13 +281,13 @@ def _forward_with_sources(
 
 
 def _front_place(local: Sequence[int]) -> str:
-    """Return the text of a position: of the front itself, or of the k-th one that it reaches."""
+    """Return the text of a position: of the front, or of the k-th front that receives contributions."""
     front, offset = local
     return f"y{front if front else ''}[{offset}]"
 
 
 def _right_side(row: int, un: Mapping[str, int], *, plain: bool) -> str:
-    """Return the right side of a row: as it is, or times the factor of its kind, with none in inner rows."""
+    """Return the right side of a row: unchanged, or times the factor of its kind, with none in inner rows."""
     if plain:
         return f"r[{row}]"
     if row >= un["size"]:
@@ -321,7 +320,8 @@ def _kernels(method: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _assembled(solver: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the ``text`` that assembles an iteration matrix, whether it is ``looped``, and its ``workspace``."""
+    """Return the ``text`` that assembles an iteration matrix, whether the assembly is ``looped``, and the
+    ``workspace``."""
     made = assembly(solver)
     numbers = "numbers" if made.looped else "w"
     inputs: dict[str, str | Sequence[str]] = {
@@ -335,7 +335,7 @@ def _assembled(solver: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _increment(method: Mapping[str, Any]) -> str:
-    """Return the statements D = E - offset - W B_n^T eta if they are few, empty if loops are to be printed."""
+    """Return the statements D = E - offset - W B_n^T eta if few, empty if loops are to be printed."""
     un, nonzeros = method["unknowns"], method["solver"]["B"]
     if len(nonzeros) > WRITTEN_OUT[0] or un["v"] > WRITTEN_OUT[1]:
         return ""
@@ -350,7 +350,7 @@ def _increment(method: Mapping[str, Any]) -> str:
     return indented(printer.lines([Statement("out", (0, i, value)) for i, value in enumerate(values)]), 1)
 
 
-#: Arguments with which implicit steppers call the functions of a model: their iterate.
+#: Arguments of calls of model functions by implicit steppers: the iterate.
 ITERATE = {
     "p": "p",
     "t": "t",
@@ -427,7 +427,7 @@ class Calls:
         return f"\n{indent}".join(f"{left}{name} = {right}{name};" for name in self.program.method["parameters"])
 
     def copy_state(self, to: str, source: str) -> str:
-        """Return the copy of a state without the arguments of its accelerations, which steps keep."""
+        """Return the copy of a state without the arguments of the accelerations, which steps keep."""
         if not any(item["group"] == "conditions" for item in self.program.method["state"]):
             return f"{to} = {source};"
         pointers = [text[1:] if text[0] == "*" else f"&{text}" for text in (to, source)]

@@ -28,7 +28,7 @@ def moved(first: str, step: int, counter: str = "k") -> str:
 
 
 def chosen(ranges: Sequence[tuple[int, str]], counter: str = "k") -> str:
-    """Return a choice between texts by ranges of a counter, each with its end."""
+    """Return a choice between texts by ranges of a counter, each with an end."""
     text = ranges[-1][1]
     for end, other in reversed(ranges[:-1]):
         text = f"{counter} < {end} ? {other} : {text}"
@@ -37,9 +37,9 @@ def chosen(ranges: Sequence[tuple[int, str]], counter: str = "k") -> str:
 
 #: Tables of fewer entries stay tables.
 _LONG = 72
-#: So many equal items at equally spaced places become a loop.
+#: Least number of equal items at equally spaced places for a loop.
 _MANY = 8
-#: Periods of entries with steps of their own are shorter than this.
+#: Upper bound of the periods of entries with separate steps.
 _LONGEST_PERIOD = 17
 #: Ranges of one table at most.
 _RANGES = 6
@@ -51,7 +51,7 @@ class Lookup:
     Parameters
     ----------
     name : of the table in C
-    values : its entries
+    values : entries of the table
     batch : entries in a separate line at most; 0 for all in one
     """
 
@@ -125,10 +125,10 @@ class Lookup:
 
 
 def nonzeros(places: Sequence[Sequence[int]]) -> list[dict[str, Any]]:
-    """Return loops over the nonzeros of a matrix, one for each stretch of a long table of their places.
+    """Return loops over the nonzeros of a matrix, one for each stretch of a long table of places.
 
     Of each: ``count`` periods k of ``period`` nonzeros j, ``tables`` of the first period, names to entries, and as
-    texts the ``number`` of a nonzero, its ``row`` and its ``column``.
+    texts the ``number`` of a nonzero, and ``row`` and ``column`` of the nonzero.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def nonzeros(places: Sequence[Sequence[int]]) -> list[dict[str, Any]]:
 
 
 def places_of_fronts(fronts: Sequence[Sequence[int]]) -> list[str]:
-    """Return the columns of the table of fronts as texts of i; empty if they are few or not regular."""
+    """Return the columns of the table of fronts as texts of i; empty for few or irregular fronts."""
     columns = [ranges(column) for column in zip(*fronts, strict=True)]
     if len(fronts) < _LONG // 2 or max(map(len, columns)) > _RANGES:
         return []

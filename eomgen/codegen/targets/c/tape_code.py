@@ -15,7 +15,7 @@ from typing import Any
 from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.program import Expression, Part, Program, ProgramFunction, Statement
 
-#: Operations of the engine: their position is their code. An operation has a target and one or two operands.
+#: Operations of the engine; the position is the code. An operation has a target and one or two operands.
 OPERATIONS = (
     "END", "MOVE", "NEG", "ADD", "SUB", "MUL", "DIV", "SQRT", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "ATAN2",
     "SINH", "COSH", "TANH", "EXP", "LOG", "POW", "ABS", "SIGN", "MIN", "MAX", "LT", "LE", "SELECT", "SINCOS", "TARGET",
@@ -37,7 +37,7 @@ class Tape:
     Attributes
     ----------
     code : instructions, four numbers each
-    numbers : constants, of one function after the other
+    numbers : constants, function after function
     """
 
     code: list[int] = field(default_factory=list)
@@ -55,8 +55,8 @@ class Tape:
 def on_tape(program: Program) -> tuple[Program, Tape]:
     """Return a Program whose long functions run on the engine, and the code of these functions.
 
-    A function of few operations keeps its statements, and so do a function with too many registers and the state
-    of the base, whose result is a struct.
+    A function of few operations keeps its statements, and so do functions with too many registers and the state of the
+    base, whose result is a struct.
     """
     tape = Tape()
     functions = tuple(_coded(program, function, tape) or function for function in program.functions)
@@ -64,14 +64,15 @@ def on_tape(program: Program) -> tuple[Program, Tape]:
 
 
 def literal(data: bytes) -> str:
-    """Return a string literal of C with these bytes, 28 in a line: compilers read it ten times as fast as numbers."""
+    """Return a string literal of C with these bytes, 28 in a line: compilers read string literals ten times as fast as
+    numbers."""
     text = [f"\\{byte:03o}" for byte in range(256)]
     rows = ("".join([text[byte] for byte in data[start : start + 28]]) for start in range(0, len(data), 28))
     return "\n".join(f'    "{row}"' for row in rows)
 
 
 def _coded(program: Program, function: ProgramFunction, tape: Tape) -> ProgramFunction | None:
-    """Return a function as runs of the engine, or None if it stays C."""
+    """Return a function as runs of the engine, or None if the function remains C."""
     if function.operations < _LEAST_OPERATIONS or function.name == "base" or function.same_as:
         return None
     made = _Assembler(program, function, len(tape.code))
@@ -128,7 +129,7 @@ class _Assembler:
         return self._temporary + self._deepest
 
     def statements(self) -> list[Statement]:
-        """Return runs of the engine, and statements that stay C between them."""
+        """Return runs of the engine, and statements between runs that remain C."""
         for part in self.function.parts:
             for statement in part.statements:
                 self._statement(statement)
@@ -201,7 +202,7 @@ class _Assembler:
         self._emit("OUT", source, component & 0xFFFF, component >> 16)
 
     def _value(self, expression: Expression, depth: int, target: int | None = None) -> int:
-        """Return the register of the value of an expression, ``target`` if it is given.
+        """Return the register of the value of an expression, by default a free one; ``target`` prescribes the register.
 
         ``depth``: how many intermediate values are in use.
         """
@@ -234,7 +235,7 @@ class _Assembler:
         return made
 
     def _leaf(self, expression: Expression) -> int | None:
-        """Return the register of a value that is there, None if it has to be evaluated."""
+        """Return the register of an existing value, None for a value to be evaluated."""
         if isinstance(expression, int):
             return self.first_local + expression if expression > 0 else None
         if expression[0] == "K":

@@ -28,7 +28,7 @@ from eomgen.codegen.targets.c.templates import TemplateBytecode, environment, st
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.stepper_layout import STEPPER_CDEF
 
-#: Signatures that never change from scene to scene, so that the wrapper around them is compiled once per machine.
+#: Signatures that are equal for all scenes, so that the generic wrapper is compiled once per machine.
 INTERFACE_CDEF = f"""\
 const char *eomgen_fingerprint(void);
 const char *eomgen_number_type(void);
@@ -37,10 +37,11 @@ int eomgen_call(int function, long count, const double *const *inputs, const lon
 {STEPPER_CDEF}"""
 #: Meaning of the argument of ``eomgen_size``.
 SIZES = ("functions", "q", "v", "z", "u", "p", "lam", "bodies", "base")
-#: Distance at which an argument of a curve counts as a break, relative to it, or as an end, relative to the range.
+#: Distance at which an argument of a curve counts as a break, relative to the argument, or as an end, relative to the
+#: range.
 SNAP = 8.0 * sys.float_info.epsilon
 EDGE = 1e-9
-#: Tables of numbers are private to a library: then code reads them without looking their addresses up.
+#: Tables of numbers are private to a library, so that code reads entries without a lookup of addresses.
 _HIDDEN = '__attribute__((visibility("hidden")))'
 #: Templates with lines that are long on purpose, or never.
 _NOT_FOLDED = ("c/main/README.md.jinja", "c/model/tables.c.jinja", "c/model/tape.h.jinja")
@@ -67,19 +68,18 @@ class _Context:
         self.tables = curve_tables(program.curves)
 
     def numbers(self, name: str) -> NumberTable | None:
-        """Return the table of numbers of a function, None if its numbers stand in its text."""
+        """Return the table of numbers of a function, None if numbers stand in the text."""
         if not self.apart:
             return None
         return self.number_tables.setdefault(name, NumberTable(f"{self.program.prefix}_{name}_numbers"))
 
     def value(self, name: str, number_: float) -> str:
-        """Return the text of a number that is alone in its statement of a function."""
+        """Return the text of a number that is alone in a statement of a function."""
         table = self.numbers(name)
         return number(number_) if table is None else f"{table.name}[{table.first_of([float(number_)])}]"
 
     def values(self, name: str, columns: Iterable[Sequence[float]]) -> str:
-        """Return the address of neighbouring entries of the table of a function, empty if its numbers stand in its
-        text."""
+        """Return the address of neighbouring entries of the table of a function, empty if numbers stand in the text."""
         table = self.numbers(name)
         entries = [float(number_) for column in columns for number_ in column]
         return "" if table is None or not entries else f"&{table.name}[{table.first_of(entries)}]"
@@ -112,7 +112,7 @@ class _Context:
         taken = {*function.inputs, *(output.argument for output in function.outputs)}
         names = local_names(function.parts[part].names, taken)
         macros = self.c.constant_macros()
-        own = function.name in self.program.function_names  # others stand in a stepper, which lanes translate
+        own = function.name in self.program.function_names  # other functions belong to a stepper, which lanes translate
         numbers = self.numbers(_of_part(function, part)) if own else None
         printer = Printer(
             self.c.input_texts(), outputs, self.program.prefix, constants=macros, names=names, numbers=numbers
@@ -179,19 +179,19 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
 def written_library(
     program: Program, bytecode: Path, *, apart: bool = False, tape: Tape | None = None
 ) -> Iterator[tuple[str, str]]:
-    """Yield the files of ``generate_files`` and ``generate_interface``, each as soon as it is written, headers
-    before the sources that include them.
+    """Yield the files of ``generate_files`` and ``generate_interface``, each as soon as written, headers before the
+    sources that include them.
 
     Parameters
     ----------
     bytecode : the folder in which the bytecode of the templates is kept, for later processes
-    apart : whether the numbers of the functions stand in a file of their own, ``<prefix>_numbers.c``, so that other
-        numbers change no other source
+    apart : whether the numbers of the functions are in a separate file, ``<prefix>_numbers.c``, so that other numbers
+        change no other source
     tape : code of the functions that the tape engine evaluates, if the Program has any
     """
     environment().bytecode_cache = TemplateBytecode(bytecode)
     if apart:
-        program = replace(program, constants=())  # their macros would change a header that all sources include
+        program = replace(program, constants=())  # macros of constants would change a header that all sources include
     context = _Context(program, FILE_LIMIT, apart=apart, tape=tape)
     files: dict[str, str] = {}
     for name, text in _sources(context):
@@ -213,7 +213,7 @@ def _of_part(function: ProgramFunction, part: int) -> str:
 
 
 def straight_sources(program: Program) -> frozenset[str]:
-    """Return the names of the files with functions of a model that has several, if its functions have no loops."""
+    """Return the names of the files with functions of a model with several files, if the functions have no loops."""
     files = plan_files(program, FILE_LIMIT)
     if len(files) == 1 or program.loops:
         return frozenset()
@@ -264,8 +264,8 @@ def _documents(context: _Context, files: Mapping[str, str], mark: str) -> dict[s
 
 
 def rendered(program: Program, templates: Mapping[str, str], **extra: object) -> dict[str, str]:
-    """Return the files of a Program with a header and steps other than mechanics': its functions, and files by
-    templates of their own.
+    """Return the files of a Program with a header and steps that are not mechanics': functions, and files by given
+    templates.
 
     Parameters
     ----------
@@ -282,7 +282,7 @@ def rendered(program: Program, templates: Mapping[str, str], **extra: object) ->
 
 
 def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, str]:
-    """Return the files of a loadable library besides the model's own: the generic interface and its header."""
+    """Return the files of a loadable library besides the model's files: the generic interface and the header."""
     return _interface(_Context(program, FILE_LIMIT), fingerprint(files))
 
 
@@ -312,7 +312,7 @@ def compile_command(program: Program, sources: list[str]) -> str:
 
 
 def _examples(program: Program) -> str:
-    """Return arguments that set the first parameters and inputs to the values that they have."""
+    """Return arguments that set the first parameters and inputs to their present values."""
     return "".join(f" {comment(named.name)}={named.value:.6g}" for named in (*program.parameters, *program.inputs)[:2])
 
 

@@ -28,10 +28,10 @@ _DIGEST = 32
 
 
 class TemplateBytecode(jinja2.BytecodeCache):
-    """Bytecode in a folder that is made at its first use; none is kept if the folder cannot be written.
+    """Bytecode in a folder, which is made at first use; no bytecode is kept if the folder cannot be written.
 
-    A file is taken if it is whole by its digest, and of the same template, Python, Jinja and eomgen, whose filters may
-    have been applied to constants.
+    A file is used if its digest is right, and if template, Python, Jinja and eomgen (whose filters may have been
+    applied to constants) are the same.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -50,7 +50,7 @@ class TemplateBytecode(jinja2.BytecodeCache):
                 bucket.bytecode_from_string(kept[_DIGEST:])
 
     def dump_bytecode(self, bucket: Bucket) -> None:
-        """Keep the bytecode of a template, under its name once it is whole."""
+        """Keep the bytecode of a template, renamed to its final name when complete."""
         code = bucket.bytecode_to_string()
         with contextlib.suppress(OSError):
             self.folder.mkdir(exist_ok=True)
@@ -93,7 +93,7 @@ def _family_file(name: str) -> tuple[str, str, Callable[[], bool]] | None:
 
 @cache
 def environment() -> jinja2.Environment:
-    """Return the one Jinja environment: undefined names are errors, blocks leave no blank lines."""
+    """Return the common Jinja environment: undefined names are errors, blocks leave no blank lines."""
     env = jinja2.Environment(
         loader=jinja2.ChoiceLoader([jinja2.FileSystemLoader(template_folder()), jinja2.FunctionLoader(_family_file)]),
         undefined=jinja2.StrictUndefined,
@@ -117,7 +117,7 @@ def environment() -> jinja2.Environment:
 
 
 def _products(rows: Sequence[Mapping[str, Any]], name: str, vector: str) -> str:
-    """Return loops that add a matrix times a vector to ``right``, empty if a table of its entries is as short."""
+    """Return loops that add a matrix times a vector to ``right``, empty if a table of the entries is as short."""
     terms = [(row["row"], number, column) for row in rows for number, column, _ in row[name]]
     inputs = {"right": "right[{}]", "numbers": "w[{}]", "vector": f"{vector}[{{}}]", "gain": ["gain"]}
     return indented(Printer(inputs, ["right"]).lines(added_products(terms, "" if name == "M" else "gain")), 1)

@@ -40,26 +40,26 @@ _COMPARISONS = {"<", ">", "<=", ">=", "==", "!="}
 
 @dataclass(frozen=True)
 class Value:
-    """The C text of an expression, and its type."""
+    """The C text of an expression, and the type of the expression."""
 
     text: str
     type: Type
     null: bool = False
 
     def as_pointer(self) -> Value:
-        """Return an array as the address of its first element."""
+        """Return an array as the address of the first element."""
         return Value(self.text, Pointer(element(self.type)))
 
     @property
     def decided(self) -> bool | None:
-        """The value of a condition, if it is known beforehand."""
+        """The value of a condition, if known in advance."""
         return self.text == "1" if isinstance(self.type, Whole) and self.text in {"0", "1"} else None
 
 
 @dataclass(frozen=True)
 class Place:
     """A target of assignments: text, type, region of the variable (None: memory of the caller), and the text of the
-    places if they differ between lanes."""
+    places if different between lanes."""
 
     text: str
     type: Type
@@ -100,7 +100,7 @@ class Expressions(ABC):
         return f"{stem}_{self._numbers}"
 
     def vary(self, name: str) -> None:
-        """Note that each lane has a whole number of its own; the function is then translated anew."""
+        """Note that the variable has a whole number per lane; the function is then translated anew."""
         self.routine.varying.add(name)
 
     # -- conversions -------------------------------------------------------------------------------------------------
@@ -288,7 +288,7 @@ class Expressions(ABC):
         return Value(f"({{ {begin} eg_any({here}) ? {result} : {first}; }})", Truths())
 
     def _for_all(self, node: Any) -> Value:
-        """Return an operand that is evaluated in all lanes, also if its condition does not hold."""
+        """Return an operand that is evaluated in all lanes, even without its condition."""
         before, self._unasked = self._unasked, True
         value = self.value(node)
         self._unasked = before
@@ -393,7 +393,7 @@ class Expressions(ABC):
         if place.lanes or not isinstance(kind, Real | Wholes | Constant | Whole | Structure):
             raise no_lanes(f"an element of its own in each lane: {written(node)}", node)
         lanes = self.to(index, Wholes(), node)
-        if isinstance(kind, Structure):  # its members lie as many vectors apart as it has
+        if isinstance(kind, Structure):  # the distance of members is the number of vectors of the structure
             apart = f"(int64_t)(sizeof({spelled(kind)}) / sizeof(eg_wide))"
             return Place(f"{place.text}[0]", kind, None, f"({lanes} * {apart})")
         if isinstance(kind, Constant | Whole):
@@ -426,7 +426,7 @@ class Expressions(ABC):
         raise no_lanes(f"a call of {written(node.name)}", node)
 
     def _foreign(self, name: str, given: list[Any], node: Any) -> Value:
-        """Return the call of a function that knows of one trajectory, with sizes behind its arrays."""
+        """Return the call of a function for a single trajectory, with sizes after arrays."""
         texts = []
         for item, kind in zip(given, self.source.foreign[name], strict=True):
             value = self.value(item)
@@ -448,7 +448,7 @@ class Expressions(ABC):
                 if place is not None and place.region is self.region:
                     texts.append(value.text)
                     continue
-                there = self.fresh("there")  # memory in which other lanes have numbers of their own
+                there = self.fresh("there")  # memory in which other lanes have numbers
                 made.append(f"real {there};")
                 behind.append(f"*({value.text}) = eg_pick({self.mask()}, {there}, *({value.text}));")
                 texts.append(f"&{there}")
@@ -518,7 +518,7 @@ class Expressions(ABC):
         while isinstance(node, c_ast.ArrayRef):  # a row of a table
             node = node.name
         if known is not None and isinstance(leaf(known), Real) and isinstance(node, c_ast.ID):
-            self.routine.widened.add(node.name)  # a table that others fill with numbers of each lane
+            self.routine.widened.add(node.name)  # a table filled with numbers of each lane by called functions
             return
         if known is not None and not isinstance(leaf(known), Constant):
             raise no_lanes(f"{parameter} of {routine.name} both the same for all lanes and not", node)

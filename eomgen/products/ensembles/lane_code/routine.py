@@ -40,9 +40,9 @@ class RoutineText(Expressions):
 
     Attributes
     ----------
-    signature, text : its declaration and its definition
-    called : functions of the stepper that it calls
-    functions : functions of the model that it calls under a mask
+    signature, text : declaration and definition
+    called : functions of the stepper called by the function
+    functions : functions of the model called under a mask
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class RoutineText(Expressions):
     # -- statements ------------------------------------------------------------------------------------------------
 
     def _block(self, node: Any) -> bool:
-        """Write the statements of a block; False if control never leaves it at the end."""
+        """Write the statements of a block; False if control never reaches the end of the block."""
         self.variables.append({})
         going = True
         for item in node.block_items or [] if isinstance(node, c_ast.Compound) else [node]:
@@ -384,7 +384,7 @@ class RoutineText(Expressions):
         self._line("}")
 
     def _rejoin(self, outer: Region) -> None:
-        """Take lanes that have left off the mask of a block that others are still in."""
+        """Remove lanes that have left from the mask of a block in which other lanes remain."""
         if not outer.left:
             return
         base = next((loop.region.mask for loop in reversed(self.loops) if loop.parted), "live")
@@ -408,7 +408,7 @@ class RoutineText(Expressions):
         self.variables.pop()
 
     def _loop(self, condition: Any, step: Any, body: Any, *, late: bool = False) -> None:
-        """Write a loop; ``late``: its first iteration has no condition."""
+        """Write a loop; ``late``: the first iteration has no condition."""
         again = ""
         if late:
             again, step = self.fresh("again"), None
@@ -476,7 +476,7 @@ class RoutineText(Expressions):
 
 
 class _PartCompany(Exception):
-    """Some lanes leave a loop that others stay in."""
+    """Raised if some lanes leave a loop in which other lanes remain."""
 
     def __init__(self, loop: Loop) -> None:
         super().__init__("lanes part company")

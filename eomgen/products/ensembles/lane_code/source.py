@@ -48,7 +48,7 @@ class Truths(Type):
 
 @dataclass(frozen=True)
 class Structure(Type):
-    """A structure, by name; all its members are of lanes."""
+    """A structure, by name; all members are of lanes."""
 
     name: str
 
@@ -62,7 +62,7 @@ class Pointer(Type):
 
 @dataclass(frozen=True)
 class Array(Type):
-    """An array; ``size`` is the text of its dimension."""
+    """An array; ``size`` is the text of the dimension."""
 
     of: Type
     size: str
@@ -115,13 +115,13 @@ def leaf(kind: Type) -> Type:
 
 @dataclass
 class Region:
-    """Statements that the same lanes come to, and the variable that says which; ``outer`` holds it."""
+    """Statements that the same lanes come to, and the variable that says which; ``outer`` is the enclosing region."""
 
     mask: str
     outer: Region | None = None
-    #: The loop with this region as its body.
+    #: The loop whose body is this region.
     loop: Loop | None = None
-    #: Some lanes left from within a block of it.
+    #: Whether some lanes left from within a block of the region.
     left: bool = False
 
 
@@ -136,7 +136,7 @@ class Loop:
 
 @dataclass
 class Variable:
-    """A variable of the function, and the region in which it is declared."""
+    """A variable of the function, and the region of its declaration."""
 
     type: Type
     region: Region
@@ -149,7 +149,7 @@ _SMALL = {"signed char", "unsigned char", "short", "unsigned short"}
 
 
 class NotInLanes(Exception):
-    """A construct that cannot be translated, with its position."""
+    """A construct that cannot be translated, with the position."""
 
 
 def no_lanes(construct: str, node: Any) -> NotInLanes:
@@ -165,9 +165,9 @@ class Routine:
     Attributes
     ----------
     varying : names of whole numbers, parameters or variables, with a value per lane
-    elements : types of the targets of pointers among the parameters, by their callers
-    widened : tables with a copy per lane, since a function takes them and others
-    given : pointers among the parameters that some caller gives; others are null
+    elements : types of the targets of pointers among the parameters, from the callers
+    widened : tables with a copy per lane, because a function takes these tables and tables of lanes
+    given : pointers among the parameters that some caller passes; other pointers are null
     counters : whole numbers that are only counters of loops
     gives : the pointer that is returned, if one is, may be other than null
     """
@@ -196,9 +196,9 @@ class Source:
     enumerators: set[str] = field(default_factory=set)
     tables: dict[str, Type] = field(default_factory=dict)
     routines: dict[str, Routine] = field(default_factory=dict)
-    #: Functions of the model, compiled for lanes from their own text: types of their parameters.
+    #: Functions of the model, compiled for lanes from a separate text: types of the parameters.
     functions: dict[str, list[Type]] = field(default_factory=dict)
-    #: Functions of others, which are called lane by lane: types of their parameters.
+    #: Functions for a single trajectory, called lane by lane: types of the parameters.
     foreign: dict[str, list[Type]] = field(default_factory=dict)
     #: Texts of declarations, in order.
     texts: list[str] = field(default_factory=list)
@@ -252,7 +252,7 @@ def type_of(node: Any, source: Source) -> Type:
 
 
 def in_lanes(kind: Type) -> Type:
-    """Return the type with whole numbers of its own in each lane: members of structures, arrays that are written to."""
+    """Return the type with whole numbers per lane: members of structures, arrays that are written to."""
     match kind:
         case Whole():
             return Wholes()
@@ -264,7 +264,7 @@ def in_lanes(kind: Type) -> Type:
 
 
 def written(node: Any) -> str:
-    """Return an expression as it stands."""
+    """Return an expression as C text."""
     return str(CGenerator().visit(node))
 
 
@@ -300,7 +300,7 @@ def _parameters(node: Any, source: Source) -> list[tuple[str, Type]]:
 
 
 def _read_foreign(item: Any, source: Source) -> None:
-    """Note a function of numbers and of arrays of them that gives a whole number."""
+    """Register a function of numbers and arrays of numbers that returns a whole number."""
     kinds = [kind for _, kind in _parameters(item.type, source)]
     if type_of(item.type.type, source) == Whole() and all(kind in (Real(), Pointer(Real())) for kind in kinds):
         source.foreign[item.name] = kinds
@@ -365,7 +365,7 @@ def declared(name: str, kind: Type, *, constant: bool = False) -> str:
 
 
 class _References(c_ast.NodeVisitor):  # type: ignore[misc]
-    """Counts the places of names, and the places within loops that begin by setting them."""
+    """Counts of the uses of names, and of the uses within loops that begin with an assignment."""
 
     def __init__(self) -> None:
         self.everywhere: dict[str, int] = {}

@@ -24,22 +24,22 @@ from eomgen.toolchain.builder import REFUSED, Preprocess
 from eomgen.toolchain.library import LaneLibrary, Library
 
 _MOST_ROUNDS = 20
-#: From so many numbers that a function writes on, one for all lanes is worth its text.
+#: Number of arrays written by a function above which a separate variant for all lanes is worth its text.
 _MANY_STORES = 6
 
 
 def translated(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping[str, list[int]]) -> str:
-    """Return the functions of a stepper for lanes, with all that they call.
+    """Return the functions of a stepper for lanes, with all called functions.
 
     Parameters
     ----------
     text : str
         C without directives of the preprocessor: declarations of the model, and the stepper.
     roots : mapping from name to names
-        Functions that are called from elsewhere, and their pointer arguments that are always null. They take a mask
-        first; their whole numbers are the same for all lanes.
+        Functions called from outside, and their pointer arguments that are always null. These functions have a mask as
+        first argument; their whole numbers are the same for all lanes.
     outputs : mapping from name to sizes
-        Functions of the model, which are compiled for lanes from their own text; sizes of the arrays they fill, in the
+        Functions of the model, which are compiled for lanes from a separate text; sizes of the output arrays, in the
         order of the parameters that are not constant.
 
     Raises
@@ -118,7 +118,7 @@ def _is_void(text: RoutineText) -> bool:
 
 
 def _each(name: str, kinds: Sequence[Type]) -> str:
-    """Return the call of a function of one trajectory for one lane after the other."""
+    """Return the call of a function for a single trajectory for one lane after another."""
     plain = [f"{'double *' if isinstance(kind, Pointer) else 'double '}x{i}" for i, kind in enumerate(kinds)]
     taken, before, filled, given, behind = [], [], [], [], []
     for i, kind in enumerate(kinds):
@@ -152,7 +152,7 @@ def _each(name: str, kinds: Sequence[Type]) -> str:
 
 
 def _masked(name: str, source: Source, sizes: list[int]) -> str:
-    """Return the function of a model that leaves other lanes as they are."""
+    """Return the function of a model that does not change other lanes."""
     kinds = source.functions[name]
     declared = [f"{spelled(kind)}{'' if spelled(kind).endswith('*') else ' '}x{i}" for i, kind in enumerate(kinds)]
     given, before, behind, results = [], [], [], 0
@@ -268,7 +268,7 @@ def lane_files(
     )
     text = templates.get_template("ensembles/stepper.c.jinja").render(prefix=prefix, body=body, driver=driver)
     numbers = f"{prefix}_numbers.c"
-    # compilers turn tables that they see into vectors of constants; a number behind an address is copied at each use
+    # compilers replace visible tables by vectors of constants; a number read through an address is copied at each use
     tables = re.sub(r"^extern .*\n", "", files.get(numbers, ""), flags=re.MULTILINE)
     seen = re.sub(r"^const ", "static const ", tables, flags=re.MULTILINE)
     kept = {

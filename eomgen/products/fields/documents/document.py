@@ -19,7 +19,7 @@ from eomgen.formula.nodes import ZERO, Formula, infix
 OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate and generate"
 #: Causes of an H that is infinite or not a number at a start.
 NO_START = "another start, or other parameters: two bodies in one place, a mass of 0, the root of a negative number"
-#: Tolerances of rk45 between which steps are chosen by them.
+#: Least and largest tolerance of the adaptive steps of rk45.
 TOLERANCES = (1e-14, 0.1)
 #: Dependence of a term of H: on momenta alone, on coordinates alone, or on both.
 Dependence = Literal["kinetic", "potential", "coupled"]
@@ -28,7 +28,7 @@ DEPENDENCES: tuple[Dependence, ...] = ("kinetic", "potential", "coupled")
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A coordinate with its conjugate momentum, and both at the start.
+    """A coordinate with the conjugate momentum, and the initial values of both.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Parameter:
     value : float
         In the file.
     formula : Formula or None
-        Of parameters above this one, by which a run with other values of these has this one; None for a number.
+        Of earlier parameters, for runs with other values of these parameters; None for a number.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Term:
 
     Attributes
     ----------
-    name : the key under which it stands
+    name : key of the term in the file
     """
 
     name: str
@@ -118,7 +118,7 @@ class Hamiltonian:
     name : str
         A legal C identifier.
     terms : tuple of Term
-        Their sum is H.
+        The sum of the terms is H.
     content : bytes
         All that determines the equations and the start; not how runs are made.
     """
@@ -135,7 +135,7 @@ class Hamiltonian:
 
     @property
     def separable(self) -> bool:
-        """Whether H is T(p) + V(q), by its terms."""
+        """Whether H is T(p) + V(q), by the terms."""
         return all(term.dependence != "coupled" for term in self.terms)
 
     def parameter_values(self, changes: Mapping[str, float]) -> dict[str, float]:
@@ -144,7 +144,8 @@ class Hamiltonian:
         Parameters
         ----------
         changes : mapping of names to numbers
-            Parameters that the run has other values of. A parameter with a formula that is not among them follows.
+            Parameters that the run has other values of. A parameter with a formula that is not among the changes
+            follows its formula.
 
         Raises
         ------
@@ -198,25 +199,25 @@ def _value_in_run(quantity: str, formula: Formula, values: Mapping[str, float]) 
         raise UsageError(Problem("parameters", fault, NO_START)) from None
 
 
-#: Kinds of an operator, by the key that gives it.
+#: Kinds of an operator, by the key for the kind.
 OperatorKind = Literal["white", "power", "lognormal_power", "filter", "smoothing", "difference", "mask"]
 OPERATOR_KINDS: tuple[OperatorKind, ...] = (
     "white", "power", "lognormal_power", "filter", "smoothing", "difference", "mask"
 )  # fmt: skip  # a list of kinds
-#: Sources of numbers in the cells, by the key that gives them.
+#: Sources of numbers in the cells, by the key for the source.
 DataKind = Literal["file", "formula", "poisson", "negative_binomial", "normal"]
 DATA_KINDS: tuple[DataKind, ...] = ("file", "formula", "poisson", "negative_binomial", "normal")
-#: Kinds of random data about fields of the truth, each with the parameter that it needs in addition to its mean.
+#: Kinds of random data about fields of the truth, each with the parameter required in addition to the mean.
 DRAWN: Mapping[str, str] = {"poisson": "", "negative_binomial": "beta", "normal": "deviation"}
-#: Names that formulas have of their own: of wave numbers, of centres of cells, of both.
+#: Predefined names in formulas: of wave numbers, of centres of cells, of both.
 OF_WAVES, OF_PLACES, VOLUME = ("k", "kx", "ky", "kz"), ("x", "y", "z"), "volume"
-#: Ending of an operator's name in the name of its variance.
+#: Suffix of an operator's name in the name of the operator's variance.
 VARIANCE = "_variance"
 
 
 @dataclass(frozen=True)
 class Table:
-    """A file of two columns, wave numbers and values, each column by name or by its place."""
+    """A file of two columns, wave numbers and values, each column given by name or by index."""
 
     file: str
     columns: tuple[str, str] = ("", "")
@@ -229,7 +230,7 @@ class Operator:
     Attributes
     ----------
     formula : of wave numbers, of centres of cells for a mask; a number for a smoothing; read for kinds with one alone
-    where : named formulas, each of the names before it
+    where : named formulas, each of the previous names
     axis : of a difference
     """
 
@@ -250,7 +251,7 @@ class Data:
     ----------
     formula : the values, or the mean of random data; not read for a file
     spread : beta of a negative binomial distribution, deviation of a normal one
-    minimum : the value below which they have no meaning
+    minimum : the value below which data have no meaning
     """
 
     name: str
@@ -264,7 +265,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Chains:
-    """The defaults of ``sample``, which describes them."""
+    """The defaults of the arguments of ``sample``; see there."""
 
     method: str = "minimum_norm2"
     step: float = 0.0
@@ -320,7 +321,7 @@ class FieldSystem:
 
     @property
     def parameter_values(self) -> dict[str, float]:
-        """Return values of parameters by name, the volume of a cell among them."""
+        """Return values of parameters by name, including the volume of a cell."""
         volume = 1.0
         for count, length in zip(self.cells, self.lengths, strict=True):
             volume *= length / count

@@ -26,7 +26,7 @@ OF_PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 
 
 class Entries:
-    """The entries of a file, and the report of their faults."""
+    """The entries of a file, and the report of faults."""
 
     def __init__(self, data: Mapping[str, Any], report: Report) -> None:
         self.data = data
@@ -46,7 +46,7 @@ class Entries:
         return str(name)
 
     def section(self, key: str) -> Mapping[str, Any]:
-        """Return a section, empty if it is missing or no table."""
+        """Return a section, empty if missing or no table."""
         result = self.data.get(key, {})
         if not isinstance(result, Mapping):
             self.report.add(key, f"a table is needed here, not {described(result)}", f"[{key}]")
@@ -73,7 +73,7 @@ class Entries:
         return made
 
     def number(self, key: str, value: object, known: Iterable[Parameter]) -> tuple[float, Formula | None]:
-        """Return a finite number, or the value of a formula of parameters; NaN if it is neither.
+        """Return a finite number, or the value of a formula of parameters; NaN if neither.
 
         Returns
         -------

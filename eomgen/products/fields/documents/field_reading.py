@@ -41,7 +41,7 @@ from eomgen.scene.sources.toml import toml_data
 
 #: Commands and keys for Hamiltonian systems of coordinates, for messages.
 OF_COORDINATES = "eomgen simulate, or a [mesh] with cells and length"
-#: Reserved words of formulas, which names may not be; the time is refused at its use.
+#: Reserved words of formulas, which are no valid names; the time is refused at its use.
 _WORDS = RESERVED - {"t"}
 _KEYS = (
     "format", "kind", "name", "description", "mesh", "parameters", "operators", "prior", "truth", "data", "cell",
@@ -66,7 +66,7 @@ def load_fields(path: str | os.PathLike[str]) -> FieldSystem:
     Raises
     ------
     FileError, DescriptionError, UsageError
-        The second with everything that is wrong with its content.
+        DescriptionError contains all faults of the content.
     """
     path = Path(path).expanduser()
     if path.suffix.lower() != ".toml":
@@ -133,7 +133,7 @@ class _FieldReader(Entries):
         energy, where = self.cell()
         fields = _last(operators)
         columns: tuple[str, ...] = ()
-        if not (report.concerns("operators") or report.concerns("data")):  # else their names are unknown for a reason
+        if not (report.concerns("operators") or report.concerns("data")):  # else names are unknown because of faults
             given = self.drawn(given, operators)
             named, columns = self.used(energy, where, operators, given)
             fields = named or fields
@@ -215,7 +215,7 @@ class _FieldReader(Entries):
 
     @property
     def waves(self) -> tuple[str, ...]:
-        """Names of wave numbers: k and its components."""
+        """Names of wave numbers: k and components of k."""
         return OF_WAVES[: 1 + len(self.axes)]
 
     # -- operators ---------------------------------------------------------------------------------------------------
@@ -275,7 +275,7 @@ class _FieldReader(Entries):
         return Operator(name, kind, made or ZERO, where, of=of)
 
     def kind_of(self, key: str, entry: Mapping[str, Any], kinds: Sequence[str], more: Sequence[str]) -> Any:
-        """Return the one key of an entry that says its kind."""
+        """Return the key of an entry that determines its kind."""
         check_keys(key, entry, (*kinds, *more), self.report)
         said = [kind for kind in kinds if kind in entry]
         if len(said) != 1:
@@ -298,7 +298,7 @@ class _FieldReader(Entries):
         return Table(file, (columns[0], columns[1]))
 
     def named(self, key: str, entry: object, own: Sequence[str]) -> tuple[tuple[str, Formula], ...]:
-        """Return the formulas of a table ``where``; each may use the names above it."""
+        """Return the formulas of a table ``where``; each formula may use the previous names."""
         made: list[tuple[str, Formula]] = []
         if not isinstance(entry, Mapping):
             self.report.add(key, f"a table is needed here, not {described(entry)}", 'where = { q = "k/0.2" }')
@@ -314,7 +314,7 @@ class _FieldReader(Entries):
         return tuple(made)
 
     def names(self, own: Sequence[str], more: Iterable[str]) -> Names:
-        """Return the names for a formula: parameters, its own variables, and others."""
+        """Return the names for a formula: parameters, predefined variables, and further names."""
         values = dict.fromkeys((VOLUME, *(item.name for item in self.known)), True)
         return Names(parameters=values, states=(*own, *more))
 
@@ -394,7 +394,7 @@ class _FieldReader(Entries):
     # -- energy ------------------------------------------------------------------------------------------------------
 
     def cell(self) -> tuple[str, dict[str, str]]:
-        """Return the formula of a cell, and its named formulas."""
+        """Return the formula of a cell, and the named formulas of the cell."""
         table = self.section("cell")
         check_keys("cell", table, ("energy", "where"), self.report)
         energy, where = table.get("energy"), table.get("where", {})
@@ -414,7 +414,7 @@ class _FieldReader(Entries):
     def used(
         self, energy: str, where: Mapping[str, str], operators: Sequence[Operator], given: Sequence[Data]
     ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Return the operators and the data that formulas of a cell name, as the file has them in order."""
+        """Return the operators and the data named in formulas of a cell, in the order of the file."""
         own, columns = [item.name for item in operators], [item.name for item in given]
         known = [*own, *(f"{name}{VARIANCE}" for name in own), *columns, VOLUME, *(item.name for item in self.known)]
         result: set[str] = set()
@@ -432,7 +432,7 @@ class _FieldReader(Entries):
         return tuple(name for name in own if name in result), tuple(name for name in columns if name in result)
 
     def named_in_cell(self, key: str, text: str, known: Sequence[str]) -> set[str]:
-        """Return the names in a formula of a cell; none if it has a fault, which is reported."""
+        """Return the names in a formula of a cell; none for a faulty formula, which is reported."""
         try:
             return {symbol.name for symbol in symbols(cell_formula(self.report.where(key), text, known))}
         except DescriptionError as error:
@@ -503,7 +503,7 @@ def _is_whole(value: object, least: int) -> bool:
 
 
 def _is_length(value: object) -> bool:
-    """Return whether volumes of a box, and squares of its wave numbers, are numbers."""
+    """Return whether volumes of a box, and squares of wave numbers of the box, are finite numbers."""
     return isinstance(value, int | float) and not isinstance(value, bool) and 1e-100 <= value <= 1e100
 
 

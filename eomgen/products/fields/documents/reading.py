@@ -41,9 +41,10 @@ from eomgen.scene.sources.toml import toml_data
 OF_FIELDS = "eomgen sample or info, or eomgen.sampling.sample(...)"
 #: Sections whose entries may repeat.
 SECTIONS = ("parameters", "coordinates", "definitions", "hamiltonian", "outputs")
-#: Names of the state and of parameters in a formula at most, once definitions stand in it.
+#: Largest number of names of the state and of parameters in a formula, after expansion of definitions.
 _MOST_NAMES = 100_000
-#: Levels of brackets in a formula with its definitions at most: functions over formulas recurse at each.
+#: Largest number of levels of brackets in a formula after expansion of definitions: functions over formulas recurse at
+#: each level.
 _MOST_LEVELS = 200
 _KEYS = ("format", "kind", "name", "description", *SECTIONS, "repeat", "simulation")
 _OF_STATES = Scope("coordinates, momenta and parameters (H does not depend on time)", frozenset({"parameter", "state"}))
@@ -57,7 +58,7 @@ def load_hamiltonian(path: str | os.PathLike[str]) -> Hamiltonian:
     Raises
     ------
     FileError, DescriptionError
-        The latter with everything that is wrong with its content.
+        DescriptionError contains all faults of the content.
     """
     path = Path(path).expanduser()
     if path.suffix.lower() != ".toml":
@@ -140,7 +141,7 @@ class _Reader(Entries):
         return self.expanded(key, super().formula(key, text, names, scope))[0]
 
     def expanded(self, key: str, formula: Formula | None) -> tuple[Formula | None, int]:
-        """Return a formula with definitions replaced, and how many names are in it then."""
+        """Return a formula with definitions replaced, and the number of names in the result."""
         count = 0
 
         def replaced(symbol: Symbol) -> Formula:
@@ -161,7 +162,7 @@ class _Reader(Entries):
         return made, count
 
     def definitions(self, states: Iterable[str], values: Iterable[str]) -> None:
-        """Read definitions, each of the names above it."""
+        """Read definitions, each of the previous names."""
         known = dict.fromkeys(states)
         for name, text in self.section("definitions").items():
             key = f"definitions.{name}"
@@ -195,7 +196,7 @@ class _Reader(Entries):
                 position, position_formula = self.number(f"{key}.initial[0]", initial[0], parameters)
                 momentum, momentum_formula = self.number(f"{key}.initial[1]", initial[1], parameters)
             else:
-                position = momentum = math.nan  # formulas may have its names
+                position = momentum = math.nan  # formulas may use the name of the coordinate
                 position_formula = momentum_formula = None
                 fault = "the initial value is missing" if initial is None else f"the start is {described(initial)}"
                 self.report.add(f"{key}.initial", fault, f"{name} = {_START}: its position and its momentum")
@@ -308,7 +309,7 @@ class _Reader(Entries):
                 self.report.add(where, fault, NO_START)
 
     def check_momenta(self, terms: list[Term], coordinates: list[Coordinate]) -> None:
-        """Report coordinates that stay at rest: neither the coordinate nor its momentum is in H."""
+        """Report coordinates that stay at rest: neither the coordinate nor the conjugate momentum is in H."""
         used = {symbol.name for term in terms for symbol in symbols(term.formula)}
         for item in coordinates:
             if not used & {item.name, item.momentum}:
@@ -340,7 +341,7 @@ def _dependence(formula: Formula, momenta: set[str]) -> Dependence:
 
 
 def summands(formula: Formula) -> list[Formula]:
-    """Return summands of a formula, with sums multiplied out if they have a factor of parameters alone."""
+    """Return summands of a formula, with sums multiplied out if their factor has parameters only."""
     if not isinstance(formula, Operation):
         return [formula]
     arguments = formula.arguments

@@ -128,7 +128,8 @@ def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) ->
 
 
 def _described(item: Parameter) -> str:
-    """Return the description of a parameter, and the parameters that it follows in files, and not in a struct of C."""
+    """Return the description of a parameter, and the parameters on which it depends in files, but not in a struct of
+    C."""
     leaders = [] if item.formula is None else sorted({symbol.name for symbol in symbols(item.formula)})
     rule = f"it follows {', '.join(leaders)} in files, not here" if leaders else ""
     return "; ".join(text for text in (item.description, rule) if text)
@@ -148,10 +149,10 @@ CDEF = f"""\
     int kind, int count, const double *fractions, int stages, const double *coefficients, double tolerance,
     int compensated, double *work, double *state, double *record, long *counted);
 """
-#: Iterations of an implicit step at most, the change, relative to the state, that may be rounding, and by how much a
-#: second change has to be smaller: if it is not, Newton's method takes over.
+#: Largest number of iterations of an implicit step; the change, relative to the state, that may be rounding; and the
+#: ratio of successive changes above which Newton's method takes over.
 MOST_ITERATIONS, ROUNDING, SLOW = 200, 1e-12, 0.3
-#: Turns of its linear equations, and the part of the residual that is left.
+#: Cycles of the linear equations, and the part of the residual that is left.
 CYCLES, LINEAR = 6, 1e-10
 #: Of Newton's method: corrections at most, halvings of one, the correction below which none is refused, and the error
 #: that is expected to be left, both in parts of the state.

@@ -27,7 +27,7 @@ HIGHEST_ORDER = 12
 def gauss_collocation(stages: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return A, row by row, and b of the Runge-Kutta method whose stages are at the roots of the Legendre polynomial.
 
-    Its order is twice the number of stages; one stage is the implicit midpoint rule. Hairer, Lubich and Wanner,
+    The order is twice the number of stages; one stage is the implicit midpoint rule. Hairer, Lubich and Wanner,
     Geometric Numerical Integration (2006), sections II.1.3 and VI.4.2.
     """
     nodes, weights = np.polynomial.legendre.leggauss(stages)
@@ -39,29 +39,29 @@ def gauss_collocation(stages: int) -> tuple[tuple[float, ...], tuple[float, ...]
     return tuple(A.ravel().tolist()), tuple((weights / 2).tolist())
 
 
-#: Kinds of parts of steps, by their numbers in C.
+#: Kinds of parts of steps; the index is the number in C.
 Kind = Literal["DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR"]
 KINDS: tuple[Kind, ...] = ("DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR")
 MIDPOINT = "implicit_midpoint"
 _OF_GAUSS = tuple(f"gauss{order}" for order in range(4, HIGHEST_ORDER + 1, 2))
-#: Vectors at most of the Krylov subspace in which linear equations of implicit steps are solved, numbers that they may
-#: take together, and vectors that there always are.
+#: Largest number of vectors of the Krylov subspace for the linear equations of implicit steps, largest number of
+#: entries of all vectors together, and least number of vectors.
 _MOST_VECTORS, _MOST_NUMBERS, _FEWEST_VECTORS = 160, 2_000_000, 30
 _SOURCE = "Hairer, Lubich and Wanner 2006, section II.1"
-#: Methods if the file and the caller name none: of separable systems, and of others.
+#: Default methods: for separable systems, and for other systems.
 STANDARD, STANDARD_IMPLICIT = "omf4", "gauss6"
 
 
 @dataclass(frozen=True)
 class Method:
-    """A method as its C takes it.
+    """A method in the form required by the C templates.
 
     Attributes
     ----------
     fractions : of a step, of drifts and kicks in turn or of other steps
     stability_limit : the largest stable step times the largest frequency; 0 if there is none
     stages : of other steps than drifts and kicks
-    A, b, error : coefficients of these, A by rows; of pairs the weights of the error that they estimate
+    A, b, error : coefficients of the stages, A by rows; for pairs the weights of the error estimate
     """
 
     name: str
@@ -82,7 +82,7 @@ class Method:
 
     @property
     def chooses_steps(self) -> bool:
-        """Whether its own steps follow from a tolerance."""
+        """Whether steps are chosen by a tolerance."""
         return self.kind == "PAIR"
 
     def work(self, n: int) -> int:
@@ -121,7 +121,7 @@ EXPLICIT = {
 }
 
 
-#: Names of methods in other programs, or of methods that replace them here.
+#: Names of methods in other programs, and equal methods or substitutes here.
 ELSEWHERE = {
     "velocity_verlet": 'leapfrog, which first="kick" begins with a kick',
     "stormer_verlet": "leapfrog",

@@ -30,9 +30,9 @@ _COPIES, _MOST_BYTES = 4, 4e9
 _COUNTED = ("steps", "gradients", "iterations", "products")
 #: Changes of H, relative to its absolute parts, above which a run is doubtful, and above which it has failed.
 _DOUBTED, _EXPLODED = 0.3, 10.0
-#: Steps of a run at most: beyond them times of rows are no doubles of their own.
+#: Largest number of steps of a run: above it, times of rows are not distinct doubles.
 _MOST_STEPS = 1e15
-#: Reasons for the end of a run, by the status of its C.
+#: Reasons for the end of a run, by the status returned by C.
 _STATUSES = {
     1: "the equations of an implicit step were not solved by Newton's method; try: a step smaller than {step:.3g}",
     2: "the step of rk45 became too small for the time to move on: the motion has a singularity near; try: a larger"
@@ -43,9 +43,9 @@ _STATUSES = {
 
 
 def built_library(document: Hamiltonian, content: bytes, builder: Builder) -> Library:
-    """Return the compiled library of a system, from the cache if it is there.
+    """Return the compiled library of a system, from the cache if present.
 
-    ``content``: everything that it follows from.
+    ``content``: all inputs that determine the library.
     """
     result = builder.find(content)
     if result is not None:
@@ -95,7 +95,7 @@ class HamiltonianModel:
         kind = "separable" if self.separable else "not separable"
         return f"HamiltonianModel({self.name}: {self.n} coordinates, {kind})"
 
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+    if not TYPE_CHECKING:  # type checkers know the attributes
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
@@ -189,9 +189,9 @@ class HamiltonianModel:
         record_every : int
             Steps between recorded rows; the first and the last state are always recorded.
         compensated : bool
-            Keep the rounding errors of sums for the next ones: for 1e6 steps and more.
+            Keep the rounding errors of sums for the following sums: for 1e6 steps and more.
         tolerance : float
-            Of ``rk45`` with its own steps within the steps of the grid: local errors as parts of the state. The file's
+            Of ``rk45`` with adaptive steps within the steps of the grid: local errors as parts of the state. The file's
             by default.
         error_estimate : bool
             Estimate the errors of steps by runs in steps twice and four times as long, or half as long if these
@@ -305,8 +305,8 @@ class HamiltonianModel:
     ) -> tuple[Array, list[int], int]:
         """Return rows of q and p, counts, and the end: 0 well, -1 interrupted, else a status.
 
-        Calls of C end within rows as well, so that the keyboard is heard, with the bits of one call for all; a run that
-        is interrupted has the state there as its last row.
+        Calls of C also end within rows, so that Ctrl-C takes effect, with the bits of a single call; an interrupted run
+        has the last state as last row.
         """
         n, ffi = self.n, self.library.ffi
         whole, rest = divmod(steps, every)
@@ -427,7 +427,7 @@ class HamiltonianModel:
 
 
 def _check_memory(rows: int, width: int, steps: int) -> None:
-    """Raise UsageError for a record, with its evaluated quantities, that is too large."""
+    """Raise UsageError if a record and its evaluated quantities are too large."""
     needed = 8 * rows * width * _COPIES
     if needed > _MOST_BYTES:
         fault = f"{rows:.6g} rows of {width} numbers would take about {needed / 1e9:.3g} GB"

@@ -23,34 +23,34 @@ _OTHER_ORDER, _ROUNDING = 0.75, 1e-12
 #: Part of the motion above which a motion is no longer followed.
 LOST = 0.1
 
-#: The part of a tolerance at which another run tells its errors.
+#: Ratio of the tolerances of the run and of the comparison run for the error estimate.
 FINER = 0.1
 
-#: Rows of the motion in a multiple of the step, behind every so many steps of the run and at the end; None if it
-#: fails.
+#: Rows of the motion in a multiple of the step, after each ``every`` steps of the run and at the end; None after a
+#: failure.
 Rows = Callable[[float, int], "Array | None"]
 
 
 @dataclass(frozen=True)
 class StepErrors:
-    """Estimated errors of coordinates and momenta, as parts of their motion.
+    """Estimated errors of coordinates and momenta, as parts of the range of each.
 
     Attributes
     ----------
     available : bool
-        If it is False, ``reason`` says why, and numbers are NaN.
+        False if there is no estimate: ``reason`` is the cause, and numbers are NaN.
     relative : float
-        The largest error of a coordinate or momentum as a part of its range over the run.
+        The largest error of a coordinate or momentum as a part of the range over the run.
     name : str
         Of which.
     error : float
-        That error itself.
+        Absolute value of this error.
     order, declared_order : float
         Observed in the runs (NaN if two runs give none), and of the method.
     lost_at : float
         The first time with an error above a tenth of a motion; infinite if there is none.
     method : str
-        The runs that tell it.
+        The runs of the estimate.
     t, relative_at : (rows,)
         Times that the runs have in common, and the largest share at each.
     """
@@ -90,8 +90,8 @@ def estimated(
 ) -> StepErrors:
     """Return the estimate of a run by runs in steps twice and four times as long, or else half as long.
 
-    Differences of runs of order r fall by 2^r from one to the next. If they do not, longer steps are inconclusive for
-    these, and the motion is compared with steps of half the size.
+    Differences of runs of order r fall by 2^r from one to the next. Otherwise longer steps are inconclusive for these,
+    and the motion is compared with steps of half the size.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def estimated(
 
 
 def by_tolerance(own: Array, finer: Array | None, t: Array, tolerance: float, names: Sequence[str]) -> StepErrors:
-    """Return the estimate of a run that chooses its steps by one at ``FINER`` of its tolerance."""
+    """Return the estimate for a run with adaptive steps by a run at ``FINER`` of the tolerance."""
     if finer is None:
         return StepErrors(reason=f"a run at tolerance {tolerance * FINER:.3g} failed")
     scale = _scale(own)
@@ -132,7 +132,7 @@ def by_tolerance(own: Array, finer: Array | None, t: Array, tolerance: float, na
 
 
 def _scale(own: Array) -> Array:
-    """Return the range of each column; of a column at rest its size."""
+    """Return the range of each column; for a column at rest, the magnitude."""
     result = np.ptp(own, axis=0)
     return np.asarray(np.where(result > 0, result, np.maximum(np.abs(own).max(axis=0), np.finfo(float).tiny)))
 
@@ -161,7 +161,7 @@ def _made(
 @checked_calls("model.simulate(...), which makes one", filename="path", file="path")
 @dataclass(frozen=True)
 class HamiltonianSolution:
-    """A motion with its diagnostics.
+    """A motion with diagnostics.
 
     Attributes
     ----------
@@ -179,7 +179,7 @@ class HamiltonianSolution:
     success : bool
         Whether the motion reached the end.
     message : str
-        Its end, and doubts.
+        The end of the run, and doubts.
     metadata : mapping
         Names, units, method, step, parameters.
     error_estimate : StepErrors
@@ -200,7 +200,7 @@ class HamiltonianSolution:
     def __repr__(self) -> str:
         return f"HamiltonianSolution({self.metadata['name']}: {self.message}, {len(self.t)} rows)"
 
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+    if not TYPE_CHECKING:  # type checkers know the attributes
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
@@ -210,7 +210,7 @@ class HamiltonianSolution:
 
     @property
     def energy_error(self) -> float:
-        """The largest change of H, as a share of |H| at the start; of the largest part of it if H is 0 there."""
+        """The largest change of H, as a share of |H| at the start; of the largest part of H if H is 0 there."""
         total = self.energy["total"]
         scale = abs(total[0]) or max(float(np.abs(part).max()) for part in self.energy.values()) or 1.0
         return float(np.abs(total - total[0]).max() / scale)
@@ -225,7 +225,7 @@ class HamiltonianSolution:
         return columns | {f"energy.{name}": column for name, column in self.energy.items()}
 
     def save(self, path: str | Path) -> Path:
-        """Write all of it as ``.npz``, or its columns as ``.csv``; a file of that name is replaced.
+        """Write all attributes as ``.npz``, or the columns as ``.csv``; an existing file is replaced.
 
         Raises
         ------
@@ -254,12 +254,12 @@ class HamiltonianSolution:
         return path
 
 
-#: Curves in one panel, of which each has a colour of its own, and points of one curve, at most.
+#: Largest number of curves in one panel, with distinct colours, and of points of one curve.
 _CURVES, _POINTS = 10, 4000
 
 
 def draw(solution: HamiltonianSolution, folder: Path) -> list[Path]:
-    """Write ``motion.png`` and return its path. Raises FileError."""
+    """Write ``motion.png`` and return the path. Raises FileError."""
     names, units = solution.metadata["names"], solution.metadata["units"]
     panels = [
         ("coordinates", dict(zip(names["q"], solution.q.T, strict=True)), units["q"]),

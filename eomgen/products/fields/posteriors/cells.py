@@ -48,7 +48,7 @@ void eomgen_field_residual_single(long n, float *const *fields, const double *co
 """
 
 
-#: Numbers from which on threads share an array, and of which their parts are multiples: whole vector registers.
+#: Size of arrays from which on threads share the work, and divisor of the sizes of parts: whole vector registers.
 _SHARED, _MULTIPLE = 2**19, 1024
 
 
@@ -59,9 +59,9 @@ class CellEnergy:
     Attributes
     ----------
     formula : of names of fields, data, parameters and ``where``; "0" for a prior alone
-    where : named formulas, each of names before it
-    parameters : numbers; they are folded into the C
-    smallest : by name of data, the value below which they have no meaning, as 0 of counts
+    where : named formulas, each of previous names
+    parameters : numbers, folded into the C
+    smallest : by name of data, the value below which the data have no meaning, such as 0 for counts
     """
 
     formula: str
@@ -92,7 +92,7 @@ def poisson(mean: float, variance: float, bias: float = 1.0, response: bool = Fa
     bias : float
         Power of 1 + delta in the mean.
     response : bool
-        Whether there are data ``response``; without them R is 1 in all cells.
+        Whether there are data ``response``; without such data R is 1 in all cells.
 
     Returns
     -------
@@ -159,7 +159,7 @@ def _least(response: bool) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class CellTape:
-    """The formula of a cell on a tape: h, its gradient, and the product of its Hessian with a direction ``j``."""
+    """The formula of a cell on a tape: h, the gradient, and the product of the Hessian with a direction ``j``."""
 
     tape: Tape
     energy: Ref
@@ -173,7 +173,7 @@ class CellTape:
 
 
 def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], masks: Sequence[str] = ()) -> CellTape:
-    """Record the energy of a cell; a field with a mask is the product of its value and of data of the mask's.
+    """Record the energy of a cell; a field with a mask is the product of the field's value and the mask.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ def _recorded(algebra: Algebra, where: str, text: str, known: Mapping[str, Scala
 def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequence[str], single: bool = False) -> str:
     """Return the C of a cell's energy and of operations on spectra; of an idle energy, the latter alone.
 
-    ``single`` adds gradients with fields and their spectra in single precision; operations are in double.
+    ``single`` adds gradients with fields and spectra in single precision; operations are in double.
     """
     inputs = {"f": "f[{}]", "d": "d[{}]", "j": "j[{}]"}
 
@@ -248,7 +248,8 @@ def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequ
 class CellRoutines:
     """The compiled C of a cell's energy, on arrays whose numbers are next to each other.
 
-    Several threads share elementwise operations; sums are made by one, so that they do not depend on their number.
+    Several threads share elementwise operations; one thread computes sums, so that sums do not depend on the number of
+    threads.
     """
 
     def __init__(self, text: str, idle: bool, single: bool = False, threads: int = 1) -> None:

@@ -37,7 +37,7 @@ Spectrum = NDArray[np.complex128] | NDArray[np.complex64]
 Reals = NDArray[np.float64] | NDArray[np.float32]
 #: Lengths of a box: volumes, and squares of wave numbers, have to be numbers.
 SMALLEST, LARGEST = 1e-100, 1e100
-#: Transforms of fewer cells than this take one thread: others cost more than they save.
+#: Number of cells below which transforms use one thread, because more threads cost more than they save.
 _ONE_THREAD = 32**3
 
 
@@ -89,7 +89,7 @@ class Mesh:
 
     @functools.cached_property
     def wave_vectors(self) -> tuple[Array, ...]:
-        """Components of k along each axis, shaped so that they broadcast to ``half``; radians per length."""
+        """Components of k along each axis, with shapes that broadcast to ``half``; radians per length."""
         parts = []
         for axis, (count, length) in enumerate(zip(self.cells, self.lengths, strict=True)):
             frequencies = np.fft.rfftfreq if axis == len(self.cells) - 1 else np.fft.fftfreq
@@ -122,7 +122,7 @@ class Mesh:
     @overload
     def spectrum(self, field: Reals, *, overwrite: bool = False) -> Spectrum: ...
     def spectrum(self, field: Reals, *, overwrite: bool = False) -> Spectrum:
-        """Return F of a real field, shape ``half``, in its precision. SciPy allocates the result."""
+        """Return F of a real field, shape ``half``, in the precision of the field. SciPy allocates the result."""
         made: Spectrum = scipy.fft.rfftn(field, norm="ortho", workers=self.threads, overwrite_x=overwrite)
         return made
 
@@ -131,16 +131,16 @@ class Mesh:
     @overload
     def field(self, spectrum: Spectrum, *, overwrite: bool = False) -> Reals: ...
     def field(self, spectrum: Spectrum, *, overwrite: bool = False) -> Reals:
-        """Return the real field of half a spectrum, shape ``cells``, in its precision. SciPy allocates the result and,
-        in more than one dimension, a spectrum for the transforms along the other axes; ``overwrite`` lets it take the
-        argument's."""
+        """Return the real field of half a spectrum, shape ``cells``, in the precision of the spectrum. SciPy allocates
+        the result and, in more than one dimension, a spectrum for the transforms along the other axes; ``overwrite``
+        allows the use of the argument's memory."""
         made: Reals = scipy.fft.irfftn(
             spectrum, s=self.cells, norm="ortho", workers=self.threads, overwrite_x=overwrite
         )
         return made
 
     def product(self, one: Complex, two: Complex) -> float:
-        """Return the sum over cells of the product of two real fields, from their spectra."""
+        """Return the sum over cells of the product of two real fields, given by spectra."""
         return float(np.sum((one.real * two.real + one.imag * two.imag) * self.weights))
 
     def white(self, generator: np.random.Generator) -> Complex:
@@ -162,7 +162,7 @@ class Mesh:
             return mean.copy(), result / count
 
     def require_memory(self, spectra: int, fields: int, purpose: str, numbers: int = 0) -> int:
-        """Return the bytes of so many half spectra of complex numbers, fields of doubles, and numbers beside them.
+        """Return the bytes of given numbers of half spectra of complex numbers, fields of doubles, and further numbers.
 
         Raises
         ------
@@ -182,7 +182,8 @@ class Mesh:
 
 @functools.lru_cache(maxsize=4)
 def _binned(mesh: Mesh, bins: int) -> tuple[NDArray[np.int64], NDArray[np.bool_], Array, Array]:
-    """Return the bin of each amplitude that is in one, which are, and their number and mean |k| in each bin."""
+    """Return the bin of each binned amplitude, the mask of binned amplitudes, and the number and mean |k| of each
+    bin."""
     nyquist = min(math.pi * count / length for count, length in zip(mesh.cells, mesh.lengths, strict=True))
     weights = np.broadcast_to(mesh.weights, mesh.half)
     number = np.ceil(mesh.wave_numbers / nyquist * bins - 1e-12).astype(int).ravel() - 1
@@ -200,8 +201,8 @@ Library = Literal["scipy", "fftw"]
 LIBRARIES: tuple[Library, ...] = ("scipy", "fftw")
 Precision = Literal["double", "single"]
 PRECISIONS: tuple[Precision, ...] = ("double", "single")
-#: Cells from which on columns along the first of three axes go through an array of their own: they lie so far apart in
-#: memory that estimated plans take four times as long for them on 256^3 cells.
+#: Number of cells from which on columns along the first of three axes are copied to a buffer: the columns are so far
+#: apart in memory that estimated plans take four times as long on 256^3 cells.
 _LARGE = 128**3
 
 
@@ -210,7 +211,7 @@ class Transforms(Protocol):
 
     Attributes
     ----------
-    buffer : a spectrum, which ``field`` takes; its content is undefined afterwards
+    buffer : a spectrum, the input of ``field``; undefined afterwards
     scale : by which spectra are to be multiplied in both directions for transforms to be orthonormal
     """
 
@@ -221,8 +222,8 @@ class Transforms(Protocol):
         """Return the field of the spectrum in the buffer; with FFTW, the array of the field of this number."""
 
     def spectrum(self, number: int, field: Reals) -> Spectrum:
-        """Return the spectrum of the field of this number, as ``field`` gave it, in place of which anything may stand
-        afterwards; with FFTW, it is the buffer."""
+        """Return the spectrum of the field with this number, the result of ``field``, whose memory is undefined
+        afterwards; with FFTW, the spectrum is the buffer."""
 
     def white(self, generator: np.random.Generator, to: Complex) -> None:
         """Write the orthonormal spectrum of independent standard normal numbers in all cells into a given array,
@@ -308,5 +309,5 @@ def check_transforms(library: str, precision: str) -> None:
 
 
 def transforms(mesh: Mesh, library: str, fields: int, *, single: bool = False) -> Transforms:
-    """Return the transforms of so many fields, by a library that has been checked."""
+    """Return the transforms of ``fields`` fields, by a library that has been checked."""
     return _SciPy(mesh, single) if library == "scipy" else _FFTW(mesh, single, fields)

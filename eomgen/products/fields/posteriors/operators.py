@@ -18,11 +18,11 @@ from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.fields.posteriors.mesh import Complex, Mesh
 
-#: P(k) by wave number: a function of arrays, or its values at ``mesh.wave_numbers``.
+#: P(k) by wave number: a function of arrays, or the values at ``mesh.wave_numbers``.
 Power = Callable[[Array], ArrayLike] | Array
 #: Modes of a lognormal field's Gaussian one whose variance comes out at 0 or below have this part of the largest.
 _FLOOR = 1e-12
-#: Part of the variance that floored modes add from which on they are noted, and error of a mode's power that is named.
+#: Least part of the variance added by floored modes that is noted, and error of a mode's power that is named.
 _NOTED, _OFF = 1e-3, 0.1
 
 
@@ -93,7 +93,7 @@ class LinearOperator:
 
 
 def white(mesh: Mesh) -> LinearOperator:
-    """Return the operator that gives the white field itself."""
+    """Return the operator that returns the white field."""
     return LinearOperator("white", mesh)
 
 
@@ -111,9 +111,10 @@ def amplitude(mesh: Mesh, power: Power) -> LinearOperator:
 def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> LinearOperator:
     """Return the filter of the Gaussian field s for which exp(s - variance/2) - 1 has the power spectrum P.
 
-    Its covariance is ln(1 + C) of the covariance C that P has on the mesh (Coles and Jones, MNRAS 248 (1991) 1). Modes
-    whose variance this does not make positive have 1e-12 of the largest: no lognormal field has such a power spectrum.
-    ``note`` of the filter states their share, and the share of the power that deviates from P.
+    The covariance of s is ln(1 + C), where C is the covariance that P has on the mesh (Coles and Jones, MNRAS 248
+    (1991) 1). Modes whose variance this does not make positive have 1e-12 of the largest: no lognormal field has such a
+    power spectrum. ``note`` of the filter states the share of such modes, and the share of the power that deviates from
+    P.
 
     Parameters
     ----------
@@ -139,7 +140,7 @@ def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> Linea
 
 
 def _note_on_floored(mesh: Mesh, wanted: Array, modes: Array, floored: Array) -> str:
-    """Return the shares of floored modes and of the power of the density that is off by them; empty if they are small.
+    """Return the shares of floored modes and of the power of the density changed by these modes; empty if small.
 
     Parameters
     ----------

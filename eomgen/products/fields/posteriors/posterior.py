@@ -24,16 +24,17 @@ from eomgen.products.fields.posteriors.mesh import Complex, Mesh, Reals, Transfo
 from eomgen.products.fields.posteriors.mesh import transforms as make_transforms
 from eomgen.products.fields.posteriors.operators import LinearOperator
 
-#: Half spectra of complex numbers for a trajectory: state, state before it, momenta, gradient, buffer, and SciPy's
-#: own for a transform.
+#: Half spectra of complex numbers for a trajectory: state, previous state, momenta, gradient, buffer, and a spectrum of
+#: SciPy for a transform.
 _SPECTRA = 7
 #: Nodes by which the mean curvature is taken over each field's normal distribution.
 _NODES = 12
-#: Smallest decrease at which a step of Newton's method is taken, relative to the slope's, and halvings of it.
+#: Smallest accepted decrease of a step of Newton's method, relative to the decrease by the slope, and number of
+#: halvings of a step.
 _DECREASE, _HALVINGS = 1e-4, 40
-#: So far below its start, in each cell, U has no lower bound if Newton's method has not come to an end.
+#: Decrease of U, per cell, from which on U counts as unbounded below if Newton's method has not converged.
 _DEEP = 1e12
-#: Products with the Hessian for the search of each end of its eigenvalues, if a mode may be a saddle.
+#: Products with the Hessian for each end of the range of eigenvalues, if a mode may be a saddle.
 _PRODUCTS = 40
 
 
@@ -45,7 +46,7 @@ class Mode:
     ----------
     spectrum : of the white field
     energy : U there
-    iterations, products : of Newton's method, and products with the Hessian that they took
+    iterations, products : of Newton's method, and products with the Hessian in these iterations
     gradient : length of the gradient with the inverse mass as metric, in parts of the square root of the cells
     """
 
@@ -69,7 +70,7 @@ class FieldPosterior:
         By which white noise becomes the fields of cells.
     data : mapping of names to arrays of the shape ``mesh.cells``, or numbers for all cells
     transforms : {"scipy", "fftw"}
-        Which library makes them; the second needs the package pyfftw, and takes a third to a half of the time.
+        Library of the transforms; ``fftw`` needs the package pyfftw, and takes a third to a half of the time.
     precision : {"double", "single"}
         Of the transforms and fields of ``add_gradient``. State, energies, all other derivatives, and sums are doubles.
 
@@ -101,7 +102,7 @@ class FieldPosterior:
         self.data = {name: self._checked(name, values) for name, values in (data or {}).items()}
         masked = {name: operator.mask for name, operator in self.operators.items() if operator.mask is not None}
         made = cell_tape(self.energy_of_cell, list(self.operators), list(self.data), list(masked))
-        #: Whether there is no energy of cells: fields as the prior has them.
+        #: Whether there is no energy of cells: fields follow the prior.
         self.prior_alone = made.idle
         columns = [*self.data, *(f"mask of {name}" for name in masked)]
         #: The C text.
@@ -149,8 +150,8 @@ class FieldPosterior:
         return total
 
     def energy_and_gradient(self, spectrum: Complex, to: Complex) -> float:
-        """Return U of a white field, and write its gradient into a spectrum that is there; with one transform to the
-        cells for each field."""
+        """Return U of a white field, and write the gradient into an existing spectrum; with one transform to the cells
+        for each field."""
         self.gradients += 1
         if self.prior_alone:
             to[...] = spectrum
@@ -180,7 +181,8 @@ class FieldPosterior:
         self._from_cells(by, size, fields, to, spectrum)
 
     def gradient(self, spectrum: Complex) -> Complex:
-        """Return the gradient of U as a spectrum: U(xi + e) - U(xi) is ``mesh.product`` of it and e for small e."""
+        """Return the gradient of U as a spectrum: U(xi + e) - U(xi) is ``mesh.product`` of the gradient and e for small
+        e."""
         result = np.zeros(self.mesh.half, complex)
         self._add_gradient(self._transforms, 1.0, np.ascontiguousarray(spectrum), result)
         return result
@@ -225,7 +227,7 @@ class FieldPosterior:
         return self._routines.norm(spectrum, self._even, weight)
 
     def drift(self, size: float, inverse_mass: Array | None, momenta: Complex, spectrum: Complex) -> None:
-        """Add ``size`` times the momenta over their masses to a white field."""
+        """Add ``size`` times the momenta divided by the masses to a white field."""
         self._routines.add(size, inverse_mass, momenta, spectrum)
 
     def _to_cells(self, spectrum: Complex) -> list[Array]:
@@ -255,8 +257,8 @@ class FieldPosterior:
         ----------
         choice : {"fisher", "prior", "unit"}
             ``fisher``: 1 + sum over fields of mean(h'') |a(k)|^2, with the mean of the curvature over cells and over
-            the prior. ``prior``: 1, the inverse of the prior's covariance if the fields themselves were moved.
-            ``unit``: |a(k)|^2 of the one field, which is 1 for the field itself.
+            the prior. ``prior``: 1, which is the inverse of the prior's covariance in terms of fields. ``unit``:
+            |a(k)|^2 of the single field, which is 1 for the field after the filter.
 
         Raises
         ------
@@ -281,8 +283,8 @@ class FieldPosterior:
         return masses
 
     def mean_curvature(self) -> list[float]:
-        """Return the second derivative of the energy of a cell by each field, its mean over cells and over the normal
-        distributions that the prior gives to the fields, taken as independent."""
+        """Return the second derivative of the energy of a cell by each field, averaged over cells and over the normal
+        distributions of the fields by the prior, taken as independent."""
         nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
         weights = weights / weights.sum()
         operators = self.operators.values()  # a mask is in the energy already
@@ -308,8 +310,8 @@ class FieldPosterior:
     ) -> float:
         """Return the largest angular frequency of small motions about a white field, by power iteration.
 
-        It comes from below, within a few per cent. Steps of a composition are stable up to its ``stability_limit`` over
-        this.
+        The iteration converges from below, within a few per cent. Steps of a composition are stable up to
+        ``stability_limit`` divided by this frequency.
         """
         hessian = self.hessian(spectrum)
         root = 1.0 if mass is None else 1.0 / np.sqrt(mass)
@@ -329,7 +331,7 @@ class FieldPosterior:
     def mode(self, start: Complex | None = None, *, tolerance: float = 1e-8, iterations: int = 60) -> Mode:
         """Return the white field of least U by Newton's method with conjugate gradients, from 0 on if from nowhere.
 
-        If the descent ends at a saddle, it goes on below the saddle; of several minima the first one reached is
+        If the descent ends at a saddle, the search continues below the saddle; of several minima the first reached is
         returned.
 
         Parameters
@@ -339,7 +341,7 @@ class FieldPosterior:
         Raises
         ------
         NumericalError
-            It has not come so far, U is not finite at the start, or has no lower bound.
+            The gradient has not reached the tolerance, U is not finite at the start, or U has no lower bound.
         """
         x = np.zeros(self.mesh.half, complex) if start is None else np.array(start, complex)
         mass = self.mass("fisher")
@@ -379,8 +381,8 @@ class FieldPosterior:
     def _below_a_saddle(self, x: Complex, value: float, inverse: Array | float) -> tuple[Complex, float] | None:
         """Return a field of less U, and U there, beside one without a gradient; None if the latter is a minimum.
 
-        The Hessian is 1 + sum of A^T h'' A. Of one field it is positive if no cell has h'' below 0; else power
-        iterations look for its least eigenvalue with the inverse mass as metric, from the largest one down.
+        The Hessian is 1 + sum of A^T h'' A. For one field the Hessian is positive if no cell has h'' below 0; else
+        power iterations look for the least eigenvalue with the inverse mass as metric, starting from the largest.
         """
         fields = [] if self.prior_alone else self._to_cells(x)
         if not fields:
@@ -394,7 +396,7 @@ class FieldPosterior:
                 return None
         hessian, root, product = self.hessian(x), np.sqrt(inverse), self.mesh.product
         shift, least, along = 0.0, 0.0, x
-        for _ in range(2):  # the eigenvalue of largest size, then the other end
+        for _ in range(2):  # the eigenvalue of largest magnitude, then the opposite end of the spectrum
             along = self.mesh.white(np.random.Generator(np.random.Philox(0)))
             for _ in range(_PRODUCTS):
                 along = along / math.sqrt(product(along, along))

@@ -18,7 +18,7 @@ _WINDOW = 5.0
 
 
 def split_r_hat(chains: ArrayLike) -> Array:
-    """Return the potential scale reduction of the halves of chains (Gelman and Rubin), 1 if they agree.
+    """Return the potential scale reduction of the halves of chains (Gelman and Rubin), 1 if the halves agree.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def largest(values: Array) -> float:
 
 def autocorrelation_time(chains: ArrayLike) -> Array:
     """Return the integrated autocorrelation time 1 + 2 sum of the autocorrelation, in samples, with the smallest window
-    of lags that is five times itself (Sokal), at least five; autocorrelations are averaged over chains before.
+    of at least five lags that is five times this time (Sokal); autocorrelations are averaged over chains first.
 
     Parameters
     ----------
@@ -70,8 +70,8 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
 
 
 def autocorrelation_error(times: ArrayLike, samples: int) -> Array:
-    """Return the standard errors of integrated autocorrelation times, in parts of them: sqrt(2(2 window + 1)/samples)
-    (Madras and Sokal, J. Stat. Phys. 50 (1988) 109).
+    """Return the relative standard errors of integrated autocorrelation times: sqrt(2(2 window + 1)/samples) (Madras
+    and Sokal, J. Stat. Phys. 50 (1988) 109). Stat.
 
     Parameters
     ----------
@@ -100,10 +100,10 @@ class Samples:
     potential : U of the samples
     gradients : evaluations of the gradient, of each trajectory
     cells : values of the field that is watched in the cells that are watched, (chains, samples, cells)
-    power : mean |amplitude|^2 of it by bins of k, (chains, samples, bins)
+    power : mean |amplitude|^2 of the watched field by bins of k, (chains, samples, bins)
     wave_numbers : (bins,)
-    mean, deviation : of all samples of it in each cell, shape of the mesh
-    steps : size of a step of each chain, before it is varied
+    mean, deviation : of all samples of the watched field in each cell, shape of the mesh
+    steps : step size of each chain, before jitter
     """
 
     accepted: NDArray[np.bool_]
@@ -124,12 +124,12 @@ class Samples:
 
     @property
     def mean_energy_error(self) -> float:
-        """Mean of dH: not below 0, and half its variance for small steps."""
+        """Mean of dH: not below 0, and half the variance of dH for small steps."""
         return float(np.mean(self.energy_errors))
 
     @property
     def mean_weight(self) -> tuple[float, float]:
-        """Mean of exp(-dH), and its standard error: 1 at stationarity, for any step."""
+        """Mean of exp(-dH), and the standard error of this mean: 1 at stationarity, for any step."""
         weights = np.exp(-np.maximum(self.energy_errors, -700.0)).ravel()
         with np.errstate(over="ignore"):  # of an energy without a lower bound
             return float(weights.mean()), float(weights.std(ddof=1) / math.sqrt(weights.size))
@@ -148,14 +148,14 @@ class Samples:
     def autocorrelation(self) -> tuple[float, float]:
         """Integrated autocorrelation times in trajectories: mean of the cells, and of the worst bin of k.
 
-        The worst value is the largest of as many estimates as there are bins: with equal bins it exceeds the mean by
-        one or two ``autocorrelation_error``.
+        The worst value is the largest of the estimates of all bins: with equal bins it exceeds the mean by one or two
+        ``autocorrelation_error``.
         """
         return float(np.mean(autocorrelation_time(self.cells))), largest(autocorrelation_time(self.power))
 
     @property
     def autocorrelation_error(self) -> float:
-        """Standard error of the autocorrelation time of the worst bin of k, in parts of it."""
+        """Relative standard error of the autocorrelation time of the worst bin of k."""
         return float(autocorrelation_error(self.autocorrelation[1], self.accepted.size))
 
     @property
@@ -168,7 +168,8 @@ class Samples:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a trajectory ended: dH, infinite if numbers ended; whether its end was taken; gradients that it took."""
+    """End of a trajectory: dH, infinite for numbers that are not finite; whether the end was accepted; number of
+    gradients."""
 
     error: float
     accepted: bool
@@ -180,7 +181,7 @@ class Record:
 
     Parameters
     ----------
-    chains, samples : of each chain, when it is full
+    chains, samples : numbers of chains, and of samples of each chain in a full record
     watched : cells, as numbers of the flattened mesh
     bins : of wave numbers
     """
@@ -212,8 +213,8 @@ class Record:
     def add(
         self, chain: int, outcome: Outcome, potential: float, values: Array, amplitudes: Complex | None = None
     ) -> None:
-        """Take the next sample of a chain: how its trajectory ended, U, the field that is watched, and its spectrum if
-        that is known."""
+        """Add the next sample of a chain: end of the trajectory, U, the watched field, and the spectrum of the field if
+        known."""
         at = (chain, int(self.counts[chain]))
         arrays = self._arrays
         arrays["energy_errors"][at], arrays["potential"][at] = outcome.error, potential
@@ -253,7 +254,7 @@ class Record:
         return {**kept, **more, "counts": self.counts.astype(float)}
 
     def take(self, arrays: Mapping[str, Array]) -> None:
-        """Continue from ``arrays`` of a record; there has to be place for it."""
+        """Continue from ``arrays`` of a record, which must have room for the samples."""
         self.counts[:] = arrays["counts"].astype(np.int64)
         for name, array in self._arrays.items():
             array[:, : int(self.counts.max())] = arrays[name]

@@ -32,8 +32,8 @@ from eomgen.products.fields.posteriors.operators import LinearOperator
 from eomgen.products.fields.posteriors.posterior import FieldPosterior
 from eomgen.products.fields.posteriors.record import Outcome, Record, Samples
 
-#: Acceptance at which a sampler moves farthest for its gradients, by order of the method: if the error of the energy
-#: is normal with a deviation of c step^order, step erfc(deviation/sqrt(8)) has its maximum there.
+#: Acceptance at which a sampler moves farthest per gradient, by order of the method: if the error of the energy is
+#: normal with a deviation of c step^order, step erfc(deviation/sqrt(8)) is largest there.
 BEST_ACCEPTANCE = {2: 0.651, 4: 0.797, 6: 0.86, 8: 0.89}
 #: The word of the counter of a stream that draws the start of a chain; trajectories have the words from 0 on.
 _START = 2**63
@@ -64,8 +64,8 @@ def follow(
     inverse_mass: Array | None = None,
     stop: Stop | None = None,
 ) -> bool:
-    """Move a white field and its momenta in place by steps of a composition; return whether to the end, which is not so
-    if ``stop`` returns true between two parts."""
+    """Move a white field and its momenta in place by steps of a composition; return whether the end was reached, which
+    is false if ``stop`` returned true between two parts."""
     return _follow(posterior, method.parts(steps), step, spectrum, momenta, inverse_mass, stop)
 
 
@@ -93,7 +93,8 @@ class _Chain:
     """State of a chain: white field, U of this field, number of trajectories, and step size; during the warm-up also
     the trajectories, halvings and logarithms of step sizes of the warm-up.
 
-    ``known`` says whether a trajectory has evaluated the gradient there, which is ``slope`` unless it is of a file.
+    ``known``: whether a trajectory has evaluated the gradient at this field; the gradient is ``slope``, unless the
+    state is from a file.
     """
 
     number: int
@@ -125,15 +126,15 @@ class Sampler:
     first : {"random", "drift", "kick"}
         First part of trajectories.
     jitter : float
-        A step is varied by this part of it up and down.
+        Relative amplitude of the random variation of a step.
     guard : float
-        Steps are kept below this part of the largest stable one, by the largest frequency at the start of chains and,
-        in a warm-up, at their places, from above 0 to 1; infinite for none.
+        Steps are kept below this part of the largest stable step, by the largest frequency at the start of chains and,
+        in a warm-up, at the chains' states, from above 0 to 1; infinite for no limit.
     chains : int
     start : {"mode", "prior", "zero"}, or spectra of white fields, one for each chain
         None: nowhere, until ``restore``.
     seed : int
-    watched : cells, as numbers of the flattened mesh, whose values are kept; 64 evenly spread ones by default
+    watched : cells, as numbers of the flattened mesh, whose values are kept; by default 64 evenly spread cells
     bins : of wave numbers, for power spectra
 
     Raises
@@ -202,7 +203,7 @@ class Sampler:
 
     @property
     def largest_step(self) -> float:
-        """The largest step that ``guard`` allows before it is varied."""
+        """The largest step allowed by ``guard`` before jitter."""
         limit = min(method.stability_limit for method in self.methods)
         return self.guard * limit / (self.frequency * (1.0 + self.jitter))
 
@@ -227,14 +228,15 @@ class Sampler:
         adapt : bool
             Whether steps are changed.
         goes_on : bool
-            Whether a warm-up that was stopped goes on; ``trajectories`` count the whole of it then.
+            Whether a warm-up that was stopped goes on; ``trajectories`` is then the number of the whole warm-up.
         stop, seen : callables
-            Asked between gradients whether to stop; told of each trajectory the chain, how it ended, and U.
+            ``stop`` is called between gradients and returns whether to stop; ``seen`` is called after each trajectory
+            with the chain, the end, and U.
 
         Returns
         -------
         bool
-            Whether it has come to the end.
+            Whether the warm-up is complete.
         """
         target = acceptance or BEST_ACCEPTANCE.get(self.methods[0].order, 0.9)
         if not goes_on:
@@ -273,7 +275,7 @@ class Sampler:
         chain.tried.append(math.log(chain.step))
 
     def draw(self, samples: int, field: str = "") -> Samples:
-        """Return the next samples of all chains, of the first field or of the one that is named.
+        """Return the next samples of all chains, of the first field or of the named field.
 
         Raises
         ------
@@ -285,17 +287,17 @@ class Sampler:
         return record.samples(self.steps)
 
     def record(self, samples: int) -> Record:
-        """Return the function that takes so many samples of each chain."""
+        """Return an empty record of ``samples`` samples of each chain."""
         return Record(self.posterior.mesh, len(self.chains), samples, self.watched, self.bins)
 
     @property
     def steps(self) -> Array:
-        """Size of a step of each chain, before it is varied."""
+        """Step size of each chain, before jitter."""
         return np.array([chain.step for chain in self.chains])
 
     def fill(self, record: Record, field: str = "", *, stop: Stop | None = None, seen: Seen | None = None) -> bool:
-        """Draw samples until a record is full, one of each chain in turn; return whether it is. Arguments as of
-        ``draw`` and ``warm_up``."""
+        """Draw samples until a record is full, one sample of each chain in turn; return whether the record is full.
+        Arguments as of ``draw`` and ``warm_up``."""
         posterior = self.posterior
         names = list(posterior.operators)
         if (field or not names) and field not in names:
@@ -321,7 +323,7 @@ class Sampler:
         return np.random.Generator(np.random.Philox(key=[self.seed, chain], counter=[0, 0, 0, word]))
 
     def _trajectory(self, chain: _Chain, stop: Stop | None = None) -> Outcome | None:
-        """Move a chain by one trajectory; None, without a move, if it was stopped."""
+        """Move a chain by one trajectory; None, without a move, if stopped."""
         posterior = self.posterior
         stream = self._stream(chain.number, chain.trajectories)
         uniform = stream.random(4)
@@ -333,7 +335,7 @@ class Sampler:
         if self._root is not None:
             momenta *= self._root
         moved[...] = chain.spectrum
-        if chain.known and chain.slope is None:  # of a file, which counts it
+        if chain.known and chain.slope is None:  # known from a file, and counted there
             chain.slope = posterior.gradient(chain.spectrum)
         before = posterior.gradients
         energy = chain.potential + 0.5 * posterior.norm(momenta, self._inverse)
@@ -362,7 +364,7 @@ class Sampler:
     def _from_drift(
         self, _: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
     ) -> float | None:
-        """Follow a trajectory that ends with a drift, and return U at the end; None if it was stopped."""
+        """Follow a trajectory that ends with a drift, and return U at the end; None if stopped."""
         if not _follow(self.posterior, parts, step, self._moved, self._momenta, self._inverse, stop):
             return None
         return self.posterior.energy(self._moved)
@@ -370,10 +372,10 @@ class Sampler:
     def _from_slope(
         self, chain: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
     ) -> float | None:
-        """Follow a trajectory that begins and ends with a kick, and return U at the end; None if it was stopped.
+        """Follow a trajectory that begins and ends with a kick, and return U at the end; None if stopped.
 
-        Its first kick takes the gradient of the last trajectory of this kind at the chain's place, and its
-        last one the cells that U is of.
+        The first kick takes the gradient of the chain's last trajectory of this kind, and the last kick the cells of
+        the evaluation of U.
         """
         posterior, momenta, moved = self.posterior, self._momenta, self._moved
         (_, first), *between, (_, last) = parts
@@ -416,7 +418,7 @@ class Sampler:
         Raises
         ------
         FileError
-            It cannot be written.
+            The file cannot be written.
         """
         path = Path(path)
         write_arrays(path, *self.state())
@@ -444,13 +446,14 @@ class Sampler:
         Raises
         ------
         FileError, UsageError
-            It cannot be read, or is of other chains.
+            The file cannot be read, or is of other chains.
         """
         arrays, metadata = read_arrays(Path(path), "file of chains", "a file of Sampler.save")
         self.take(arrays, metadata, str(path))
 
     def take(self, arrays: Mapping[str, Array], metadata: Mapping[str, Any], where: str) -> None:
-        """Continue from ``state`` of a sampler; ``where`` it is from, for messages. Raises FileError, UsageError."""
+        """Continue from ``state`` of a sampler; ``where`` is the origin of the state, for messages. Raises FileError,
+        UsageError."""
         try:
             spectra, potential, steps = (arrays[name] for name in ("spectra", "potential", "steps"))
             seed, frequency, counts = (metadata[name] for name in ("seed", "frequency", "trajectories"))

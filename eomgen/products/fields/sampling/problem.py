@@ -44,13 +44,13 @@ from eomgen.products.fields.posteriors import (
     white,
 )
 
-#: Message for files that NumPy cannot read; its own words are of pickles.
+#: Message for files that NumPy cannot read; NumPy's own message is about pickles.
 _NO_ARRAY = ("this is no .npy file of numbers", "numpy.save of an array of real numbers")
 #: Remedy for overflow.
 _SMALLER = "a smaller power"
 #: Half spectra that a trajectory and Newton's method hold at most, besides the chains.
 _SPECTRA = 9
-#: Fields in a record of samples and its results: mean, squares, change, deviation, and one beside.
+#: Fields in a record of samples and in the results: mean, squares, change, deviation, and one temporary field.
 _RECORD = 6
 #: Columns kept of each trajectory, besides cells and bins of a sample.
 TRAJECTORY = ("dH", "accepted", "gradients", "U")
@@ -66,7 +66,7 @@ class FieldProblem:
     operators : all of the file, by name
     truth : the white field, as a spectrum, that data were drawn about; None if there is none
     memory : bytes that sampling takes, worked out before anything was made
-    digest : of all that determines the posterior, data among it
+    digest : of all inputs that determine the posterior, including data
     """
 
     system: FieldSystem
@@ -91,12 +91,12 @@ class FieldProblem:
         return [f"{name}: {note}" for name in self.system.fields if (note := self.operators[name].note)]
 
     def true_field(self) -> Array | None:
-        """Return the field that is watched as the truth has it; None if there is none."""
+        """Return the watched field of the truth; None without a truth. None if there is none."""
         return None if self.truth is None else self.operators[self.watched].apply(self.truth)
 
 
 def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
-    """Return the posterior that a file describes, for so many chains; 0: as many as the file says.
+    """Return the posterior that a file describes, for ``chains`` chains; 0: the file's number of chains.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
 
 
 def memory_of(system: FieldSystem, chains: int = 0) -> int:
-    """Return the bytes that sampling takes at most, with so many chains; 0: the file's number. No array is made.
+    """Return the largest number of bytes for sampling, with ``chains`` chains; 0: the file's number. No array is made.
 
     Raises
     ------
@@ -158,7 +158,7 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
     chains = chains or system.sampling.chains
     filters = sum(2 if item.kind == "difference" else 1 for item in system.operators)  # twice half a field each
     masks = sum(2 for item in system.operators if item.kind == "mask")
-    single = system.sampling.precision == "single"  # a spectrum and fields beside the ones in double
+    single = system.sampling.precision == "single"  # a spectrum and fields in addition to the double ones
     fields = (3 if single else 2) * len(system.fields) + 2 * len(system.data) + filters + masks
     fields += _RECORD + 2 * (system.truth is not None)
     chosen = system.sampling
@@ -171,7 +171,7 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
         return mesh.require_memory(_SPECTRA + chains + slopes + single, fields, purpose, numbers)
 
 
-#: Keys of ``[sampling]`` by the heads of messages about them.
+#: Keys of ``[sampling]`` by the beginnings of messages about the keys.
 _SETTINGS = {
     "transforms": "transforms",
     "precision": "precision",
@@ -183,7 +183,7 @@ _SETTINGS = {
 
 @contextlib.contextmanager
 def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[None]:
-    """Let errors of settings say the line of the file that has them; not of settings that a caller has given."""
+    """Add to errors of settings the line of the file with the setting; not for settings from a caller."""
     try:
         yield
     except UsageError as error:
@@ -214,7 +214,7 @@ def _at(system: FieldSystem, key: str) -> Iterator[None]:
 
 
 class _Making:
-    """Objects made of a file on its mesh."""
+    """Objects of a file on the mesh of the file."""
 
     def __init__(self, system: FieldSystem, mesh: Mesh) -> None:
         self.system, self.mesh = system, mesh
@@ -223,13 +223,13 @@ class _Making:
         self.operators: dict[str, LinearOperator] = {}
 
     def variances(self) -> dict[str, float]:
-        """Return variances of the fields by the names that formulas have for them."""
+        """Return variances of the fields by the names of the variances in formulas."""
         return {f"{name}{VARIANCE}": operator.variance for name, operator in self.operators.items()}
 
     # -- operators ---------------------------------------------------------------------------------------------------
 
     def operator(self, item: Operator) -> LinearOperator:
-        """Return an operator, after the one that it follows."""
+        """Return an operator, after the preceding operators."""
         mesh = self.mesh
         if item.kind == "white":
             made = white(mesh)
@@ -331,7 +331,7 @@ class _Making:
         return self.checked(item, self.in_cells(item.formula, {}))
 
     def checked(self, item: Data, values: Array) -> Array:
-        """Return numbers for all cells. Raises ModelError for impossible ones."""
+        """Return numbers for all cells. Raises ModelError for impossible numbers."""
         made = np.array(np.broadcast_to(values, self.mesh.cells), dtype=float, order="C")
         least = -math.inf if item.minimum is None else item.minimum
         wrong = ~np.isfinite(made) | (made < least)
@@ -363,7 +363,7 @@ class _Making:
         return np.asarray(stored, dtype=float)
 
     def draw(self, seed: int, truth: Complex) -> None:
-        """Draw the data that are drawn about fields of the truth, each from a stream of its own."""
+        """Draw the random data about fields of the truth, each from a separate stream."""
         variances, fields = self.variances(), dict[str, Array]()
         for number, item in enumerate(self.system.data):
             if item.kind not in DRAWN:
@@ -402,7 +402,7 @@ def _drawn(item: Data, stream: np.random.Generator, mean: Array, spread: list[Ar
 
 
 def _numbers_of(path: Path) -> NDArray[Any]:
-    """Return the numbers of a ``.npy`` file, read as they are asked for. Raises FileError."""
+    """Return the numbers of a ``.npy`` file, read at use. Raises FileError."""
     try:
         stored = np.load(path, mmap_mode="r", allow_pickle=False)
     except OSError as error:

@@ -53,18 +53,18 @@ class Scale:
 
 @dataclass(frozen=True)
 class FieldSamples:
-    """Samples of a field with their references.
+    """Samples of a field with reference values.
 
     Attributes
     ----------
     problem : FieldProblem
     settings : Chains
-        How they were made.
+        Settings of the chains.
     mass : which mass
     samples : Samples
         Samples that all chains have.
     warm_up : (chains, trajectories, 4)
-        dH, whether its end was taken, gradients and U of each trajectory before the samples.
+        dH, whether the end was accepted, gradients and U of each trajectory before the samples.
     largest_step, frequency : the step that the guard allows, and the largest angular frequency
     seconds, gradients : of all chains, with the warm-up
     interrupted : whether there should be more
@@ -92,7 +92,7 @@ class FieldSamples:
 
     @property
     def message(self) -> str:
-        """How it ended."""
+        """Description of the end."""
         chains, made = len(self.samples.accepted), f"{counted(self.count, 'sample')}"
         before = counted(self.warm_up.shape[1], "trajectory", "trajectories")
         whole = f"{made} of each of {counted(chains, 'chain')} after {before}"
@@ -104,7 +104,7 @@ class FieldSamples:
 
     @property
     def cut(self) -> str:
-        """A sentence if the guard has made a step smaller than requested; empty if it has not."""
+        """A sentence if the guard has made a step smaller than requested; else empty."""
         step, taken = self.settings.step, float(np.min(self.samples.steps))
         if step <= taken:
             return ""
@@ -123,7 +123,7 @@ class FieldSamples:
 
     @property
     def doubt(self) -> str:
-        """A sentence on chains that do not agree; empty if they do, or are too short to tell."""
+        """A sentence on chains that do not agree; empty for chains that agree, or are too short for a test."""
         if self.count < DOUBTED:
             return ""
         worst = {"a cell": _quantile(self.r_hats(), 1.0), "a bin of scales": self.r_hat_of_scales}
@@ -170,7 +170,7 @@ class FieldSamples:
             seen = mesh.spectrum(truth)
             of_truth = mesh.power(seen, bins)[1]
             together = (mesh.power(seen + mean, bins)[1] - mesh.power(seen - mean, bins)[1]) / 4.0
-        if operator.mask is not None:  # the prior of a field with a mask has no power spectrum of its own
+        if operator.mask is not None:  # the prior of a field with a mask has no power spectrum
             prior = nothing
         elif operator.symbol is None:
             prior = np.ones(bins)
@@ -240,8 +240,8 @@ class FieldSamples:
         return {**self.summary(), "scales": [vars(scale) for scale in self.scales()]}
 
     def trajectories(self) -> Array:
-        """Return a row for each trajectory: chain, number from the start, whether it is a sample, dH, whether its end
-        was taken, gradients, U."""
+        """Return a row for each trajectory: chain, number from the start, whether it is a sample, dH, whether the end
+        was accepted, gradients, U."""
         samples, rows = self.samples, []
         for chain in range(len(samples.accepted)):
             drawn = [
@@ -255,7 +255,7 @@ class FieldSamples:
         return np.concatenate(rows)
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write samples.npz, trajectories.csv, scales.csv and summary.json into a folder, and return their paths.
+        """Write samples.npz, trajectories.csv, scales.csv and summary.json into a folder, and return the paths.
 
         Raises
         ------
@@ -290,7 +290,7 @@ _CHAINS = (BLUE, VERMILION, GREEN, "#CC79A7", "#E69F00", "#56B4E9", "#000000")  
 
 
 def draw(result: FieldSamples, folder: str | Path) -> list[Path]:
-    """Draw slices.png, power.png and chains.png into a folder, as far as samples allow, and return their paths.
+    """Draw slices.png, power.png and chains.png into a folder, as far as samples allow, and return the paths.
 
     Raises
     ------
@@ -432,7 +432,7 @@ def _chains(result: FieldSamples) -> Any:
         potential = np.concatenate([burn_in[:, 3], samples.potential[chain]])
         colour = _CHAINS[chain % len(_CHAINS)]
         along = np.cumsum(gradients)
-        # so that the chains below others are seen
+        # so that lower chains remain visible
         left.plot(along, potential, color=colour, linewidth=0.7, alpha=0.55, label=f"chain {chain}")
         if len(burn_in) and count:
             left.axvline(along[len(burn_in) - 1], color=colour, linestyle=":", linewidth=0.8)

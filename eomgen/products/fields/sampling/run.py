@@ -45,19 +45,19 @@ def sample(
 ) -> FieldSamples:
     """Sample the fields of a file by Hamiltonian Monte Carlo.
 
-    Ctrl-C ends the run with its results so far; a second one stops at once.
+    Ctrl-C ends the run with the results so far; a second Ctrl-C stops at once.
 
     Parameters
     ----------
     described : path of a file with ``kind = "hamiltonian"`` and a ``[mesh]``, the data of such a file, or a FieldSystem
     folder : path, optional
-        For the checkpoint, which is written once a minute, when the run ends, and when it is interrupted.
+        Folder of the checkpoint, which is written once a minute, at the end, and at an interruption.
     resume : bool
-        Go on from the checkpoint of the folder; ``samples`` may be larger than it was.
+        Go on from the checkpoint of the folder; ``samples`` may be larger than before.
     mass : {"fisher", "prior", "unit"}
         The file's by default.
     progress : callable or True
-        A function of (trajectories done, all of them), or a bar.
+        A function of (trajectories done, all trajectories), or True for a bar.
     checkpoint_every : float
         Seconds.
     settings
@@ -109,7 +109,7 @@ def _settings(standard: Chains, given: Mapping[str, Any]) -> Chains:
 
 
 class _Run:
-    """A warm-up and samples, from their start or from a checkpoint."""
+    """A warm-up and samples, from the start or from a checkpoint."""
 
     def __init__(self, problem: FieldProblem, settings: Chains, mass: str, folder: Path | None, resume: bool) -> None:
         self.problem, self.settings, self.mass, self.folder = problem, settings, mass, folder

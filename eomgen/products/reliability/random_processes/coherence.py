@@ -21,7 +21,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.products.reliability.random_processes.covariance import Band, Covariance, RoadProfile, SpectrumTable
 from eomgen.solvers.quadrature import gauss_legendre
 
-#: Projections at most; change by which they end.
+#: Largest number of projections; change at which the iteration ends.
 _PROJECTIONS, _SETTLED = 2000, 1e-12
 #: Least eigenvalue of a returned matrix, so that it has a Cholesky factor.
 _LEAST = 1e-10
@@ -48,11 +48,11 @@ def nearest_correlation(matrix: Array) -> Array:
     return np.asarray((here + share * np.eye(len(here))) / (1.0 + share))
 
 
-#: Nodes of a panel of frequencies; most of them in all.
+#: Nodes of a panel of frequencies; largest number of nodes.
 _NODES, _MOST_NODES = 16, 40_000
 #: Part of the variance that may be left out beyond the last frequency; error of the integral by the same measure.
 _LEFT, _ERROR = 1e-11, 1e-10
-#: Degree of the spline over lags, points of it for the shortest wave, and beyond both ends.
+#: Degree of the spline over lags, number of points for the shortest wave, and number of points beyond both ends.
 _DEGREE, _OF_WAVE, _BEYOND = 9, 12, 12
 #: Lags at which the integral is looked at.
 _LAGS = 33
@@ -86,7 +86,7 @@ class ExponentialCoherence:
 
 @dataclass(frozen=True, eq=False)
 class CoherenceTable:
-    """c through points (n,), linear between frequencies, held before the first of them, 0 beyond the last."""
+    """c through points (n,), linear between frequencies, constant before the first point, 0 after the last."""
 
     frequencies: Array
     values: Array
@@ -119,7 +119,7 @@ class CrossCovariance:
 
     @cached_property
     def _spline(self) -> Callable[[Array], Array]:
-        """The integral through so many lags for each of the shortest waves that it is met to rounding."""
+        """The integral, through as many lags for each shortest wave as needed for an error at rounding."""
         from scipy.interpolate import make_interp_spline  # noqa: PLC0415  # slow to import; most processes have none
 
         frequencies, shares = self._rule
@@ -190,8 +190,8 @@ def _panels(borders: Array, widest: float) -> tuple[Array, Array]:
 
 
 def least_eigenvalue(coherences: Sequence[Sequence[Coherence | None]]) -> tuple[float, float]:
-    """Return the least eigenvalue of a matrix of coherences over frequencies, and the frequency at which it is; None
-    stands for none."""
+    """Return the least eigenvalue of a matrix of coherences over frequencies, and its frequency; None stands for no
+    coherence."""
     known = [one for row in coherences for one in row if one is not None]
     edges = np.array(sorted({edge for one in known for edge in one.edges}))
     decays = [one.decay for one in known if isinstance(one, ExponentialCoherence)]

@@ -28,7 +28,7 @@ from eomgen.solvers.quadrature import gauss_legendre
 
 
 class Covariance(Protocol):
-    """A covariance with its power spectral density.
+    """A covariance and its power spectral density.
 
     Attributes
     ----------
@@ -200,7 +200,7 @@ class RoadProfile:
 
 @dataclass(frozen=True)
 class CovarianceTable:
-    """R through points, a spline over lags from 0 on; 0 beyond the last of them."""
+    """R through points, a spline over lags from 0 on; 0 after the last point."""
 
     curve: Curve
     smooth = False
@@ -220,7 +220,7 @@ class CovarianceTable:
 
 @dataclass(frozen=True, eq=False)
 class SpectrumTable:
-    """G through points (n,), linear between frequencies, 0 outside of them."""
+    """G through points (n,), linear between frequencies, 0 outside."""
 
     frequencies: Array
     densities: Array
@@ -233,7 +233,7 @@ class SpectrumTable:
         mean, rise = 0.5 * (G[1:] + G[:-1]), 0.5 * np.diff(G)
         wave = 2.0 * math.pi * np.abs(np.asarray(lag))[..., np.newaxis]
         x = wave * half
-        # int_-1^1 u sin(x u) du / 2, by its series if the closed form cancels
+        # int_-1^1 u sin(x u) du / 2, by a series for small x, since the closed form cancels there
         small = np.abs(x) < 0.1
         safe = np.where(small, 1.0, x)
         odd = np.where(small, x / 3.0 - x**3 / 30.0 + x**5 / 840.0, (np.sin(safe) - safe * np.cos(safe)) / safe**2)
@@ -244,19 +244,20 @@ class SpectrumTable:
         return np.interp(frequency, self.frequencies, self.densities, left=0.0, right=0.0)
 
 
-#: Standard deviations to which a map by quantiles is known, and points of it.
+#: Range of a map by quantiles, in standard deviations, and number of points.
 BEYOND, _MAP_POINTS = 12.0, 401
-#: Hermite polynomials, and nodes of the rule that projects on them.
+#: Number of Hermite polynomials, and nodes of the quadrature for the projection.
 _DEGREES, _NODES = 40, 160
-#: Correlations of g at which the correlation of X is known, and lags at which it is inverted.
+#: Number of correlations of g with a known correlation of X, and number of lags of the inversion.
 _CORRELATIONS, _LAGS = 4001, 1025
 #: Tolerated excess of an inverted correlation: rounding of the projection.
 _ROUNDING = 1e-9
 
 
 def quantile_map(shares: Array, values: Array) -> tuple[Array, Array]:
-    """Return points (n,), (n,) of the monotone map of a standard normal variable to one whose quantiles of rising
-    shares (m,) are rising values (m,): piecewise cubic between them, straight beyond the first and the last.
+    """Return points (n,), (n,) of the monotone map of a standard normal variable to a variable whose quantiles of
+    rising shares (m,) are rising values (m,): piecewise cubic between the points, straight beyond the first and the
+    last.
 
     References
     ----------
@@ -282,7 +283,7 @@ def translated_correlation(map_of: Callable[[Array], Array], correlation: Array)
     """
     nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
     values = map_of(nodes) * weights / math.sqrt(2.0 * math.pi)
-    # orthonormal Hermite polynomials, by their recurrence: He_k / sqrt(k!)
+    # orthonormal Hermite polynomials by recurrence: He_k / sqrt(k!) He_k / sqrt(k!)
     before, here, shares = np.zeros(_NODES), np.ones(_NODES), []
     for k in range(1, _DEGREES + 1):
         before, here = here, (nodes * here - math.sqrt(k - 1.0) * before) / math.sqrt(k)
@@ -302,7 +303,7 @@ def underlying(covariance: Covariance, map_of: Callable[[Array], Array], window:
     Raises
     ------
     UsageError
-        If no correlation of g makes one that is asked for: a translation bounds them from below.
+        If no correlation of g gives the requested correlation: a translation bounds correlations from below.
     """
     lags = np.linspace(0.0, window, _LAGS)
     wanted = covariance.at(lags) / covariance.at(np.zeros(1))

@@ -24,14 +24,14 @@ from eomgen.errors import Problem, UsageError
 from eomgen.products.reliability.random_processes.covariance import Covariance, CovarianceTable, Exponential
 from eomgen.solvers.quadrature import gauss_legendre
 
-#: Most modes: each is a table, and a variable. Loading grows with the cube of their number (9 s of processor time for
-#: 659); a step grows in proportion.
+#: Most modes: each is a table, and a variable. Loading time grows with the cube of the number of modes (9 s of
+#: processor time for 659); a step grows in proportion.
 MOST_MODES = 1024
 #: Nodes of a panel.
 _NODES = 16
 #: Most nodes of the window.
 _MOST_NODES = 4096
-#: So many nodes for each of the most modes tell whether more are needed.
+#: Number of nodes per mode of the largest number of modes that is sufficient for a decision on more nodes.
 _ENOUGH = 4
 #: Frequencies of a spectrum, by the window's own, and their number; part of the variance that these have to hold, and
 #: modes, in part and in number, by which a spectrum may be off.
@@ -39,7 +39,7 @@ _LOWEST, _HIGHEST, _FREQUENCIES = 1e-3, 1e15, 40_000
 _HELD, _MARGIN, _FEW_MODES = 0.9, 0.1, 8
 #: The least share that is suggested.
 _USEFUL = 0.05
-#: Change of an eigenvalue by twice as many panels, measured by the largest, by which it is taken as found.
+#: Change of an eigenvalue by doubled panels, relative to the largest, at which the eigenvalue counts as converged.
 _CONVERGED = 1e-10
 #: The same of several processes together, whose tables of modes are no closer.
 _CONVERGED_JOINTLY = 1e-7
@@ -57,10 +57,10 @@ class Expansion:
     ----------
     duration : T, s or m
     eigenvalues : (n,), the largest first
-    total : R(0) T, the sum of all eigenvalues; of joint processes, over all of them
+    total : R(0) T, the sum of all eigenvalues; for joint processes, over all processes
     function : returns all phi_i (n, m) at times (m,) in the window
     shares : int phi_i^2 dt, (n,): share of each mode in one of several processes, 1 in one alone
-    repaired : by how much of its norm the covariance was changed, so that it is positive
+    repaired : relative change of the norm of the covariance that made the covariance positive
     """
 
     duration: float
@@ -90,8 +90,7 @@ def expand(
 ) -> Expansion:
     """Return the modes that have a share of the variance, or as many as are asked for.
 
-    ``repair``: a covariance with negative eigenvalues is replaced by the nearest positive one on the window, that
-    without them.
+    ``repair``: a covariance with negative eigenvalues is replaced by the nearest positive covariance on the window.
 
     Raises
     ------
@@ -101,7 +100,7 @@ def expand(
     """
     if (
         modes is None and share is not None and not isinstance(covariance, CovarianceTable)
-    ):  # it integrates its spectrum
+    ):  # has a spectrum that is integrated
         _refuse_far(covariance, duration, share)
     if isinstance(covariance, Exponential):
         return _chosen(_closed_form(covariance, duration), share, modes)
@@ -118,8 +117,8 @@ def expand_jointly(
 ) -> list[Expansion]:
     """Return the modes of processes with a matrix of covariances and cross covariances, for each process.
 
-    All have the same variables: g_p(t) = sum sqrt(lambda_i) phi_pi(t) z_i, the phi_i orthonormal over all processes
-    together, so eigenvalues, total and share belong to all of them.
+    All processes have the same variables: g_p(t) = sum sqrt(lambda_i) phi_pi(t) z_i, the phi_i orthonormal over all
+    processes together, so eigenvalues, total and share belong to the whole group.
 
     Raises
     ------
@@ -132,7 +131,7 @@ def expand_jointly(
 def _converged(
     covariances: Sequence[Sequence[Covariance]], duration: float, share: float | None, modes: int | None, repair: bool
 ) -> list[Expansion]:
-    """Return the expansion of each process, with as many panels as it takes."""
+    """Return the expansion of each process, with the number of panels needed for convergence."""
     count, panels, before = len(covariances), 2, np.zeros(0)
 
     def of_each(expansion: Expansion) -> list[Expansion]:
@@ -175,7 +174,7 @@ def _converged(
 
 
 def _refuse_far(covariance: Covariance, duration: float, share: float) -> None:
-    """Raise UsageError for a share that needs far more modes than there may be, without looking for them.
+    """Raise UsageError for a share that needs far more modes than allowed, without a computation of modes.
 
     In long windows eigenvalues are G(f) / 2 at frequencies 1 / (2 T) apart, so n modes have the largest part of the
     spectrum on n / (2 T) of frequencies; Nystrom's nodes do not resolve correlations that are as short.
@@ -289,7 +288,7 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
 def _kernel(covariance: Covariance, width: float, own: Array, own_weights: Array, panels: int) -> Array:
     """Return the covariance between the nodes of the first half of the window and all nodes, (half, nodes), times the
     roots of the quadrature weights."""
-    # the kernel of two panels depends on how far they are apart
+    # the kernel of two panels depends on the distance of the panels
     offset = width * np.arange(1 - panels // 2, panels)[:, np.newaxis, np.newaxis]
     apart = covariance.at(own[:, np.newaxis] - own - offset)
     ratio = np.sqrt(own_weights)

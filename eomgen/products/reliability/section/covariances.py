@@ -49,7 +49,8 @@ class _Type:
 
     Attributes
     ----------
-    over_time, over_distance : its keys over time, over distance; None if the type is not defined over it
+    over_time, over_distance : keys of the type over time, over distance; None if the type is not defined over time or
+        over distance
     made : returns the covariance, given the values of the keys and the standard deviation
     deviation : whether the standard deviation is given
     """
@@ -72,7 +73,7 @@ TYPES: dict[str, _Type] = {
     "covariance": _Type(_TABLE, _TABLE, CovarianceTable, deviation=False),
     "spectrum": _Type(_TABLE, _TABLE, lambda curve: SpectrumTable(curve.x, curve.y), deviation=False),
 }
-#: Keys that some types take, as they are written.
+#: Keys that some types take, as written.
 _KEYS = {
     **dict.fromkeys(("correlation_time", "correlation_length", "decay", "frequency", "damping", "band")),
     "road_class": "class",
@@ -81,7 +82,7 @@ _KEYS = {
 
 
 class Covariances:
-    """Reads covariances and reports their faults.
+    """Reader of covariances, which reports faults.
 
     Parameters
     ----------
@@ -150,7 +151,7 @@ class Covariances:
                 self.report.add(place, fault, 'band = ["0.5 Hz", "20 Hz"]')
             return low, high
         number = self.values.constant(place, value)
-        if np.isnan(number):  # reported by its reader
+        if np.isnan(number):  # reported on reading
             return None
         if not number > 0.0:
             self.report.add(place, f"{word.replace('_', ' ')} {number:.6g} is not positive", f"{word} = 1")
@@ -188,12 +189,12 @@ class Covariances:
         return curve
 
 
-#: An eigenvalue of a matrix of coherences below which no processes have them.
+#: Least eigenvalue of a matrix of coherences below which no processes have these coherences.
 _NEGATIVE = -1e-9
 
 
 class Coherences:
-    """Reads coherences of groups of processes and reports their faults."""
+    """Reader of coherences of groups of processes, which reports faults."""
 
     def __init__(self, values: Values) -> None:
         self.values = values
@@ -259,21 +260,21 @@ def crossed(
     ]
 
 
-#: How many standard deviations from its mean a process is looked at, and at how many places.
+#: Largest deviation of a process from the mean, in standard deviations, for checks, and number of examined values.
 _FARTHEST, _PLACES = 6.0, 1201
 #: Quantiles at least.
 _FEWEST_QUANTILES = 3
 
 
 class Translations:
-    """Reads translations and reports their faults."""
+    """Reader of translations, which reports faults."""
 
     def __init__(self, values: Values) -> None:
         self.values = values
         self.report = values.report
 
     def read(self, name: str, entry: written.RandomProcess) -> Formula | None:
-        """Return the translation of an entry; None for g itself."""
+        """Return the translation of an entry; None for g without translation."""
         key = key_of("random", name)
         if entry.quantiles is not None:
             if entry.translation is not None:
@@ -285,8 +286,8 @@ class Translations:
         return self.values.formula(f"{key}.translation", entry.translation, TRANSLATION)
 
     def _quantiles(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
-        """Return the monotone map of a normal variable of this mean and deviation to one with these quantiles: straight
-        beyond the first and the last of them."""
+        """Return the monotone map from a normal variable with this mean and deviation to a variable with given
+        quantiles: straight before the first and after the last quantile."""
         points = [self.values.constants(f"{key}[{k}]", pair) for k, pair in enumerate(entry.quantiles or ())]
         share, value = np.array(points, dtype=float).reshape(-1, 2).T
         rising = len(share) >= _FEWEST_QUANTILES and np.all(np.diff(share) > 0.0) and np.all(np.diff(value) > 0.0)
@@ -309,7 +310,7 @@ class Translations:
         translation: Formula | None,
         window: float,
     ) -> Covariance:
-        """Return the covariance of g whose translation has the one that is asked for. Raises UsageError."""
+        """Return the covariance of g whose translation has the requested covariance. Raises UsageError."""
         if translation is None or entry.mean not in (0, 0.0) or entry.standard_deviation not in (None, 1, 1.0):
             fault = "covariance_of translated needs a translation or quantiles of a standard normal g"
             raise UsageError(Problem(key, fault, "translation = ..., without mean and standard_deviation"))
@@ -331,7 +332,7 @@ class Translations:
         return underlying(covariance, map_of, window)
 
     def _mentions_refused(self, formula: Formula) -> bool:
-        """Return whether a formula mentions a parameter that was refused, so that its values are unknown."""
+        """Return whether a formula mentions a refused parameter, so that values of the formula are unknown."""
         return any(item.kind == "parameter" and item.name not in self.values.parameters for item in symbols(formula))
 
     def check(self, process: NormalSeries) -> None:

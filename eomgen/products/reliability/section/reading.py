@@ -45,7 +45,7 @@ _TABLE_ERROR, _OF_THE_REST = 1e-6, 1e-4
 
 def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, ...]:
     """Return the modes as splines over x from ``start`` on, each through as many points as its error requires: modes of
-    short waves have small values, and need less accuracy relative to them."""
+    short waves have small values, and need less relative accuracy."""
     count, points = len(expansion.eigenvalues), _FEWEST
     result: dict[int, Curve] = {}
     allowed = max(_TABLE_ERROR, _OF_THE_REST * math.sqrt(max(1.0 - float(expansion.captured[-1]), 0.0)))
@@ -57,7 +57,7 @@ def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, .
         highest = max(highest, float(np.max(np.abs(y))))
         last = 2 * points > _MOST_POINTS
         for k in range(count):
-            # mode k has about k / 2 waves: fewer points than these may meet it by chance
+            # mode k has about k / 2 waves: fewer points may be on the mode by chance
             if k in result or (points < _POINTS * (k + 1) // 2 and not last):
                 continue
             spline = Curve(f"{name} mode {k + 1}", start + x, y[k], smooth_ends=True)
@@ -73,7 +73,7 @@ _DEPTH = 257
 
 
 def input_of(process: NormalSeries, entry: written.RandomProcess) -> Input:
-    """Return a process as an input, whose formula it is."""
+    """Return a process as an input with the formula of the process."""
     return Input(process.name, _formula(process), entry.unit, entry.description, series=process)
 
 
@@ -88,7 +88,7 @@ def variables_as_parameters(process: NormalSeries) -> list[Parameter]:
 
 
 def _formula(process: NormalSeries) -> Formula:
-    """Return a process as a formula of time and its variables."""
+    """Return a process as a formula of time and the variables of the process."""
     x: Formula = Symbol("time")
     if process.speed:
         x = process.speed * x
@@ -111,19 +111,19 @@ def _sum(terms: Sequence[Formula]) -> Formula:
     return parts[0] if len(parts) == 1 else _sum(parts)
 
 
-#: An eigenvalue of a correlation matrix up to which it is taken for singular.
+#: Least eigenvalue of a correlation matrix up to which the matrix counts as singular.
 _SINGULAR = 1e-12
 
 
 class Processes:
-    """Reads random processes and reports their faults.
+    """Reader of random processes, which reports faults.
 
     Parameters
     ----------
     values : Values
     curves : Curves
         Reads points and tables.
-    duration : of runs, s: of windows that do not say theirs
+    duration : of runs, s: default of windows
     """
 
     def __init__(self, values: Values, curves: Curves, duration: float) -> None:
@@ -164,7 +164,7 @@ class Processes:
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> str | None:
         """Return the process that defines the covariance of a process: the process itself, or the process correlated
-        with it; None if it is unknown, which is reported, and for a process that follows another."""
+        with it; None for an unknown process, which is reported, and for a process that follows another."""
         key = key_of("random", name)
         if entry.follows is not None:
             return None
@@ -203,7 +203,7 @@ class Processes:
     def _grouped(
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess], lag: tuple[float, float]
     ) -> list[NormalSeries]:
-        """Return the first process and all correlated or coherent with it; empty for a fault."""
+        """Return the first process and all processes correlated or coherent with it; empty for a fault."""
         first, others = names[0], names[1:]
         coherences = None
         if any(entries[name].coherence is not None for name in others):
@@ -310,8 +310,8 @@ class Processes:
     def _lag(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> float | None:
-        """Return the lag of a process behind the process that it follows, 0 for one that follows none; None if it is
-        unknown, which is reported."""
+        """Return the lag of a process behind the process that it follows, 0 without such a process; None if unknown,
+        which is reported."""
         key = key_of("random", name)
         if entry.follows is None:
             for word in ("offset", "delay"):
@@ -351,10 +351,10 @@ class Processes:
         earliest: float,
         coherences: Sequence[Sequence[Coherence | None]] | None,
     ) -> list[NormalSeries]:
-        """Return a process with a covariance of its own, and a process for each coherent one, with the coherent one's
-        modes; empty for a fault.
+        """Return a process with a separate covariance, and a process for each coherent process, with common modes;
+        empty for a fault.
 
-        ``latest``, ``earliest`` : the largest and the smallest lag of processes that follow one of them.
+        ``latest``, ``earliest`` : the largest and the smallest lag of processes that follow any process of the group.
         """
         key = key_of("random", name)
         before = len(self.report.noted)

@@ -29,30 +29,31 @@ Complex = NDArray[np.complex128]
 #: One quadratic form, or one for each threshold.
 Forms = QuadraticForm | Sequence[QuadraticForm]
 
-#: Distance of nodes along the path, in standard deviations of the Gaussian that the integrand is there, and their
-#: number: the next one is exp(-8.6^2 / 2) = 9e-17 of the first.
+#: Distance of nodes along the path, in standard deviations of the Gaussian integrand, and number of nodes: the next
+#: node has exp(-8.6^2 / 2) = 9e-17 of the first value.
 _APART, _NODES = 1.0 / 16.0, 138
 #: Corrections of a node by Newton's method, at most.
 _CORRECTIONS = 20
-#: Halvings of an interval with a saddle, and Newton's steps behind them.
+#: Halvings of an interval with a saddle, and following Newton steps.
 _HALVINGS, _POLISHED = 40, 3
 #: Difference to a third of the nodes, relative, beyond which the integral is refused.
 _DIFFERENCE = 1e-6
 #: Panels of Imhof's integral, at most.
 _PANELS = 20_000
-#: A saddle so near to zero, in standard deviations, that the formula of Lugannani and Rice takes its limit.
+#: Distance of a saddle from zero, in standard deviations, below which the formula of Lugannani and Rice is replaced by
+#: its limit.
 _AT_THE_MEAN = 1e-4
 
 
 class Tails(NamedTuple):
-    """P(Y <= y) and P(Y > y), each accurate by itself; shapes of the thresholds."""
+    """P(Y <= y) and P(Y > y), each with relative accuracy; shapes of the thresholds."""
 
     below: Array
     above: Array
 
 
 class _Generating:
-    """K - s y and its derivatives for thresholds (m,), each with its own form or all with the same, at s (m,)."""
+    """K - s y and derivatives for thresholds (m,), each with a separate form or all with the same form, at s (m,)."""
 
     def __init__(self, forms: Sequence[QuadraticForm], thresholds: Array) -> None:
         scales = np.array([form.standard_deviation or 1.0 for form in forms])
@@ -87,7 +88,7 @@ class _Generating:
         return np.asarray(parts.sum(axis=1))
 
     def beside(self, u: Complex, s: Array, rows: NDArray[np.intp]) -> tuple[Complex, Complex]:
-        """Return K(s + u) - K(s) and its derivative, s saddles, whose slope is left out with its rounding."""
+        """Return K(s + u) - K(s) and the derivative, for saddles s; the slope at s, which is rounding, is left out."""
         values, at = self.values[rows], u[:, None]
         bent = 1.0 - s[:, None] * values
         ahead, x = bent - at * values, at * values / bent
@@ -129,7 +130,7 @@ class _Generating:
         return result
 
     def _halved(self, inner: Array, outer: Array, rows: NDArray[np.intp], at_zero: Array) -> Array:
-        """Return saddles between ``inner``, at which K' - y has its sign at zero, and ``outer``."""
+        """Return saddles between ``inner``, at which K' - y has the same sign as at zero, and ``outer``."""
         for _ in range(_HALVINGS):
             middle = 0.5 * (inner + outer)
             before = np.real(self.first(middle, rows)) * np.sign(at_zero) > 0.0
@@ -143,9 +144,9 @@ class _Generating:
 def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
     """Return both tails at thresholds (m,): the inversion integral along the path of steepest descent.
 
-    On that path from the saddle point the exponent falls as t^2 / 2 by its parameter t, so the integrand is a Gaussian
-    by a smooth factor, and the trapezoidal rule is exact to rounding. The pole at s = 0, which lies at t = i w, is
-    subtracted; its part is the normal distribution at w.
+    On that path from the saddle point the exponent falls as t^2 / 2 with the parameter t, so the integrand is a
+    Gaussian times a smooth factor, and the trapezoidal rule is exact to rounding. The pole at s = 0, at t = i w, is
+    subtracted; the contribution of the pole is the normal distribution at w.
 
     Raises
     ------
@@ -199,7 +200,7 @@ def _on_path(
         rise, slope = generating.beside(u, saddles, rows)
         step = (rise + 0.5 * t**2) / slope
         u = u - step
-        if np.all(np.abs(step) <= 1e-9 * np.abs(u)):  # Newton's next step is its square
+        if np.all(np.abs(step) <= 1e-9 * np.abs(u)):  # Newton's next step is the square of this step
             break
     return u, generating.beside(u, saddles, rows)[1]
 
@@ -228,12 +229,12 @@ def lugannani_rice(forms: Forms, thresholds: ArrayLike) -> Tails:
 
 
 def imhof(forms: Forms, thresholds: ArrayLike) -> Tails:
-    """Return both tails at thresholds (m,) by the integral along the imaginary axis; small tails lose their digits.
+    """Return both tails at thresholds (m,) by the integral along the imaginary axis; small tails are inaccurate.
 
     Raises
     ------
     NumericalError
-        If the characteristic function falls too slowly, as it does for a few variables.
+        If the characteristic function falls too slowly, as for a few variables.
 
     References
     ----------
@@ -303,8 +304,8 @@ FEWEST = 200
 
 
 class Estimate(NamedTuple):
-    """A probability, its standard error, and the number of samples; not a number if the response has no value at
-    some of them, since these are unknown."""
+    """A probability, its standard error, and the number of samples; not a number if the response has no value at some
+    samples."""
 
     probability: float
     standard_error: float
@@ -335,12 +336,12 @@ def importance_sampling(
 
 @dataclass
 class Draws:
-    """Samples of normal variables about a centre, run on demand; a larger sample contains all smaller ones.
+    """Samples of normal variables about a centre, run at use; a larger sample contains all smaller samples.
 
     Parameters
     ----------
     run : callable
-        From points (m, n) to results, (m,) each; the first one is the response.
+        From points (m, n) to results, (m,) each; the first result is the response.
     centre : (n,)
         Mean of the points, whose covariance is the identity.
     seed : int
@@ -352,7 +353,7 @@ class Draws:
     _parts: list[tuple[Array, ...]] = field(default_factory=list, init=False)
 
     def first(self, count: int) -> tuple[Array, ...]:
-        """Return at least ``count`` points, (m, n), and their results, (m,) each."""
+        """Return at least ``count`` points, (m, n), and the results, (m,) each."""
         have = sum(len(part[0]) for part in self._parts)
         if have < count:
             random = np.random.default_rng([self.seed, have])
@@ -366,11 +367,12 @@ def corrected_tail(
 ) -> Estimate:
     """Estimate P(y > threshold), or P(y <= threshold), by a quadratic form and a correction by samples.
 
-    The estimate uses samples alone if their error is less than the error with the correction, as for a bad form.
+    The estimate uses samples alone if the error of samples is less than the error with the correction, as for a bad
+    form.
 
-    If the form is good, both limit states nearly coincide, and their difference needs few samples. The number of
-    samples doubles until the standard error is half of ``accuracy``, relative to the probability, or until twice the
-    number would exceed ``most``. One additional sample between both limit states enters the error.
+    For a good form both limit states nearly coincide, and their difference needs few samples. The number of samples
+    doubles until the standard error is half of ``accuracy``, relative to the probability, or until twice the number
+    would exceed ``most``. One additional sample between both limit states enters the error.
 
     Parameters
     ----------

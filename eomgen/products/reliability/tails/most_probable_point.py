@@ -12,15 +12,15 @@ from eomgen.base.data import dataclass
 from eomgen.errors import NumericalError
 from eomgen.products.reliability.tails.quadratic_form import Expansion, QuadraticForm, Response
 
-#: The first step along the curve of most probable points, and the longest one, in standard deviations; it grows if
-#: Newton's method needs no more iterations than these.
+#: The first step along the curve of most probable points, and the longest step, in standard deviations; steps grow if
+#: Newton's method needs at most ``_EASY`` iterations.
 _STRIDE, _LONGEST, _EASY = 0.25, 1.0, 3
-#: Newton's iterations at a threshold; distance of z at which they end.
+#: Largest number of Newton iterations at a threshold; distance of z at which the iteration ends.
 _ITERATIONS, _CLOSE = 25, 1e-10
-#: Tolerances of a point, along the limit state and across it, in standard deviations.
+#: Tolerances of a point, tangential and normal to the limit state, in standard deviations.
 _ASIDE, _OFF = 3e-8, 1e-9
 #: The same tolerances for points next to a jump of the gradient, which stalls the iteration, and the stride, relative
-#: to the first one, below which such points are accepted.
+#: to the first stride, below which such points are accepted.
 _ROUGHLY_ASIDE, _ROUGHLY_OFF, _ROUGH = 2e-2, 1e-3, 0.3
 #: Relative rounding error of a value of a run.
 _ROUNDED = 1e-14
@@ -67,8 +67,8 @@ class MostProbablePoint:
 
     @property
     def curvatures(self) -> Array:
-        """Principal curvatures (n - 1,) of the limit state, positive if it bends away from the mean, times its
-        distance: curvatures of y above the threshold if the index is positive."""
+        """Principal curvatures (n - 1,) of the limit state, positive if the limit state bends away from the mean, times
+        the distance: curvatures of y above the threshold if the index is positive."""
         n = len(self.point)
         gradient = self.expansion.gradient
         length = float(np.linalg.norm(gradient))
@@ -224,7 +224,7 @@ def _followed(
     threshold: float,
     kinked: Callable[[], bool],
 ) -> tuple[MostProbablePoint, MostProbablePoint]:
-    """Follow the curve of most probable points from one to the next threshold; return the one before that, too."""
+    """Follow the curve of most probable points to the next threshold; return the previous point, too."""
     stride = _STRIDE
     while True:
         slope = float(np.linalg.norm(last.expansion.gradient))
@@ -250,7 +250,7 @@ def _followed(
 
 
 def _rates(at: MostProbablePoint) -> Array:
-    """Return the derivatives of the point and its multiplier by the threshold, (n + 1,)."""
+    """Return the derivatives of the point and the multiplier by the threshold, (n + 1,)."""
     n = len(at.point)
     system = _system(at.multiplier, at.expansion.gradient, at.expansion.hessian)
     return np.linalg.solve(system, np.append(np.zeros(n), 1.0))
@@ -268,8 +268,8 @@ def _system(multiplier: float, gradient: Array, hessian: Array) -> Array:
 def _continued(
     before: MostProbablePoint | None, last: MostProbablePoint, threshold: float
 ) -> tuple[Array, float, Array]:
-    """Return the point, multiplier and Hessian to which the curve leads: by its value and slope at both points
-    (Hermite), the Hessian by a straight line."""
+    """Return the extrapolated point, multiplier and Hessian: by value and slope at two points (Hermite), the Hessian
+    linearly."""
     here, rate = np.append(last.point, last.multiplier), _rates(last)
     hessian = last.expansion.hessian.copy()
     ahead = threshold - last.threshold
@@ -334,7 +334,7 @@ def _newton(
 def _solved(z: Array, multiplier: float, value: float, threshold: float, gradient: Array) -> bool:
     """Whether both conditions hold, in standard deviations: the distance is off by the square of the lateral part.
 
-    Rounding of values counts, too, if they are large beside their spread.
+    Rounding of values counts, too, if values are large compared with their spread.
     """
     slope = float(np.linalg.norm(gradient))
     aside = float(np.linalg.norm(z + multiplier * gradient))
@@ -344,11 +344,12 @@ def _solved(z: Array, multiplier: float, value: float, threshold: float, gradien
 def further_design_points(
     response: Response, design_point: MostProbablePoint, starts: int, seed: int
 ) -> list[MostProbablePoint]:
-    """Return other points with the same threshold that lie nearer to the mean than one standard deviation behind it.
+    """Return other points with the same threshold whose distance from the mean exceeds that distance of the design
+    point by less than one standard deviation.
 
-    A bistable system has several, and the probability is then some sum of theirs. They are looked for from the mirrored
-    point and from random directions at the same distance, by the method of Hasofer and Lind with Newton's at the end;
-    that none is found is no proof.
+    A bistable system has several such points, and the probability is then some sum of the contributions. The search
+    starts from the mirrored point and from random directions at the same distance, by the method of Hasofer and Lind
+    with Newton's at the end; a search without result is no proof.
     """
     random = np.random.default_rng(seed)
     directions = random.standard_normal((starts, len(design_point.point)))

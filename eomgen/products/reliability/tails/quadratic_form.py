@@ -57,7 +57,7 @@ class QuadraticForm:
 
     @cached_property
     def principal(self) -> tuple[Array, Array]:
-        """Eigenvalues (n,) of the Hessian, and the gradient (n,) along their eigenvectors."""
+        """Eigenvalues (n,) of the Hessian, and the gradient (n,) along the eigenvectors."""
         values, vectors = np.linalg.eigh(0.5 * (self.hessian + self.hessian.T))
         return values, vectors.T @ self.gradient
 
@@ -100,14 +100,14 @@ class QuadraticForm:
         return float(self.gradient @ other.gradient + 0.5 * np.sum(self.hessian * other.hessian))
 
     def about(self, point: Array, value: float) -> QuadraticForm:
-        """Return the form of z with this one's gradient and Hessian at a point (n,) with that value."""
+        """Return the form of z with the gradient and Hessian of this form at a point (n,) and the given value."""
         bent = self.hessian @ point
         constant = value - self.gradient @ point + 0.5 * point @ bent
         return QuadraticForm(float(constant), self.gradient - bent, self.hessian)
 
 
 class Expansion(NamedTuple):
-    """A response at a point: its value, gradient (n,) and Hessian (n, n)."""
+    """A response at a point: value, gradient (n,) and Hessian (n, n)."""
 
     value: float
     gradient: Array
@@ -130,10 +130,10 @@ class Response(Protocol):
         """Return y (m,) at points (m, n)."""
 
     def gradient(self, point: Array) -> tuple[float, Array]:
-        """Return y and its gradient (n,) at a point (n,)."""
+        """Return y and the gradient (n,) at a point (n,)."""
 
     def expansion(self, point: Array) -> Expansion:
-        """Return y with its gradient and Hessian at a point (n,)."""
+        """Return y with gradient and Hessian at a point (n,)."""
 
 
 class Multiplied(Response, Protocol):
@@ -145,13 +145,13 @@ class Multiplied(Response, Protocol):
 
 @dataclass
 class Counted:
-    """A response that counts its evaluations.
+    """A response that counts evaluations.
 
     Attributes
     ----------
     solved : times that a value alone was computed
-    sloped : times that the value came with its gradient
-    expanded : times that the value came with its gradient and Hessian
+    sloped : evaluations of the value with the gradient
+    expanded : evaluations of the value with gradient and Hessian
     """
 
     response: Response
@@ -184,13 +184,13 @@ class Counted:
 def hermite_projection(response: Response, pairs: int, seed: int) -> QuadraticForm:
     """Return the response's projection onto Hermite polynomials of degree 2: E grad y and E Hess y (Stein's identity).
 
-    Averages are over ``pairs`` antithetic pairs of a scrambled Sobol sequence, z and -z: odd terms
-    of y drop out of the mean, even ones out of the mean gradient.
+    Averages are over ``pairs`` antithetic pairs of a scrambled Sobol sequence, z and -z: odd terms of y drop out of the
+    mean, even terms out of the mean gradient.
     """
     from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second to import
 
     n = response.size
-    whole = 1 << (pairs - 1).bit_length()  # of a power of 2 alone SciPy takes its sequence for balanced
+    whole = 1 << (pairs - 1).bit_length()  # sciPy considers the sequence balanced for powers of 2 only
     points = qmc.MultivariateNormalQMC(np.zeros(n), rng=seed).random(whole)[:pairs]
     value, gradient, hessian = 0.0, np.zeros(n), np.zeros((n, n))
     for point in points:
@@ -203,8 +203,8 @@ def hermite_projection(response: Response, pairs: int, seed: int) -> QuadraticFo
 
 
 def leading_directions(gradients: Array, share: float) -> Array:
-    """Return the directions (n, r), orthonormal, that hold a share of the squares of gradients (m, n): as many as it
-    takes."""
+    """Return the least number of orthonormal directions (n, r) with a given share of the squares of gradients (m,
+    n)."""
     _, values, rows = np.linalg.svd(gradients, full_matrices=False)
     held = np.cumsum(values**2) / np.sum(values**2)
     count = int(np.searchsorted(held, share - 1e-15) + 1)

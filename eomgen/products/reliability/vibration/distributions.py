@@ -36,7 +36,7 @@ _DIRECTIONS = 2
 ACCURACY, _MOST, _MOST_ABOUT_MEAN = 0.1, 4000, 8000
 #: Largest distance of a most probable point from the mean for an estimate by samples about the mean.
 _NEAREST = 1.5
-#: Probability of samples about the mean below which they contradict a probability.
+#: Probability of samples about the mean below which the samples contradict a probability.
 _CHANCE = 1e-4
 #: Standard errors of samples, and share of the probability, by which a form may be off.
 _SURE, _LIKE = 3.0, 0.2
@@ -71,7 +71,7 @@ def _of_upper(above: Sequence[float]) -> Distribution:
 
 
 def doubts_of(response: Response, reached: Sequence[MostProbablePoint], seed: int) -> list[str]:
-    """Return notes on most probable points that are not the nearest ones, or not the only ones."""
+    """Return notes on most probable points that are not nearest to the mean, or not unique."""
     notes = []
     for one in reached:
         if not one.nearest and not one.aside:  # Hessians miss jumps of the gradient
@@ -129,8 +129,8 @@ def corrected(
 ) -> Distribution:
     """Return probabilities of quadratic forms corrected by samples, with bounds of 95 % confidence.
 
-    Samples are drawn about each most probable point; about the mean for points near to it, whose regions are too wide
-    for samples elsewhere, the same samples for all of these.
+    Samples are drawn about each most probable point; points near the mean, whose regions are too wide for local
+    samples, have common samples about the mean.
     """
     count = len(reached)
     below, above, low, high = (np.empty(count) for _ in range(4))
@@ -182,7 +182,8 @@ def counted_instead(wanted: Array, distribution: Distribution, about_mean: Draws
 
 
 def relative_errors(one: Distribution, true: Distribution) -> Array:
-    """Return the error of a distribution at each threshold, relative to the true one on its less probable side."""
+    """Return the error of a distribution at each threshold, relative to the true probability on the less probable
+    side."""
     upper = true.above <= 0.5
     ours, theirs = np.where(upper, one.above, one.below), np.where(upper, true.above, true.below)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -190,7 +191,7 @@ def relative_errors(one: Distribution, true: Distribution) -> Array:
 
 
 def disagreements(thresholds: Sequence[float], form: Distribution, true: Distribution) -> dict[int, str]:
-    """Return, by index, the thresholds whose quadratic form is far from its correction by samples."""
+    """Return, by index, the thresholds with a quadratic form far from the correction by samples."""
     sides = ["above" if above <= 0.5 else "below" for above in true.above]
     result = _apart(thresholds, sides, form, true)
     ending = "samples: the response is no quadratic form there, which is left out; take `corrected`"

@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 
 #: Samples at least, if any are requested.
 FEWEST = 20
-#: Standard deviations of an output, by its mean, of which the rounding of runs leaves few digits.
+#: Standard deviation of an output, relative to the mean, below which rounding of runs leaves few digits.
 _FAINT = 1e-9
 #: Divisor for the number of last modes; share of the output's variance in the last modes that gives a note; share of a
 #: process above which its modes count as complete.
 _LAST, _TRUNCATED, _ALL = 10, 0.01, 1.0 - 1e-9
 #: Part of a step, and of the run, by which an end may miss the end of a step.
 _WHOLE = 1e-9
-#: Options of ``simulate`` that runs with derivatives do not have, and their substitutes.
+#: Options of ``simulate`` excluded in runs with derivatives, and substitutes.
 _OF_OTHER_RUNS = {
     **dict.fromkeys(("tolerance", "order"), "step=..., for fixed steps"),
     "start": "initial=..., or start in the scene",
@@ -48,7 +48,7 @@ _OF_OTHER_RUNS = {
     **dict.fromkeys(("t_end", "duration"), "at"),
     **dict.fromkeys(("n_samples", "monte_carlo"), "samples"),
 }
-#: The study's own arguments, which come first among the near ones of a name that is none.
+#: Arguments of this study, which come first among suggestions for an unknown name.
 OWN = (
     *("output", "at", "step", "thresholds", "points", "projected", "whole", "samples", "tail_samples", "pairs"),
     *("times", "levels", "seed"),
@@ -58,7 +58,7 @@ SHARES = (1e-4, 1e-3, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999, 0.9999)
 
 
 def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
-    """Return the random processes of a scene, and the parameters that are their variables. Raises UsageError."""
+    """Return the random processes of a scene, and the parameters of their variables. Raises UsageError."""
     result, variables = [], []
     for item in model.description.inputs:
         process = item.series
@@ -89,7 +89,7 @@ def cut_processes(model: Model) -> list[NormalSeries]:
 
 
 def doubts_of_truncation(lost: float, processes: Sequence[NormalSeries], *, linear: bool) -> list[str]:
-    """Return a note on the share of the output's variance that is lost with the modes left out, if it matters."""
+    """Return a note on the share of the output's variance that is lost with the modes left out, if significant."""
     if lost <= _TRUNCATED:
         return []
     least = min(one.captured[-1] for one in processes)
@@ -136,7 +136,7 @@ def check_counts(**counts: int) -> None:
 
 
 def check_samples(**counts: int) -> None:
-    """Raise UsageError for too few samples for any estimate of their errors."""
+    """Raise UsageError for too few samples for an error estimate."""
     for name, count in counts.items():
         if 0 < count < FEWEST:
             fault = f"of {count} samples no error is known: {FEWEST} are the least"
@@ -146,8 +146,8 @@ def check_samples(**counts: int) -> None:
 def checked_options(given: Mapping[str, Any], variables: Collection[str], processes: Collection[str]) -> dict[str, Any]:
     """Return options of runs, which record every step: crossings, largest values and directions are looked for in rows.
 
-    Raises UsageError for options that runs with derivatives do not have, for rows that are farther apart, and for
-    values that the study varies itself.
+    Raises UsageError for options excluded in runs with derivatives, for rows with larger intervals, and for values
+    varied by the study.
     """
     check_options("random_vibration", given, SensitivityOptions.__annotations__, _OF_OTHER_RUNS, OWN)
     if given.get("record_every") not in (None, 1):
@@ -185,7 +185,7 @@ def numbers_of(name: str, given: Any, hint: str, *, least: int = 1) -> Array:
 
 
 def span_of(model: Model, at: float | None, step: float | None, t_start: float = 0.0) -> tuple[float, float]:
-    """Return the time and the step, of the scene if they are not given. Raises UsageError."""
+    """Return the time and the step, by default of the scene. Raises UsageError."""
     simulation = model.description.simulation
     end = t_start + simulation.duration if at is None else number_of("at", at)
     size = simulation.step if step is None else number_of("step", step)
@@ -263,13 +263,13 @@ def doubts_of_spread(mean: float, deviation: float, *, varies: bool) -> list[str
 #: Tolerated difference between the gradient in the variables and the gradient from derivatives in the values of
 #: processes, as a part of the norm.
 _EXPLAINED = 0.02
-#: Variance, by the sum of its terms' sizes, that rounding leaves.
+#: Relative rounding of a variance, compared with the sum of the magnitudes of terms.
 _ROUNDED = 1e-12
 
 
 @dataclass(frozen=True)
 class _Contribution:
-    """A process as far as it has the variables of one expansion: ``weights`` (rows,) times g at ``places`` (rows,)."""
+    """The part of a process in the variables of one expansion: ``weights`` (rows,) times g at ``places`` (rows,)."""
 
     process: NormalSeries
     weights: Array
@@ -354,7 +354,7 @@ def _gradient(process: NormalSeries, times: Array, derivatives: Array, place: Ma
 
 
 def _variance(parts: Sequence[_Contribution]) -> tuple[float, float]:
-    """Return the variance of a sum of contributions of one expansion, and the sum of its terms' sizes."""
+    """Return the variance of a sum of contributions of one expansion, and the sum of the magnitudes of terms."""
     variance, size = 0.0, 0.0
     for one in parts:
         covariance = one.process.covariance

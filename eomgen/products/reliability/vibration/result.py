@@ -39,7 +39,8 @@ class Distribution:
 
 @dataclass(frozen=True)
 class Cost:
-    """Solutions of the equations of motion, and of their linear ones backwards and forwards in time."""
+    """Numbers of solutions of the equations of motion, and of the linearised equations backwards and forwards in
+    time."""
 
     runs: int
     adjoints: int
@@ -69,7 +70,7 @@ _ORDER = {
 
 @dataclass(frozen=True)
 class RandomVibration:
-    """The distribution of an output at one time, with its files and plots.
+    """The distribution of an output at one time, with files and plots.
 
     Attributes
     ----------
@@ -81,16 +82,17 @@ class RandomVibration:
     distributions : of each method
     indices : reliability index of each threshold, (n,), not a number if none was looked for
     times, autocovariance : (m,) in s, and the covariance with the output at ``t`` by method, (m,)
-    first_passage : of each level: its probability over the run by method; ``preferred`` is the one to take
+    first_passage : of each level: probability of a passage within the run by method; ``preferred`` is the recommended
+        method
     costs : by method
     notes : doubts
     error : SampleErrors
         Estimated discretisation errors of a few samples.
-    errors : of each method: its error relative to the corrected probability at each threshold, on the side that is
-        less probable, (n,); NaN if there is no corrected one
+    errors : of each method: error relative to the corrected probability at each threshold, on the less probable side,
+        (n,); NaN without a corrected probability NaN if there is no corrected one
     lost_variance : float
         Share of the output's variance, to first order about the mean, that is lost with the modes left out of the
-        processes; NaN if none is left out, or if it is not known.
+        processes; NaN if no modes are left out, or if unknown.
     """
 
     scene: str
@@ -124,7 +126,7 @@ class RandomVibration:
 
     @property
     def truncation(self) -> list[str]:
-        """A phrase on the share of the output's variance that is lost with modes left out; empty if it is not known."""
+        """A phrase on the share of the output's variance that is lost with modes left out; empty if unknown."""
         if math.isnan(self.lost_variance):
             return []
         return [f"{100.0 * self.lost_variance:.2g} % of its variance is lost with the modes left out"]
@@ -157,7 +159,7 @@ class RandomVibration:
         }
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Write random.json, distribution.csv and autocovariance.csv and return them. Raises FileError."""
+        """Write random.json, distribution.csv and autocovariance.csv and return the files. Raises FileError."""
         place = make_folder(Path(folder))
         columns = {"threshold": self.thresholds, "index": self.indices}
         for name, one in self.distributions.items():
@@ -193,7 +195,7 @@ _NAMED = (1e-9, 1e-7, 1e-5, 1e-3, 0.01, 0.1, 0.5, 0.9, 0.99)
 
 
 def draw(result: RandomVibration, folder: Path) -> list[Path]:
-    """Draw all plots and return their files."""
+    """Draw all plots and return the files."""
     files = [saved(_distribution(result), folder / "distribution.png")]
     if len(result.times):
         files.append(saved(_covariance(result), folder / "autocovariance.png"))

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
 Derived = TypeVar("Derived")
 
-#: Steps of z by which gradients are differenced: the third derivative of a response of order 1 leaves 2e-9 of it.
+#: Steps of z for differences of gradients: the third derivative of a response of order 1 gives a relative error of
+#: 2e-9.
 _APART = 1e-4
 
 
@@ -38,13 +39,13 @@ class RunResponse:
     Attributes
     ----------
     variables : tunable parameters that are standard normal
-    output : name of an output, or of a component of it, ``tip[0]``
+    output : name of an output, or of a component, ``tip[0]``
     span : t_end and step, s
     options : of ``simulate``
-    runs, adjoints, tangents : solutions of the equations of motion, and of their linear ones backwards and forwards
-        in time
+    runs, adjoints, tangents : numbers of solutions of the equations of motion, and of the linearised equations
+        backwards and forwards in time
     failed : samples whose runs failed
-    reason : why Hessians are differences of gradients; empty if they are exact
+    reason : reason for Hessians by differences of gradients; empty if Hessians are exact
     """
 
     model: Model
@@ -83,7 +84,7 @@ class RunResponse:
         return self.samples(points)[0]
 
     def samples(self, points: Array) -> tuple[Array, Array]:
-        """Return the output at the end of runs (m,), and its largest value within each, at points (m, n)."""
+        """Return the output at the end of runs (m,), and the largest value within each run, at points (m, n)."""
         result = self._run_many(points, error_estimate=False)
         return self._of_column(result)
 
@@ -143,7 +144,7 @@ class RunResponse:
     @cached_property
     def stationary(self) -> StationaryRun | None:
         """Derivatives at all rows about the mean if the state stays constant there, which takes no run."""
-        if self._longer is not None:  # it has the rows up to here
+        if self._longer is not None:  # the longer run has the rows up to here
             return self._longer.stationary
         return self._begun(np.zeros(self.size)).stationary([self.output])
 
@@ -152,7 +153,7 @@ class RunResponse:
         return None if np.any(point) else self.stationary
 
     def _of_still(self, still: StationaryRun) -> tuple[int, float, Array]:
-        """Return the row of the end, the output and its gradient (n,) there, and count the adjoints."""
+        """Return the row of the end, the output and the gradient (n,) there, and count the adjoints."""
         row, before = int(np.argmin(np.abs(still.t - self.span[0]))), still.solutions
         value, gradient = float(still.outputs[row, 0]), still.gradients[row, 0]
         self.spend(0, still.solutions - before)
@@ -210,7 +211,7 @@ class RunResponse:
         return self._slope[1], self._slope[2]
 
     def along(self, point: Array) -> tuple[Array, Array, Array]:
-        """Return times (rows,), the output (rows,) and its derivatives (rows, n), by tangents along one run."""
+        """Return times (rows,), the output (rows,) and derivatives (rows, n), by tangents along one run."""
         if (still := self._still_at(point)) is not None:
             self._of_still(still)
             rows = slice(None, None, still.run.run.every)
@@ -241,7 +242,7 @@ class RunResponse:
         return self._last[1]
 
     def _begun(self, point: Array, by: Sequence[str] = ()) -> Sensitivities:
-        """Return derivatives of the run at a point, by all variables if no others are named."""
+        """Return derivatives of the run at a point, by default by all variables."""
         given = dict(self.options)
         parameters = {**(given.pop("parameters", None) or {}), **dict(zip(self.variables, point.tolist(), strict=True))}
         settings = {**newton_settings(self.model, given.get("method")), **(given.pop("settings", None) or {})}
@@ -270,10 +271,10 @@ def rows_at(t: Array, times: Sequence[float]) -> list[int]:
 
 
 def first_passage(t: Array, y: Array, slopes: Array, level: float) -> float:
-    """Return the probability that the output passes a level from below within the run, by its mean rate of crossings.
+    """Return the probability that the output passes a level from below within the run, by the mean rate of crossings.
 
-    To first order y and its rate are Gaussian at every time; crossings are taken as a Poisson process, so a start
-    above counts as well.
+    To first order y and the rate of y are Gaussian at every time; crossings are taken as a Poisson process, so a start
+    above the level counts as well.
 
     References
     ----------

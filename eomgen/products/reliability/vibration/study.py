@@ -113,7 +113,7 @@ def random_vibration(
     Parameters
     ----------
     output : str
-        An output, or a component of it: ``tip[0]``.
+        An output, or a component of an output: ``tip[0]``. ``tip[0]``.
     at, step : float
         Time of the distribution and step, s; by default the end of the run and the step of the scene's simulation.
     thresholds : sequence of float
@@ -124,7 +124,7 @@ def random_vibration(
         Share, below 1, of the squares of the output's gradients along the run whose directions have a Hessian. This is
         second-order projected differentiation (PD2).
     whole : bool
-        Take Hessians in all directions; if not, all of them are projected.
+        Take Hessians in all directions; otherwise all Hessians are projected.
     samples : int
         Number of samples of Monte Carlo, 0 for none.
     tail_samples : int
@@ -262,7 +262,7 @@ class _Study:
 
     @cached_property
     def _run(self) -> tuple[Array, Array, Array]:
-        """Times, the output and its gradients along the run about the mean, solved once."""
+        """Times, the output and the gradients along the run about the mean, solved once."""
         return self.response.along(np.zeros(self.response.size))
 
     @property
@@ -380,7 +380,7 @@ class _Study:
         """Compute the most probable points of thresholds and the distributions about these points; return the
         reliability indices.
 
-        ``others``: whether other results remain if the search fails.
+        ``others``: whether further results remain if the search fails.
         """
         none = np.full(len(wanted), np.nan)
         try:
@@ -478,7 +478,7 @@ class _Study:
         return self._samples
 
     def by_samples(self, count: int, wanted: Array, passage: dict[float, dict[str, float]]) -> None:
-        """Count samples, at the end and by the largest value within their runs."""
+        """Count samples, at the end and by the largest value within the runs."""
         y, highest = self._drawn(count)
         failed = int(np.count_nonzero(~np.isfinite(y)))
         statistics = of_samples(y[np.isfinite(y)], wanted)
@@ -496,7 +496,8 @@ class _Study:
     def along(
         self, times: Sequence[float], passage: dict[float, dict[str, float]], forms: dict[str, QuadraticForm]
     ) -> dict[str, Array]:
-        """Find rates of crossings along the run; return the covariance of the output at times with its end value."""
+        """Find rates of crossings along the run; return the covariance of the output at times with the value at the
+        end."""
         with self._counted("along_the_run"):
             t, y, slopes = self._run
         for level, values in passage.items():

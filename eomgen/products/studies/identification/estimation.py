@@ -20,7 +20,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.errors import EomgenError, NumericalError, Problem, UsageError
 
-#: Part of a column, by its norm, that is rounding of a run and its derivatives.
+#: Part of a column, by norm, that is rounding of a run and its derivatives.
 ROUNDING = 1e-8
 #: Coefficients that are rounding; distance from the estimates at which forms are tried, tolerated share of a change.
 _SMALL, _AWAY, _LEFT = 1e-5, 0.05, 1e-6
@@ -28,15 +28,15 @@ _SMALL, _AWAY, _LEFT = 1e-5, 0.05, 1e-6
 
 @dataclass(frozen=True)
 class Combination:
-    """A combination of unknowns that the data determine, if they determine none of these alone.
+    """A combination of unknowns that the data determine, although the data determine none of these unknowns alone.
 
     Attributes
     ----------
     text : in words
     members : names of the unknowns
     form : ``sum``, ``product``, or ``first order``: a sum at the estimates alone
-    value, deviation : at the estimates, and its standard deviation
-    low, high : its confidence interval
+    value, deviation : value at the estimates, and standard deviation
+    low, high : confidence interval
     """
 
     text: str
@@ -50,7 +50,7 @@ class Combination:
 
 @dataclass(frozen=True)
 class Structure:
-    """Which columns are independent, and the others by these.
+    """Independent columns, and the dependent columns as their combinations.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Structure:
 
     @property
     def mixed(self) -> tuple[int, ...]:
-        """Kept columns that others depend on."""
+        """Kept columns on which other columns depend."""
         return tuple(k for k, row in zip(self.kept, self.coefficients, strict=True) if np.any(row))
 
 
@@ -124,7 +124,7 @@ def form_of(structure: Structure, other: int, x: Array, J: Array, change: Callab
 
 
 def words(structure: Structure, kept: int, names: Sequence[str], x: Array, form: str) -> tuple[str, float]:
-    """Return a combination in words, and its value."""
+    """Return a combination in words, and the value of the combination."""
     row = structure.coefficients[structure.kept.index(kept)]
     if form == "product":
         exponents = {kept: 1.0} | {
@@ -166,7 +166,7 @@ _PASSES, _SAME, _LEAST = 12, 3e-3, 1e-9
 
 
 class Predictions:
-    """Predictions at unknowns, counted, and kept for the last ones."""
+    """Counted predictions at unknowns; the last predictions are kept."""
 
     def __init__(self, predict: Predict) -> None:
         self._predict = predict
@@ -199,10 +199,10 @@ class Fit:
     Attributes
     ----------
     x : (n,) unknowns
-    values, J : (rows,) predictions there, and (rows, n) their derivatives
+    values, J : (rows,) predictions at x, and (rows, n) derivatives of predictions
     deviations : (columns,) of the measured columns
     converged : whether the search came to the end
-    text : SciPy's, if it did not
+    text : message of SciPy without convergence
     """
 
     x: Array
@@ -230,7 +230,7 @@ def fit(
     columns : (rows,) column of each row
     x : (n,) start of the search
     bounds : (n,) each
-    deviations : (columns,) standard deviations of the columns; None: they are estimated from the residuals
+    deviations : (columns,) standard deviations of the columns; None: deviations are estimated from the residuals
     limit : predictions at most in one search
 
     Raises
@@ -267,7 +267,7 @@ def _weighed(
     kept: Sequence[int],
     limit: int,
 ) -> Fit:
-    """Return the fit of the unknowns that are kept, with deviations that suit its residuals if none are given."""
+    """Return the fit of the kept unknowns, with deviations that match the residuals if no deviations are given."""
     count = len(sigma)
     sizes = np.array([np.count_nonzero(columns == k) for k in range(count)])
     share = max(1.0 - len(kept) / len(data), 1.0 / len(data))
@@ -302,7 +302,7 @@ def _searched(
     kept: Sequence[int],
     limit: int,
 ) -> tuple[Array, bool, str]:
-    """Return the unknowns at the least sum of squares over the kept ones, and the end of the search."""
+    """Return the unknowns at the least sum of squares over the kept unknowns, and the end of the search."""
     nothing, chosen = np.full(len(data), np.inf), list(kept)
 
     def whole(part: Array) -> Array:
@@ -344,7 +344,8 @@ def covariance(J: Array, sigma: Array) -> Array:
 
 
 def correlation(cov: Array, kept: Sequence[int], chosen: Sequence[int], count: int) -> Array:
-    """Return the correlation (count, count) of chosen unknowns, nan of others; cov (kept, kept) is of those kept."""
+    """Return the correlation (count, count) of chosen unknowns, nan for unknowns that are not kept; cov (kept, kept) is
+    the covariance of kept unknowns."""
     places = [kept.index(k) for k in chosen]
     inner = cov[np.ix_(places, places)]
     result = np.full((count, count), np.nan)

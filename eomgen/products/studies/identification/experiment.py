@@ -30,7 +30,7 @@ _ROUNDED = 1e-6
 
 @dataclass(frozen=True)
 class Rows:
-    """Values at times from values at the ends of steps: a cubic through the four nearest ones, of order 4 in the step.
+    """Values at times from values at the ends of steps: a cubic through the four nearest ends, of order 4 in the step.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Experiment:
     Parameters
     ----------
     states : unknown components of the initial state; without any, the start follows from parameters as in any run
-    initial : the others, and the start of these
+    initial : the other components, and start values of the unknown components
     options : of ``sensitivities``
     """
 
@@ -192,7 +192,8 @@ class Experiment:
         return {name: getattr(run, name)[0] for name in ("q", "v", *("z" for _ in range(bool(self.model.nz))))}
 
     def _initial_at(self, states: Array) -> tuple[dict[str, Array], Array]:
-        """Return the initial state, and its directions by the unknown components, (directions, states)."""
+        """Return the initial state, and the derivatives of the state by the unknown components, (directions,
+        states)."""
         model, nv = self.model, self.model.nv
         whole = np.zeros(2 * nv + model.nz)
         whole[self._places] = np.asarray(states) - self.starts
@@ -229,7 +230,7 @@ class Unknowns:
     ----------
     parameters, states : names of unknowns
     experiments : the runs
-    held : values of parameters that differ from the scene's, with the start of unknown ones
+    held : values of parameters that differ from the scene's, with start values of unknown parameters
     """
 
     model: Model
@@ -303,7 +304,7 @@ class Unknowns:
         return np.concatenate(parts), np.concatenate(slopes)
 
 
-#: Least change of outputs, in standard deviations, by a change of an unknown by its own size.
+#: Least change of outputs, in standard deviations, by a change of an unknown by 100 %.
 _EFFECT = 1e-9
 
 

@@ -25,24 +25,25 @@ from eomgen.products.studies.identification.estimation import (
 from eomgen.products.studies.identification.experiment import Unknowns
 from eomgen.products.studies.identification.result import Column, Estimate, Identification, Record
 
-#: Combinations that the message has in words, and their members.
+#: Number of combinations, and of members of a combination, written out in the message.
 _NAMED = 4
 #: Share of a direction that a member has at least to be named.
 _SHARE = 0.2
 #: Standard deviations by which steps may move an estimate.
 _BIASED = 0.25
-#: Part of a value by which an estimate may miss its bound.
+#: Relative distance from a bound within which an estimate counts as on the bound.
 _ON_BOUND = 1e-6
 #: Probability beyond which given deviations do not suit the residuals.
 _DOUBT = 1e-3
-#: Correlation of residuals one sample apart, and times its standard error, beyond which they are no noise; and
-#: residuals, as part of the data's spread, that are errors of discretisation in data without noise.
+#: Correlation of residuals one sample apart, and multiple of the standard error of this correlation, above which
+#: residuals are no noise; and residuals, as a part of the data's spread, that are errors of discretisation in data
+#: without noise.
 _COLOURED, _TIMES, _NOISELESS = 0.3, 4.0, 1e-5
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """A fit with its diagnostics.
+    """A fit with diagnostics.
 
     Attributes
     ----------
@@ -206,7 +207,7 @@ class Judgement:
             yield f"intervals wider than the value: {', '.join(wide)}{self._least_determined(estimates)}"
 
     def _notes_of_steps(self, estimates: Sequence[Estimate]) -> Iterator[str]:
-        """Yield a note if the errors of steps move an estimate by much of its deviation."""
+        """Yield a note if the errors of steps move an estimate by a considerable part of the standard deviation."""
         moved = [one for one in estimates if one.state == "determined" and abs(one.bias) > _BIASED * one.deviation]
         if moved:
             worst = max(moved, key=lambda one: abs(one.bias) / one.deviation)
@@ -218,7 +219,7 @@ class Judgement:
             )
 
     def _least_determined(self, estimates: Sequence[Estimate]) -> str:
-        """Return the last right singular vector of the derivatives by unknowns in shares of their values, in words."""
+        """Return the last right singular vector of the derivatives by relative changes of unknowns, in words."""
         x = self.fit.x
         chosen = [k for k, one in enumerate(estimates) if one.state == "determined" and x[k] != 0.0]
         sigma = self.fit.deviations[self.unknowns.columns]
@@ -269,7 +270,7 @@ def _notes_of_correlation(columns: Sequence[Column]) -> Iterator[str]:
 
 def interval(confidence: float, freedom: int, *, given: bool) -> float:
     """Return the half width of an interval in standard deviations: of the normal distribution if noise is given, of
-    Student's if it is estimated."""
+    Student's distribution if noise is estimated."""
     level = 0.5 + 0.5 * confidence
     if given:
         return float(special.ndtri(level))

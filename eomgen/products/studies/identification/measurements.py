@@ -20,7 +20,7 @@ from eomgen.system.description import component_names
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
 
-#: A file, or columns by name, t among them.
+#: A file, or columns by name, including t.
 Data = str | os.PathLike[str] | Mapping[str, Any]
 MISSING = ("refuse", "drop")
 #: Largest value whose square, and sums of such, are numbers.
@@ -33,11 +33,11 @@ class Measurements:
 
     Attributes
     ----------
-    name : of the file without its ending, or ``run1``
+    name : of the file without the ending, or ``run1``
     t : (n,) s, increasing
     outputs : by component of an output, (n,); nan if a value is missing
     inputs : by name of an input of the scene, (n,)
-    dropped : values that are left out because they are missing
+    dropped : number of missing values, which are left out
     ignored : columns that are neither, states of the model
     """
 
@@ -89,7 +89,7 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
     Parameters
     ----------
     number : of the run among those given
-    chosen : outputs or their components that are compared; all columns that are outputs by default
+    chosen : outputs or components of outputs that are compared; all columns that are outputs by default
     missing : ``refuse`` or ``drop``
 
     Raises
@@ -153,7 +153,7 @@ def listed_plain(texts: Sequence[str]) -> str:
 
 
 def _near(name: str, known: Sequence[str]) -> str:
-    """Return the components of an output of this name, else the known names that are closest to it."""
+    """Return the components of an output of this name, else the nearest known names."""
     parts = [label for label in known if label.partition("[")[0] == name.partition("[")[0]]
     if parts:
         return listed_plain(parts)

@@ -26,11 +26,11 @@ class Estimate:
     Attributes
     ----------
     name, unit : names; a component of an initial state is ``q.hinge``, of several runs ``q.hinge of run1``
-    value, deviation : estimate and its standard deviation, infinite if the data do not decide it
+    value, deviation : estimate and standard deviation, infinite if the data do not determine the unknown
     low, high : confidence interval, infinite likewise
-    bias : change by the steps of the runs, estimated by runs at half of them; nan if these fail
+    bias : change by the steps of the runs, estimated by runs at half of these steps; nan if such runs fail
     start : start of the search
-    state : ``determined``, ``undetermined``, or ``on its bound``, with an interval of the bound alone
+    state : ``determined``, ``undetermined``, or ``on its bound``, with an interval due to the bound alone
     """
 
     name: str
@@ -52,7 +52,7 @@ class Column:
     ----------
     name, unit : of an output's component
     samples : over all runs
-    deviation : of its noise, given or estimated
+    deviation : of the noise, given or estimated
     rms : of the residuals
     autocorrelation : of the residuals one sample apart, 0 for white noise
     """
@@ -71,9 +71,9 @@ class Record:
 
     Attributes
     ----------
-    name : of its file, or ``run1``
+    name : of the file, or ``run1``
     t : (n,) s
-    data, model : by column, (n,) each; data are nan if they are missing
+    data, model : by column, (n,) each; missing data are nan
     initial : state that the run begins with, as of ``simulate``
     """
 
@@ -91,20 +91,20 @@ class Record:
 
 @dataclass(frozen=True)
 class Identification:
-    """Parameters and initial states that fit measured data best, with their files and plots.
+    """Parameters and initial states that fit measured data best, with files and plots.
 
     Attributes
     ----------
-    scene : its name
+    scene : name of the scene
     estimates : parameters first, then initial states of each run
-    correlation : (n, n) of the estimates, nan if one is undetermined or on its bound
-    combinations : determined combinations of the undetermined ones
+    correlation : (n, n) of the estimates, nan for undetermined estimates and estimates on a bound
+    combinations : determined combinations of undetermined unknowns
     columns : measured quantities
     records : data and model of each run
     confidence : of the intervals
     noise : ``given`` or ``estimated``
     degrees_of_freedom : samples less unknowns that the data determine
-    runs, failed : runs with derivatives, and failed ones among them
+    runs, failed : runs with derivatives, and number of failed runs
     notes : doubts
     """
 
@@ -130,7 +130,7 @@ class Identification:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Estimated parameters, as ``simulate(parameters=...)`` takes them."""
+        """Estimated parameters, in the form of ``simulate(parameters=...)``."""
         count = len(self.estimates) - self._states
         return {one.name: one.value for one in self.estimates[:count]}
 
@@ -165,7 +165,8 @@ class Identification:
         }
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Write identification.json, estimates.csv and residuals of each run, and return them. Raises FileError."""
+        """Write identification.json, estimates.csv and residuals of each run, and return the files. Raises
+        FileError."""
         place = make_folder(Path(folder))
         files = [place / "identification.json", place / "estimates.csv"]
         write_text(files[0], json_text(self.to_dict()) + "\n")
@@ -188,12 +189,12 @@ class Identification:
 
 
 _DATA, _MODEL = "#707070", "#0B62C4"
-#: Columns that one figure shows.
+#: Largest number of columns in one figure.
 _SHOWN = 8
 
 
 def draw(result: Identification, folder: Path) -> list[Path]:
-    """Draw all runs and return their files."""
+    """Draw all runs and return the files."""
     return [saved(_run(result, record), folder / f"fit_{record.name}.png") for record in result.records]
 
 

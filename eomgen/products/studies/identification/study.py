@@ -32,7 +32,7 @@ from eomgen.scene.scene import Scene
 #: Predictions in one search, at most.
 _LIMIT = 200
 _WAYS = ("run", "torque")
-#: Options of runs, and this study's own arguments, which come first among the near ones of a name that is none.
+#: Options of runs, and arguments of this study, which come first among suggestions for an unknown name.
 _OF_RUNS = ("method", "rho_inf", "alpha", "beta", "gamma", "inputs", "settings")
 _OWN = (
     *("parameters", "states", "values", "initial", "bounds", "deviations", "outputs", "missing", "confidence"),
@@ -72,31 +72,32 @@ def identify(
 ) -> Identification:
     """Return the parameters and initial states of a scene that fit measured runs best, with confidence intervals.
 
-    Least squares of measurements minus outputs of runs, each column by its standard deviation, with the exact
+    Least squares of measurements minus outputs of runs, each column divided by the standard deviation, with the exact
     derivatives of the discrete runs.
 
     Parameters
     ----------
     scene : model, Scene, path or mapping
         A model saves the build.
-    data : path or mapping, or a sequence of them
-        A CSV file, or columns by name; one for each run. ``t`` are times in s; a column of the name of an output, or of
-        a component of it, ``tip[0]``, is compared with it; one of the name of an input drives it, linear in between.
-        Times need not be ends of steps: outputs between these are cubic, of order 4 in the step.
+    data : path or mapping, or a sequence of paths or mappings
+        A CSV file, or columns by name; one for each run. ``t`` are times in s; a column with the name of an output, or
+        of a component of an output, ``tip[0]``, is compared with this output; a column with the name of an input drives
+        this input, linear in between. Times need not be ends of steps: outputs between these are cubic, of order 4 in
+        the step.
     parameters : sequence of str
         Tunable parameters that are unknown.
     states : sequence of str
-        Unknown components of the initial state of each run: ``q.hinge``, ``v.hinge``, ``z.filtered``. Of a
-        joint that rotates, ``q.ball[0]`` is a rotation in rad about its axis x, from the start of the scene.
+        Unknown components of the initial state of each run: ``q.hinge``, ``v.hinge``, ``z.filtered``. For a joint that
+        rotates, ``q.ball[0]`` is a rotation in rad about the x axis, from the start of the scene.
     values : mapping
-        Tunable parameters that differ from the scene's: start of unknown ones, values of others.
-    initial : mapping, or a sequence of them
+        Tunable parameters that differ from the scene's: start values of unknown parameters, values of other parameters.
+    initial : mapping, or a sequence of mappings
         As of ``simulate``; one for all runs, or one for each. Start of unknown components.
     bounds : mapping
         Name -> (low, high), of parameters and states.
     deviations : mapping or number
-        Standard deviations of the noise by column; a number is for all columns. They are estimated, and the
-        intervals with them, if they are not given.
+        Standard deviations of the noise by column; a number is for all columns. Without them, deviations and intervals
+        are estimated.
     outputs : sequence of str
         Columns that are compared; all that are outputs by default.
     missing : str
@@ -233,7 +234,7 @@ def _check_lists(**lists: object) -> None:
 
 
 def _held(model: Model, values: Mapping[str, Any] | None) -> dict[str, float]:
-    """Return values of tunable parameters, texts with units brought to theirs. Raises UsageError."""
+    """Return values of tunable parameters, with texts converted to the units of parameters. Raises UsageError."""
     if not (values is None or isinstance(values, Mapping)):
         fault = f"values by name are needed, not {shown(values)}"
         raise UsageError(Problem("values", fault, 'values={"mass": 1.5}'))

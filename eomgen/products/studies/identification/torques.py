@@ -43,11 +43,11 @@ _CONDITION = 100.0
 
 @dataclass(frozen=True)
 class Motion:
-    """A measured motion with its efforts.
+    """A measured motion with efforts.
 
     Attributes
     ----------
-    name : of the file without its ending, or ``run1``
+    name : of the file without the ending, or ``run1``
     t : (n,) s
     q, v, a : (n, nq), (n, nv), (n, nv)
     tau : (n, nv) efforts beyond the inputs'
@@ -78,9 +78,9 @@ def identified_by_torque(
 
     Parameters
     ----------
-    parameters : of ``regressor_parameters``; all of them, as base parameters, if none is named
-    values : of tunable parameters, by which the others keep theirs
-    others : as of ``identify``
+    parameters : of ``regressor_parameters``; all parameters, as base parameters, if none is named
+    values : of tunable parameters; parameters without a value keep the scene's
+    deviations, missing, confidence : as of ``identify``
 
     Raises
     ------
@@ -123,8 +123,7 @@ def identified_by_torque(
 
 @dataclass(frozen=True)
 class _Solution:
-    """Unknowns (n,), deviations of the efforts (nv,), which unknowns are independent, their covariance, and degrees of
-    freedom."""
+    """Unknowns (n,), deviations of the efforts (nv,), the independent unknowns, covariance, and degrees of freedom."""
 
     x: Array
     deviations: Array
@@ -152,8 +151,8 @@ def _unknowns(
 
 
 def _solved(A: Array, right: Array, start: Array, given: Array | None) -> _Solution:
-    """Return the solution of A x = right, (n, nv, unknowns) and (n, nv); unknowns that are combinations of others keep
-    their start."""
+    """Return the solution of A x = right, (n, nv, unknowns) and (n, nv); unknowns that are combinations of other
+    unknowns keep the start values."""
     rows, count, unknowns = A.shape
     ranges = np.ptp(right, axis=0)
     ranges = np.where(ranges > 0.0, ranges, 1.0)
@@ -257,7 +256,7 @@ def _check_columns(
     Parameters
     ----------
     needed : coordinates, velocities and accelerations
-    efforts : all of them or none
+    efforts : all or none
     inputs : of the model; ``driven``: whether there is a column of one, which stands in for efforts
 
     Raises

@@ -27,9 +27,9 @@ class Ladder:
     ----------
     name : of the option, of the map's row and of cells
     scales : in words
-    values : from one extreme to the other
-    conditions : of a cell, by its value
-    applies : why a scene has no such ladder, empty if it has
+    values : from one extreme to the opposite extreme
+    conditions : of a cell, as a function of the value
+    applies : reason for which a scene has no such ladder, empty if there is a ladder
     against : one of the words above
     methods : one of the words above
     bound : error, relative to the motion, up to which a cell holds

@@ -17,8 +17,9 @@ from eomgen.errors import FileError, Problem
 from eomgen.products.studies.ladders.register import BY_NAME
 from eomgen.products.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, REFUSED, STOPPED, UNFINISHED, Ended
 
-#: Verdicts: the error is within its bound; it is above, below 10 %; the run says that it is doubtful; it ended with a
-#: message; it was refused with one; it took too long and was interrupted; no reference tells; it failed.
+#: Verdicts: the error is within the bound; the error is above, below 10 %; the run reports doubts; the run ended with a
+#: message; the run was refused with a message; the run took too long and was interrupted; there is no reference; the
+#: run failed.
 HOLDS, COARSE, WARNED, ENDED, REJECTED, LONG, UNKNOWN, FAILS = (
     "holds",
     "coarse",
@@ -52,9 +53,9 @@ class Cell:
     ladder, value, method : which
     verdict : one of ``VERDICTS``
     error, velocity_error : relative to the motion and to the largest velocity; None if none is known
-    bound : up to which it holds
-    said : message of the run, reason of its end
-    reference : its reference
+    bound : largest error of a cell that holds
+    said : message of the run, reason for its end
+    reference : description of the reference
     seconds : of the run
     """
 
@@ -71,12 +72,12 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """As ``--cell`` takes it."""
+        """Argument of ``--cell`` for this cell."""
         return f"{self.ladder}:{self.value:.9g}:{self.method}"
 
 
 def verdict(ended: Ended, error: float | None, bound: float) -> str:
-    """Return the verdict of a cell, by its error on the scale of positions."""
+    """Return the verdict of a cell, by the error on the scale of positions."""
     kinds = {REFUSED: REJECTED, UNFINISHED: LONG, HANG: FAILS, CRASH: FAILS, RAISED: FAILS}
     if ended.how in kinds:
         return kinds[ended.how]
@@ -105,8 +106,8 @@ class Extremes:
 
     Attributes
     ----------
-    scene : its name
-    source : as it was given, for commands
+    scene : name of the scene
+    source : of the scene as given, for commands
     cells : in the order of the ladders
     left_out : ladders that the scene has not, and why; cells that the budget left out
     period : s, the shortest, in which steps are measured
@@ -138,7 +139,7 @@ class Extremes:
         return tuple(cell for cell in self.cells if cell.ladder == ladder)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it as JSON types."""
+        """Return all attributes as JSON types."""
         cells = [{**asdict(cell), "command": self.command(cell)} for cell in self.cells]
         return {
             "scene": self.scene,
@@ -151,7 +152,7 @@ class Extremes:
         }
 
     def csv(self) -> str:
-        """Return the table: a row for each cell, with the command that runs it."""
+        """Return the table: a row for each cell, with the command that repeats the cell."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         head = ["ladder", "value", "method", "verdict", "error", "velocity_error", "bound"]
@@ -187,7 +188,7 @@ _GAP = 0.45
 
 def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
     """Draw the map of a scene. Raises FileError."""
-    # slow to import, and only drawing needs it
+    # slow to import, for drawing only
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
     from matplotlib.patches import Patch, Rectangle  # noqa: PLC0415

@@ -22,25 +22,25 @@ from eomgen.integrators.families.register import canonical_name
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
 
-#: How a run may end: at the end, before it with a message, refused before it; interrupted when its time was over; not
-#: even that; killed by a signal; with an error that is none of eomgen's.
+#: Ends of a run: at the end time, before it with a message, refused at the start; interrupted for lack of time; not
+#: even interrupted; killed by a signal; with an error that is none of eomgen's.
 REACHED, STOPPED, REFUSED, UNFINISHED = "reached", "stopped", "refused", "unfinished"
 HANG, CRASH, RAISED = "hang", "crash", "raised"
-#: Rows of a run that are compared, seconds that a run has to stop when it is interrupted, and seconds for compiling.
+#: Rows of a run that are compared, seconds from the interruption of a run to its end, and seconds for compiling.
 ROWS, GRACE, COMPILING = 20, 5.0, 600.0
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """All that decides a run but its method.
+    """Data of a run besides the method.
 
     Attributes
     ----------
     model : which of the subject's models
     step : s
     steps : of the run, a multiple of ``ROWS``
-    q, v, z : the start; the scene's if they are None
-    parameters : of this run, tunable ones
+    q, v, z : the start; None for the scene's start
+    parameters : values of tunable parameters in this run
     start : s
     sizes : divisors of q and v in comparisons: units of this run, (nq,) and (nv,)
     shift : of q, taken off before that
@@ -70,9 +70,9 @@ class Ended:
     Attributes
     ----------
     how : one of the words above
-    said : its message besides that it reached the end
-    arrays : of its observation, if it reached the end
-    finite : whether all its results are finite
+    said : message of the run without the statement that the end was reached
+    arrays : of the observation, if the run reached the end
+    finite : whether all results are finite
     """
 
     how: str
@@ -83,7 +83,7 @@ class Ended:
 
 
 class Request(NamedTuple):
-    """A run: its conditions, its method, and other options of ``simulate``."""
+    """A run: conditions, method, and other options of ``simulate``."""
 
     conditions: Conditions
     method: str
@@ -91,7 +91,7 @@ class Request(NamedTuple):
 
 
 def compile_stepper(model: Model, method: str) -> None:
-    """Compile the stepper of a method; the run reports its faults."""
+    """Compile the stepper of a method; faults are reported by the run."""
     with contextlib.suppress(EomgenError), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         name = canonical_name(method)
@@ -142,19 +142,19 @@ def _arrays(run: Solution, conditions: Conditions) -> dict[str, Array]:
 
 
 class Runner:
-    """A process that runs one request after another, and a new one if it did not come back.
+    """A process that runs one request after another; a lost process is replaced.
 
     The server is forked at the first request, with all modules loaded so far, and keeps the modules that requests load.
-    Compiling has no limit; the limit is for the time after it.
+    Compiling has no limit; the limit is for the time after compiling.
 
     Parameters
     ----------
-    prepare : needs of a request that are no part of its run
-    run : answers it
+    prepare : needs of a request before its run, such as compiling
+    run : returns the answer to a request
 
     Attributes
     ----------
-    used : whether the process of the last request had answered others before
+    used : whether the process of the last request had answered earlier requests
     compiling : s spent in these
     """
 
@@ -170,7 +170,7 @@ class Runner:
         Parameters
         ----------
         request : picklable data
-        limit : s; then the process is interrupted, and killed when it does not answer
+        limit : s; then the process is interrupted, and killed if it does not answer
         """
         pipe, process = self._there()
         try:

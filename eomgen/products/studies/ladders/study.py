@@ -37,16 +37,15 @@ from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, Struct
 
 #: Two references have to agree to this.
 AGREED = 1e-3
-#: Seconds for each of two, and their steps.
+#: Seconds for each run of a pair, and limit of the steps.
 LIMIT, MOST_STEPS = 10.0, 400_000
 #: Ratio of errors of velocities to errors of positions, at the same step.
 VELOCITY = 3.0
 #: Roundings that are within any bound.
 _ROUNDINGS = 10.0
-#: Roundings of a coordinate that a reference's step has to change it by at least, if it moves at all: each step
-#: loses half of one.
+#: Least change of a moving coordinate in a step of a reference, in units of rounding: each step loses half a unit.
 _STEP_ROUNDINGS = 10.0
-#: Motion below this part of the largest is measured by it.
+#: Motion below this part of the largest motion is measured by this part.
 _SMALL = 1e-3
 _DOUBLE = float(np.finfo(np.float64).eps)
 
@@ -72,7 +71,7 @@ def reference(subject: Subject, conditions: Conditions, ended: Callable[[Request
 
     Parameters
     ----------
-    ended : gives how a run ends that has so many seconds
+    ended : function of a run and a time limit in s that returns the end of the run
     """
     tried = []
     for name, first, second in _pairs(subject, conditions):
@@ -95,9 +94,9 @@ def reference(subject: Subject, conditions: Conditions, ended: Callable[[Request
 
 
 def _resolved(subject: Subject, request: Request, arrays: Mapping[str, Array]) -> bool:
-    """Return whether steps change the coordinates that move by many times their rounding.
+    """Return whether steps change the moving coordinates by many times their rounding.
 
-    If they do not, finer steps lose more of the motion: two of them may agree on standing still.
+    Otherwise finer steps lose more of the motion: two references may agree on a standstill.
     """
     conditions = request.conditions
     model = subject.model(OWN)
@@ -130,11 +129,11 @@ class Errors(NamedTuple):
 def difference(
     subject: Subject, of: Mapping[str, Array], held: Mapping[str, Array], bound: float, epsilon: float = _DOUBLE
 ) -> Errors:
-    """Return the errors of one run held against another; of internal states, if both have them, as of coordinates.
+    """Return the errors of a run relative to another run; internal states present in both runs count like coordinates.
 
-    Motion of a kind is measured by a thousandth of the others' at least, in radians and parts of the machine's size.
-    Ten roundings are within any bound: of the machine's size and of a radian, and of the largest displacement of its
-    parts in these. Forces on displaced bodies are rounded, and they turn, too.
+    The measure of motion of a kind is at least a thousandth of the motion of other kinds, in radians and parts of the
+    machine's size. Ten units of rounding are within any bound: of the machine's size and of a radian, and of the
+    largest displacement in these units. Forces on displaced bodies are rounded, and so are their directions.
 
     Parameters
     ----------
@@ -169,7 +168,7 @@ def difference(
 def _of_velocities(
     model: Model, of: Array, held: Array, rates: Mapping[str, float], rounding: float, mean_rate: float
 ) -> float:
-    """Return the largest error of velocities (n, nv), each by the largest velocity of its unit.
+    """Return the largest error of velocities (n, nv), each divided by the largest velocity of the same unit.
 
     Parameters
     ----------
@@ -189,8 +188,8 @@ def _of_velocities(
 
 
 def _of_states(model: Model, of: Array, held: Array, rounding: float) -> float:
-    """Return the largest error of internal states (n, nz), each by its own motion, or a thousandth of the largest of
-    its unit."""
+    """Return the largest error of internal states (n, nz), each relative to the range of the state, or to a thousandth
+    of the largest range of the same unit."""
     errors, motions = np.abs(of - held).max(axis=0, initial=0.0), np.ptp(held, axis=0)
     largest = dict.fromkeys(model.z_units, 0.0)
     for unit, motion in zip(model.z_units, motions, strict=True):
@@ -225,7 +224,7 @@ def _angle(one: Array, two: Array) -> float:
 def _pairs(subject: Subject, conditions: Conditions) -> Iterator[tuple[str, Request, Request]]:
     free = conditions.varied(given={})
     span = conditions.step * conditions.steps
-    # steps that resolve the fastest motion of the scene as it is
+    # Steps that resolve the fastest motion of the scene without factors.
     fine = subject.fine * conditions.parameters.get("unit_time", 1.0)
     own = conditions.steps if 4 * conditions.steps <= MOST_STEPS else ROWS * int(np.ceil(span / fine / ROWS))
 
@@ -275,7 +274,7 @@ def extremes(
     ladders : sequence of str
         Names of ladders; all by default.
     methods : sequence of str
-        The scene's own, the default and others that serve it, by default.
+        By default the scene's method, the default method and further methods for references.
     cells : sequence of str
         ``LADDER:VALUE`` or ``LADDER:VALUE:METHOD``: these alone.
     budget : float
@@ -283,7 +282,7 @@ def extremes(
     limit : float
         Seconds that a cell may take, compiling aside.
     folder : path
-        Folder for cells as they come; see also ``Extremes.save``.
+        Folder for finished cells; see also ``Extremes.save``.
     resume : bool
         Go on with the cells of the folder.
     progress : callable
@@ -300,7 +299,7 @@ def extremes(
     UsageError
         An unknown ladder, method or cell.
     FileError
-        The folder holds the cells of another study, or of this one without ``resume``.
+        The folder contains the cells of another study, or of this study without ``resume``.
     EomgenError
         The scene cannot be read or built.
     """
@@ -401,7 +400,7 @@ class _Study:
         ended = self.runner.ended(request, self.limit)
         used = self.runner.used
         result = self._judged(ladder, value, method, conditions, ended)
-        if result.verdict == FAILS and used:  # earlier runs of its process must not be the reason
+        if result.verdict == FAILS and used:  # earlier runs of the process must not be the reason
             self.runner.close()
             ended = self.runner.ended(request, self.limit)
             result = self._judged(ladder, value, method, conditions, ended)
@@ -443,7 +442,7 @@ class _Study:
                 arrays = dict(ended.arrays) if ended.how == REACHED and ended.arrays is not None else None
                 self.references[key] = Reference(f"{method}, the scene as it is", arrays, 0.0)
             return self.references[key]
-        if conditions.model == SINGLE:  # rounding of its own would be called exact
+        if conditions.model == SINGLE:  # A reference in single precision would count its rounding as exact
             conditions = conditions.varied(model=OWN)
         key = _key(conditions.varied(given={}))
         if key not in self.references:

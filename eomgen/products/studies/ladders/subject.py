@@ -44,7 +44,7 @@ from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.system import Facts, System
 
-#: Models of a subject: as it is, with tunable factors, in single precision.
+#: Models of a subject: unchanged, with tunable factors, in single precision.
 OWN, FACTORS, SINGLE = "own", "factors", "single"
 #: Sets of factors, the first that the scene can have is taken: lengths may have to be fixed numbers.
 _SETS = (
@@ -58,11 +58,11 @@ STEPS, FINE = 10 * ROWS, 0.01
 
 
 class Subject:
-    """A scene with its facts for ladders.
+    """A scene with facts for ladders.
 
     Parameters
     ----------
-    scene : as ``eomgen.load`` takes it
+    scene : argument of ``eomgen.load``
     reading : options of ``eomgen.load``
     """
 
@@ -127,7 +127,7 @@ class Subject:
     def not_similar(self, factors: Sequence[str]) -> str:
         """Return the reason for which the scene in other units is not the same scene: numbers without units.
 
-        Twice the units show it: no arithmetic is in the way there.
+        A test with doubled units is sufficient, because doubling is exact in floating-point arithmetic.
         """
         doubled = {LENGTH: "length", MASS: "mass", TIME: "time"}
         units = UnitsOf(**{doubled[name]: 2.0 for name in factors})
@@ -162,8 +162,8 @@ class Subject:
         return True
 
     def methods(self, *, ladders: Ladders | None = None, fine_by: FineBy = "") -> list[str]:
-        """Return the methods of a kind of ladders, or those whose runs can be references, that can step the scene and
-        with abilities that no other one has."""
+        """Return the methods of a kind of ladders, or the methods for references, that can step the scene; only methods
+        with abilities that no earlier method has."""
         has = {"constraints": self.constrained, "rotations": any(f.group != "R" for f in self.model(OWN).factors)}
         rows = []
         for row in _rows():
@@ -174,7 +174,7 @@ class Subject:
 
     @cached_property
     def start(self) -> tuple[Array, Array]:
-        """Start of cells: the scene's initial state, q and v, on its constraints."""
+        """Start of cells: the scene's initial state, q and v, on the constraints."""
         model = self.model(OWN)
         q, v = np.array(model.initial_q), np.array(model.initial_v)
         if model.multipliers:
@@ -184,7 +184,8 @@ class Subject:
 
     @cached_property
     def extent(self) -> float:
-        """How far the bodies are from each other and from the base at the start, m; 1 if they are in one place."""
+        """Largest distance between bodies, or between a body and the base, at the start, m; 1 if all distances are
+        zero."""
         model = self.model(OWN)
         if "poses" not in model.terms or not model.bodies:
             return 1.0
@@ -226,7 +227,8 @@ class Subject:
         return Conditions(**{"model": OWN, "step": self.fine, "steps": STEPS, "q": q, "v": v, **changes})
 
     def not_movable(self, conditions: Conditions) -> str:
-        """Return why the scene at another place is not the same scene: its formulas take places in the world."""
+        """Return the reason for which the scene at another place is not the same scene: formulas with places in the
+        world."""
         assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
         z = np.array(self.model(OWN).initial_z)
         try:
@@ -279,7 +281,7 @@ def _rates(model: Model, q: Array, v: Array, z: Array | None, parameters: Mappin
 
 
 def _data_of(scene: Any, reading: Mapping[str, Any]) -> tuple[Mapping[str, Any] | None, Path]:
-    """Return the nested data of a scene if it has some, and the folder that its paths start from."""
+    """Return the nested data of a scene, if any, and the folder of relative paths."""
     if isinstance(scene, Mapping):
         return scene, Path()
     if not isinstance(scene, str | Path):
@@ -366,7 +368,8 @@ def _reach(units: Any) -> Array:
 
 
 def _numbers(data: Any) -> Iterator[tuple[Any, Any, str]]:
-    """Yield the container of each geometric number, its key there, and the key of the vector that it is in."""
+    """Yield the container of each geometric number, the key of the number there, and the key of the enclosing
+    vector."""
     items = data.items() if isinstance(data, Mapping) else enumerate(data)
     for key, value in items:
         if isinstance(value, Mapping):

@@ -45,14 +45,14 @@ class Demand:
     measure: str
 
     def of(self, sizes: Mapping[str, ErrorSize]) -> float:
-        """Return the error that counts; infinite if it is not told or not finite."""
+        """Return the error that counts; infinite if unknown or not finite."""
         size = sizes.get(self.quantity)
         value = float("inf") if size is None else float(getattr(size, self.measure))
         return value if value < float("inf") else float("inf")
 
 
-#: Initial positions are moved by this part of each coordinate's motion in the run, velocities by this part of their
-#: largest, parameters and inputs by this part of themselves.
+#: Relative changes of conditions: initial positions by this part of each coordinate's motion in the run, velocities by
+#: this part of the largest velocity, parameters and inputs by this part of the value.
 POSITIONS, VELOCITIES, PARAMETERS, INPUTS = 0.05, 0.05, 0.03, 0.03
 #: Prescribed laws of time begin at another moment: later by this part of the run.
 LATER = 0.03
@@ -73,20 +73,20 @@ class Condition:
     arguments: Mapping[str, Any] = field(default_factory=dict)
 
 
-#: Arguments of the scene itself.
+#: Unchanged arguments of the scene.
 OWN = Condition()
 
 
 def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
     """Yield conditions near the scene's own, without end and the same at every call.
 
-    Each second one has other parameters, too, and each has other inputs if the scene or the caller gives them:
-    numbers and functions are multiplied, and prescribed laws of time begin at a later moment. A
-    parameter that its scene refuses to be other than it is stays.
+    Every second condition also has other parameters, and each has other inputs if the scene or the caller gives inputs:
+    numbers and functions are multiplied, and prescribed laws of time begin at a later moment. A parameter whose change
+    the scene refuses is not changed.
 
     Parameters
     ----------
-    motion : of the scene's own formulation under its own conditions
+    motion : of the scene's formulation under unchanged conditions
     """
     rng = np.random.default_rng(_SEED)
     model = runner.model(runner.formulations.own)
@@ -113,7 +113,7 @@ def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
 
 
 def _moves(model: Model, motion: Observation) -> Array:
-    """Return the distance of each component from its start, (nv,)."""
+    """Return the distance of each component from the start, (nv,)."""
     first = np.broadcast_to(motion.q[0], motion.q.shape)
     moves: Array = np.abs(difference(model.factors, first, motion.q)).max(axis=0)
     return moves
@@ -132,7 +132,7 @@ def _parameters(model: Model, given: Mapping[str, float], rng: np.random.Generat
 
 
 def _inputs(model: Model, runner: Runner, rng: np.random.Generator) -> dict[str, Any]:
-    """Return the caller's inputs, and the scene's constant ones, each multiplied."""
+    """Return the caller's inputs and the scene's constant inputs, each multiplied by a factor."""
     given = runner.inputs or {}
     result: dict[str, Any] = {}
     sampled = _sampled(model, runner)
@@ -153,7 +153,7 @@ def _multiplied(signal: Any, factor: float) -> Any:
 
 
 def _sampled(model: Model, runner: Runner) -> Array | None:
-    """Return the scene's inputs at some times of the run, (n, nu); None if it gives none."""
+    """Return the scene's inputs at some times of the run, (n, nu); None for a scene without inputs."""
     if not model.inputs or "inputs" not in model.functions:
         return None
     grid = runner.grid
@@ -164,7 +164,7 @@ def _sampled(model: Model, runner: Runner) -> Array | None:
 
 
 def _over_time(model: Model, runner: Runner) -> bool:
-    """Return whether the scene prescribes something over time: an input, a drive, the motion of its base, a force."""
+    """Return whether the scene has a prescribed law of time: an input, a drive, the motion of its base, a force."""
     sampled = _sampled(model, runner)
     moves = sampled is not None and bool(np.any(np.ptp(sampled, axis=0) > 0.0))
     prescribed = (*(law.formula for law in model.description.laws), *model.description.formulas)
@@ -173,9 +173,10 @@ def _over_time(model: Model, runner: Runner) -> bool:
 
 #: Wanted uncertainty of the reference, relative to the demand, and the largest one.
 KNOWN, LEAST_KNOWN = 0.05, 0.5
-#: The first tolerance is this part of the demand, each next one this part of the one before.
+#: Ratio of the first tolerance to the demand, and ratio of successive tolerances.
 FIRST, NEXT = 1e-2, 1e-2
-#: So many methods whose finest runs differ by more than ``LARGEST_UNCERTAINTY`` are enough: such a motion is unstable.
+#: Number of methods whose finest runs differ by more than ``LARGEST_UNCERTAINTY`` that is sufficient for a verdict:
+#: such a motion is unstable.
 AGREED = 2
 #: The least tolerances are not refined by less than this.
 LEAST_NEXT = 0.2
@@ -183,13 +184,13 @@ LEAST_NEXT = 0.2
 
 @dataclass(frozen=True)
 class _Known:
-    """A motion with how well it is known.
+    """A motion with its uncertainty.
 
     Attributes
     ----------
-    apart : its difference from the run at half its accuracy, by quantity
+    apart : difference from the run at half the accuracy, by quantity
     error : of the demanded quantity
-    level : of its method's refinement
+    level : of the method's refinement
     """
 
     candidate: Candidate
@@ -202,13 +203,13 @@ class _Known:
 
 @dataclass
 class Judge:
-    """Knows the motion under the scene's own conditions and under others.
+    """Reference motions under the scene's conditions and under changed conditions.
 
     Attributes
     ----------
     candidates : candidates of the scene's own formulation
     seconds : of the processor, that a motion may take
-    tried : why others did not serve
+    tried : reasons for which other methods failed
     """
 
     runner: Runner
@@ -225,7 +226,7 @@ class Judge:
 
         Raises
         ------
-        It cannot be known well enough for the demand, or there is no motion.
+        No motion is accurate enough for the demand, or the system does not move.
             It cannot be known well enough to tell the demand, or it is none: nothing moves.
         """
         if condition.label not in self._held:
@@ -233,7 +234,7 @@ class Judge:
         return self._held[condition.label]
 
     def error(self, observation: Observation, condition: Condition = OWN) -> float:
-        """Return the error of a run under a condition, as far as it can be told."""
+        """Return the error of a run under a condition, as far as known."""
         return self.demand.of(self.reference(condition).errors_of(observation))
 
     def bar(self, condition: Condition = OWN) -> float:
@@ -283,7 +284,7 @@ class Judge:
         return [c for c in order if c.row.name not in self.tried]
 
     def _known(self, candidate: Candidate, condition: Condition) -> _Known | None:
-        """Return the motion by one method, None if it gives none."""
+        """Return the motion by one method, None if the method fails."""
         configuration = next(candidate.configurations(parameters=False, own={}))
         try:
             self.runner.prepare(configuration)
@@ -352,8 +353,8 @@ class Verified:
     ----------
     what : condition, in words
     error : of the tuned quantity, infinite if the run did not reach the end
-    uncertainty : of its reference
-    by : its reference
+    uncertainty : of the reference
+    by : description of the reference
     said : by the run
     """
 
@@ -383,7 +384,7 @@ def verified(judge: Judge, run: Mapping[str, Any], condition: Condition) -> Veri
 
 
 def under(judge: Judge, run: Mapping[str, Any], condition: Condition = OWN) -> Outcome:
-    """Return the run of a configuration under a condition, from the start of its reference."""
+    """Return the run of a configuration under a condition, from the start of the reference."""
     arguments = dict(condition.arguments)
     if "initial" in arguments:
         arguments["initial"] = judge.start(condition)

@@ -29,13 +29,13 @@ from eomgen.system.description import Simulation
 
 #: The part of the demand that a run is meant to meet: verification runs may be less kind.
 MARGIN = 0.75
-#: Whole steps that are so many times as fine as wanted cost too much to be taken for the margin.
+#: Ratio of fineness above which whole steps that are finer than required cost too much.
 APART = 1.2
 #: Errors above this give no order.
 COARSE = 0.2
 #: Orders that runs show are believed down to this part of the declared one.
 LEAST_ORDER = 0.5
-#: Largest ratio of the resolutions of a run and the one before.
+#: Largest ratio of the resolutions of successive runs.
 LARGEST_JUMP = 16.0
 #: Runs of one contender at most.
 MOST_RUNS = 7
@@ -50,11 +50,11 @@ class Tried:
     Attributes
     ----------
     resolution : steps in a row of the grid, or 1/tolerance
-    error : the largest under the conditions that it was made under
-    seconds : of the processor, for its steps
-    own : its error under the scene's own conditions
+    error : the largest error under the conditions of the run
+    seconds : processor's time of the steps
+    own : error under the scene's unchanged conditions
     steps : of the method
-    conditions : how many conditions of the training it was made under, besides the scene's own
+    conditions : number of conditions of the training in this run, besides the scene's conditions
     """
 
     resolution: float
@@ -71,13 +71,13 @@ class Contender:
 
     Attributes
     ----------
-    candidate : its origin
+    candidate : origin of the configuration
     kind : ``step`` or ``tolerance``
-    start : the resolution of its first run
+    start : resolution of the first run
     coarsest : rows of the grid that a step may take at most
     runs : in order
-    closed, why : whether it runs no more, and the reason
-    taken : runs since it was last opened
+    closed, why : whether the contender is out of the race, and the reason
+    taken : runs since the contender entered or re-entered the race
     """
 
     candidate: Candidate
@@ -108,7 +108,7 @@ class Contender:
 
     @property
     def order(self) -> float:
-        """Decades of error per decade of resolution, as the last two meaningful runs show it, else as declared."""
+        """Decades of error per decade of resolution, by the last two meaningful runs, else the declared order."""
         declared = self._declared
         told = self._told
         if len(told) < 2 or told[1].resolution < 1.3 * told[0].resolution:
@@ -142,15 +142,15 @@ class Contender:
         return self._whole(result, result * MARGIN ** (1.0 / self.order), demand)
 
     def _whole(self, resolution: float, least: float, demand: float) -> float:
-        """Return whole steps for a resolution: the next larger ones, or, if these cost much more, the least
-        larger ones that may do, unless they have missed the demand."""
+        """Return whole steps for a resolution: the next larger number, or, if this number costs much more, the smallest
+        number that may satisfy the demand, unless this number has missed the demand."""
         finer, coarser = self._steps(resolution), self._steps(least)
         missed = max((run.resolution for run in self.runs if run.error > demand), default=0.0)
         return coarser if finer > APART * resolution and missed < coarser < finer else finer
 
     def _between(self, resolution: float, demand: float) -> float:
         """Return a resolution if it lies between a run that misses the demand and the next run that meets the demand;
-        else the middle of both."""
+        else the middle of both runs."""
         met = min((run.resolution for run in self.runs if run.error <= demand), default=math.inf)
         missed = max((run.resolution for run in self.runs if run.error > demand and run.resolution < met), default=0.0)
         if not missed or resolution > missed:
@@ -163,8 +163,8 @@ class Contender:
     def promised(self, demand: float) -> float:
         """Return the least seconds in which the contender may meet a demand.
 
-        Errors follow tolerances only roughly. An adaptive method and has not met the demand yet promises
-        the measured seconds of its finest run, so no extrapolated time drops it.
+        Errors follow tolerances only roughly. An adaptive method that has not met the demand yet promises the measured
+        seconds of the finest run, so that extrapolated times drop no such method.
         """
         if self.kind == TOLERANCE and self.runs and self.best(demand) is None:
             return max(self.runs, key=lambda run: run.resolution).seconds
@@ -213,9 +213,9 @@ class Contender:
                 self.closed, self.why = True, "met"
 
 
-#: Times that one run's time is the median of; runs shorter than the second are repeated more often.
+#: Number of runs for the median of a time; runs shorter than ``SHORT`` s are repeated ``MORE_REPEATS`` times.
 REPEATS, SHORT, MORE_REPEATS = 3, 2e-3, 9
-#: Runs that take so many times as long as the best so far are timed once.
+#: Ratio of the time of a run to the best time so far above which the run is timed once.
 FAR = 1.5
 #: A contender may promise this part of the best so far and still run.
 PROMISE = 0.97
@@ -230,7 +230,7 @@ class Race:
     Attributes
     ----------
     demand : to be met
-    training : conditions besides the scene's own under which it is to be met
+    training : further conditions under which the demand is to be met
     """
 
     judge: Judge
@@ -304,7 +304,7 @@ class Race:
             first.reopen(self.demand)
 
     def _trained(self, contender: Contender, run: Tried) -> Tried:
-        """Return a run with its largest error under the conditions of the training that it has not had."""
+        """Return a run with the largest error after runs under the remaining conditions of the training."""
         error, done = run.error, run.conditions
         for condition in self.training[done:]:
             outcome = under(self.judge, contender.how(run), condition)
@@ -316,7 +316,7 @@ class Race:
         return replace(run, error=error, conditions=done)
 
     def _tried(self, contender: Contender, resolution: float, best: float) -> Tried:
-        """Return a run of a contender; of infinite error if it does not reach the end."""
+        """Return a run of a contender; of infinite error without reaching the end."""
         self.runs += 1
         tried = Tried(resolution, math.inf, 1e-3)
         outcome = self.runner.run(**contender.how(tried), estimated=False)
@@ -352,7 +352,7 @@ FULL_ORDER = 5
 COARSEST = 0.1
 #: Single precision is tried for demands from this on.
 SINGLE = 1e-5
-#: Another formulation whose step takes this many times the winner's, or more, runs no more, nor do others of its kind.
+#: Ratio of the times of a step above which another formulation leaves the race, with all formulations of its kind.
 DEARER = 3.0
 
 
@@ -363,7 +363,7 @@ class Entries:
     Attributes
     ----------
     own : candidates of the scene's own formulation
-    others : names of other formulations, ones of less fidelity first
+    others : names of other formulations, formulations of less fidelity first
     axes : along which configurations may vary
     defaults : of the scene
     """
@@ -377,7 +377,7 @@ class Entries:
     say: Callable[[str], None]
 
     def raced(self) -> list[Contender]:
-        """Return all contenders when their race is over."""
+        """Return all contenders after the race."""
         usual = {"rho_inf": self.defaults.rho_inf}
         contenders = [self._contender(c, c.configuration(usual)) for c in one_of_each(self.own)]
         best = self.varied(contenders, self.race.run(contenders))
@@ -393,15 +393,15 @@ class Entries:
         return contenders
 
     def varied(self, contenders: list[Contender], best: Contender | None) -> Contender | None:
-        """Return the best when its neighbours have raced: relatives first, then settings; entries that have are left
-        out."""
+        """Return the best contender after a race with its neighbours: first relatives, then settings; entries that have
+        raced are left out."""
         for near in (self._relatives, self._settings):
             entered = {contender.configuration.key for contender in contenders}
             best = self._also(contenders, best, [c for c in near(best) if c.configuration.key not in entered])
         return best
 
     def _also(self, contenders: list[Contender], best: Contender | None, added: list[Contender]) -> Contender | None:
-        """Return the best with others in the race."""
+        """Return the best contender after a race with further contenders."""
         reached = math.inf if best is None else best.seconds(self.race.demand)
         better = self.race.run(added, reached) if added else None
         contenders += added
@@ -425,9 +425,9 @@ class Entries:
         return contender
 
     def _relatives(self, best: Contender | None) -> list[Contender]:
-        """Return other methods of the winner's family, and other values of its parameters.
+        """Return other methods of the winner's family, and other values of the winner's parameters.
 
-        Methods that are another one of the family with a parameter's value are left to that one.
+        A method that equals another method of the family with a parameter's value is left out.
         """
         if best is None or "parameters" not in self.axes:
             return []
@@ -442,7 +442,7 @@ class Entries:
         return result
 
     def _settings(self, best: Contender | None) -> list[Contender]:
-        """Return the winner with other settings of its iteration, and in single precision."""
+        """Return the winner with other settings of the iteration, and in single precision."""
         if best is None:
             return []
         policies = facts_of(best.configuration.method).policies
@@ -454,7 +454,8 @@ class Entries:
         return [self._near(best, best.candidate, configuration) for configuration in varied]
 
     def _formulated(self, name: str, best: Contender | None) -> list[Contender]:
-        """Return contenders on another formulation: the winner's family if it runs there, else one of each."""
+        """Return contenders on another formulation: the winner's family if it runs there, else one contender of each
+        family."""
         self.say(f"building: {name}")
         try:
             there = candidates(name, self.race.runner.model(name), self.methods, self.race.left_out)
@@ -474,7 +475,8 @@ class Entries:
         return result
 
     def _dearer(self, there: Contender, best: Contender) -> bool:
-        """Return whether a step there takes so much longer than the best one's that others of its kind need not run."""
+        """Return whether a step on another formulation takes so much longer than a step of the best contender that
+        formulations of this kind need not run."""
         reached = best.best(self.race.demand)
         if reached is None or not reached.steps:
             return False

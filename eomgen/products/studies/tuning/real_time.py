@@ -28,7 +28,7 @@ PART, CYCLES = 0.9999, 10_000
 MOST_STEPS, MOST_ROWS = 256, 20_000
 #: Settings that bound the work of a step of an implicit method.
 ITERATIONS, HALVINGS = "max_iterations", "max_halvings"
-#: The part of the budget that the reference may take, and how well it is to be known.
+#: The part of the budget for the reference, and the required accuracy of the reference.
 REFERENCE_SHARE, KNOWN = 0.2, 1e-9
 
 
@@ -45,9 +45,9 @@ class RealTime:
     late : processor's time that a part ``PART`` of the cycles stays below, s
     longest, mean : of all cycles, s
     iterations : of one step at most, bounded by the settings; 0 without iterations
-    error : reached one, of ``quantity`` in ``measure``, at the ends of cycles, at which a controller reads it
+    error : reached error, of ``quantity`` in ``measure``, at the ends of cycles, at which a controller reads the state
     uncertainty : of the reference
-    tried : all measured ones: label, steps in a cycle, late, error
+    tried : all measured configurations: label, steps in a cycle, late, error
     refused : configurations without bounded time, and the reasons
     """
 
@@ -73,7 +73,7 @@ class RealTime:
 
     @property
     def why(self) -> str:
-        """One line: the configuration, and the measured times with their processor."""
+        """One line: the configuration, and the measured times with the processor."""
         bound = f", {self.iterations} iterations a step at most" if self.iterations else ""
         return (
             f"{self.configuration.label}, step {self.step:.4g} s ({self.steps} in a cycle{bound}): "
@@ -84,12 +84,12 @@ class RealTime:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it as JSON data."""
+        """Return all attributes as JSON data."""
         own = {name: value for name, value in vars(self).items() if name not in ("configuration", "source")}
         return {**own, **self.configuration.to_dict(), "why": self.why}
 
     def save(self, path: str | Path) -> Path:
-        """Write the scene's file with these settings, its comments kept. Raises UsageError, FileError."""
+        """Write the scene's file with these settings and the comments of the file. Raises UsageError, FileError."""
         write_text(Path(path), with_settings(self.source, self.simulation, "", ""))
         return Path(path)
 
@@ -196,8 +196,8 @@ class _Work:
     until: float
 
     def bought(self, configurations: Sequence[Configuration], cycle: float) -> list[_Bought]:
-        """Return errors of configurations with 1, 2, 4, ... steps in a cycle, each until its cycles end late; all are
-        measured over the run once."""
+        """Return errors of configurations with 1, 2, 4, ... steps in a cycle, each until cycles end late; all
+        configurations run once over the whole span."""
         opened = [configuration for configuration in configurations if self._prepared(configuration)]
         result: list[_Bought] = []
         steps, floor = 1, max(KNOWN, self.held.bar(self.quantity, self.measure))
@@ -264,7 +264,8 @@ class _Work:
 
 
 def _cycles(repeated: Repeated, steps: int, count: int) -> tuple[Array, int]:
-    """Return the seconds of each cycle, of so many at least, and the iterations of one step at most."""
+    """Return the seconds of each cycle, of at least ``count`` cycles, and the largest number of iterations of a
+    step."""
     cycles: list[Array] = []
     most = 0
     with one_core():

@@ -16,7 +16,7 @@ from eomgen.products.studies.work_precision.axes import Configuration
 
 _SECTION = re.compile(r"^\s*\[([^\[\]]+)\]\s*(#.*)?$")
 _BODY = re.compile(r"^bodies\.([A-Za-z0-9_-]+)$")
-#: Keys that say how a run is made, which leave the file if they are not among the new ones.
+#: Keys of a scene file on the method of a run, which are removed unless among the new keys.
 _OF_METHODS = (
     "method",
     "step",
@@ -38,7 +38,7 @@ def with_settings(path: Path | None, simulation: Mapping[str, Any], coordinates:
     Raises
     ------
     UsageError
-        There is no such file, or it is written in a way that is not understood here: the settings are in the message.
+        There is no such file, or its syntax is not supported here: the settings are in the message.
     """
     keys = ", ".join(f"{name} = {_value(value)}" for name, value in simulation.items())
     hint = f"[simulation] {keys}" + (f", and coordinates = {_value(coordinates)}" if coordinates else "")
@@ -93,7 +93,7 @@ def _with_key(lines: list[str], section: str, name: str, value: Any) -> list[str
         if _is_key(lines[number], name):
             written = f"{name} = {_value(value)}"
             comment = re.search(r"\s+#[^\"']*$", lines[number])
-            if comment and lines[number][: comment.start()].strip() == written:  # of another value it may be false
+            if comment and lines[number][: comment.start()].strip() == written:  # may be false for another value
                 written += comment[0]
             return [*lines[:number], written, *lines[number + 1 :]]
     last = max((n for n in range(begin, end) if lines[n].strip()), default=begin - 1)
@@ -122,7 +122,7 @@ def _holds(text: str, simulation: Mapping[str, Any], coordinates: str) -> bool:
 
 @dataclass(frozen=True)
 class Rival:
-    """Another method in the race, at the demand: measured, or expected if it was given up."""
+    """Another method in the race, at the demand: measured, or expected if the method was given up."""
 
     label: str
     seconds: float
@@ -135,9 +135,9 @@ class Tuned:
 
     Attributes
     ----------
-    scene : its name
+    scene : name of the scene
     quantity, measure, demand : the demand
-    configuration : the one that meets it at the least cost
+    configuration : the configuration that meets the demand at the least cost
     kind, value : ``step`` in s, or ``tolerance``
     error : measured on the scene's own run
     seconds : processor's time of stepping that run, median; outputs, energies and the error estimate apart
@@ -145,12 +145,12 @@ class Tuned:
     steps : of the method in that run
     rivals : cheapest first
     next_digit : how many times dearer a tenth of the error is expected to be
-    own : the scene's own settings, their error and seconds; infinite if they fail
-    verified : runs that it was not tuned on
+    own : the scene's settings, with error and seconds; infinite if the run fails
+    verified : runs that were not used for tuning
     simulation : keys of the scene's section of that name
-    written : error and seconds of the settings written by ``save``: the ones above
-    coordinates, group : for the scene, if they are not its own; empty otherwise
-    machine : its description
+    written : error and seconds of the settings written by ``save``: of the configuration above
+    coordinates, group : for the scene, if different from the scene's; empty otherwise
+    machine : description of the machine
     spent : the processor's seconds of computation, builds not counted; and runs of the race
     built : seconds of building
     left_out : configurations that did not race, and the reasons
@@ -207,7 +207,7 @@ class Tuned:
         return f"{'; '.join(parts)}; measured on {self.machine['processor']}, {self.machine['compiler']}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it as JSON data."""
+        """Return all attributes as JSON data."""
         return {
             "scene": self.scene,
             "quantity": self.quantity,
@@ -237,12 +237,12 @@ class Tuned:
         }
 
     def save(self, path: str | Path) -> Path:
-        """Write the scene's file with these settings, its comments kept.
+        """Write the scene's file with these settings and the comments of the file.
 
         Raises
         ------
         UsageError
-            The scene is from no ``.toml`` file, or is written in a way that settings cannot be put into; it is one of
+            The scene is from no ``.toml`` file, or settings cannot be inserted into its syntax; the scene is one of
             less fidelity.
         FileError
         """

@@ -53,18 +53,18 @@ def tune(
     Errors include all rows that the written file will record, up to 20 000; times are of stepping with these rows,
     without outputs, energies and the error estimate.
 
-    Methods race: each is run coarsely once, and its cost and order decide whether it runs again. The
-    winner is verified on runs with other initial states and parameters, against references of their own, and made finer
-    if it misses the demand there.
+    Methods race: each method is run coarsely once; cost and order of this run decide on further runs. The winner is
+    verified on runs with other initial states and parameters, against separate references, and refined if it misses the
+    demand.
 
     Parameters
     ----------
     scene : path, mapping, Scene, or another front end's document
     error : float
-        Demanded relative error: 1e-4. It is measured as in ``eomgen.tradeoff``.
+        Demanded relative error: 1e-4. The error is measured as in ``eomgen.tradeoff``.
     real_time : float
         s of motion that are to be computed within as many seconds: the most accurate fixed step is found whose work in
-        such a cycle ends in time in 99.99 % of the cycles. No demand is taken with it.
+        such a cycle ends in time in 99.99 % of the cycles. Excludes ``error``.
     iterations : int
         With ``real_time``: bound on Newton's iterations of a step; by default the run's largest number.
     output : str
@@ -179,7 +179,7 @@ class _Tuning:
         winner, checks = self._verified(entries, contenders, near)
         self._enough(contenders, demand)
         run = winner.best(demand.error)
-        assert run is not None  # ``_enough`` has seen it
+        assert run is not None  # checked by ``_enough``
         own_settings = self._own_settings(judge)
         spent = time.process_time() - began - self.runner.building, race.runs
         return self._described(demand, contenders, (winner, run), checks, own_settings, spent, source)
@@ -202,10 +202,10 @@ class _Tuning:
     def _verified(
         self, entries: Entries, contenders: list[Contender], near: Iterator[Condition]
     ) -> tuple[Contender, tuple[Verified, ...]]:
-        """Return the winner and the runs that it is verified on.
+        """Return the winner and the runs of its verification.
 
-        Conditions under which it misses the demand are tuned on as well, all race again, and others verify.
-        Another winner brings its neighbours into the race.
+        Conditions under which the winner misses the demand become conditions of tuning, all contenders race again, and
+        other conditions verify. Another winner brings its neighbours into the race.
         """
         race = entries.race
         for left in reversed(range(ROUNDS)):
@@ -275,7 +275,7 @@ class _Tuning:
         )
 
     def _own_settings(self, judge: Judge) -> tuple[str, float, float]:
-        """Return the scene's own settings in words, their error and seconds."""
+        """Return the scene's settings in words, with error and seconds."""
         simulation = self.defaults
         configuration = self.runner.own_configuration()
         words = f"{configuration.method}, step {simulation.step:g} s"

@@ -124,7 +124,8 @@ def _not_numbers(
     finite: Array,
     remarks: Remarks,
 ) -> list[Disagreement]:
-    """Return the states at which the closed form is not a number without a cause in the formulas; remark the others."""
+    """Return the states at which the closed form is not a number without a cause in the formulas; other such states are
+    remarked."""
     failures = []
     for k in np.flatnonzero(~finite.all(axis=(-2, -1))):
         remarked = operations.singular({name: array[k] for name, array in state.items()})
@@ -141,7 +142,7 @@ def _not_numbers(
 def _worst(
     claim: Claim, names: tuple[str, ...], counted: Array, value: Array, expected: Array, allowed: Array, by: str
 ) -> list[Disagreement]:
-    """Return the entry with the largest error relative to its tolerance, if one of those counted exceeds it."""
+    """Return the entry with the largest error relative to its tolerance, if any counted entry exceeds its tolerance."""
     with np.errstate(all="ignore"):
         off = np.where(counted & np.isfinite(expected), np.abs(expected - value) / allowed, 0.0)
     if not off.size or not np.max(off) > 1.0:
@@ -160,14 +161,16 @@ def _named(claim: Claim, place: object) -> str:
 
 
 def _largest(difference: Array, sizes: Sizes, chosen: Array) -> float | None:
-    """Return the largest difference of the chosen states, relative to their sizes; None if none is finite."""
+    """Return the largest difference of the chosen states, relative to the sizes of the states; None if no difference is
+    finite."""
     relative = (np.abs(difference) / sizes.state)[chosen]
     known = relative[np.isfinite(relative)]
     return float(np.max(known)) if known.size else None
 
 
 def _best(errors: Array) -> tuple[float | None, float | None, float | None]:
-    """Return the smallest error, its step, and the slope of the errors at larger steps if they are no round-off."""
+    """Return the smallest error, the step of this error, and the slope of the errors at larger steps unless these
+    errors are round-off."""
     if not np.isfinite(errors).any():
         return None, None, None
     least = int(np.nanargmin(errors))
@@ -184,7 +187,8 @@ def _best(errors: Array) -> tuple[float | None, float | None, float | None]:
 #: Velocity components beyond which whole matrices, which no stepper of long trees needs, are not built for the check
 #: alone.
 LARGE = 128
-#: Velocity components up to which the matrices of the closed form are built: they have six rows for each link.
+#: Largest number of velocity components for which the matrices of the closed form are built, with six rows for each
+#: link.
 CLOSED = 8
 #: Functions that together hold all formulas of a scene.
 _OF_FORMULAS = ("residual", "internal_rate", "outputs", "base", "energy", "inputs", "events")
@@ -212,7 +216,7 @@ def check(
     seed : int
         Of random draws.
     only : sequence of str
-        Names of closed forms, or their beginnings; all by default.
+        Names of closed forms, or beginnings of names; all by default.
     profile : str
         As of ``eomgen.build``.
 
@@ -259,14 +263,14 @@ def _explained(report: FormReport, model: Model, states: States) -> FormReport:
 
 
 def _terms(scene: Described, only: Sequence[str]) -> list[str]:
-    """Return the terms to build: among terms that only a name brings in, the named ones."""
+    """Return the terms to build: of terms that are built only by name, the named terms."""
     size = pipeline.derive(scene, ["residual"]).nv
     left_out = _costly(size)
     if only:
         asked = {"rates" if name.startswith(("base_rates", "input_rates")) else name.partition(".")[0] for name in only}
         if any("second_partials".startswith(name) for name in asked):
             asked |= set(FIRST)
-        if size <= LARGE:  # of costly terms only the ones named themselves, not ones that begin with a name
+        if size <= LARGE:  # costly terms only by full name, not by the beginning of a name
             left_out = {term for term in left_out if not any(name.startswith(term) for name in asked)}
         requested = (term.name for term in _CHECKED if term.on_request)
         left_out |= {name for name in requested if not any(name.startswith(begin) for begin in asked)}
@@ -274,7 +278,7 @@ def _terms(scene: Described, only: Sequence[str]) -> list[str]:
 
 
 def _costly(size: int) -> set[str]:
-    """Return the terms that only a name brings in, of a scene with so many velocities."""
+    """Return the terms that are built only by name, of a scene with this number of velocities."""
     if size > LARGE:
         return {term.name for term in _CHECKED if term.on_request or term.quadratic}
     return {term.name for term in _CHECKED if size > CLOSED and "rigid" in term.exists}

@@ -47,7 +47,7 @@ class Differences:
     ----------
     ladder : (K, S, R, C), by step; NaN if a state leaves the function's domain
     best : (S, R, C) the difference at the step of the smallest bar
-    bar : (S, R, C) its error bar; infinite if no step gives a number
+    bar : (S, R, C) error bar of the best difference; infinite if no step gives a number
     step : (S, R, C) that step
     kink : (S, R, C) whether one-sided differences do not meet
     kink_step : (S, R, C) the step at which that was found
@@ -116,7 +116,7 @@ def _in_parts(claim: Claim, engine: Engine, state: Blocks) -> Iterator[dict[str,
 
 
 def _of_states(claim: Claim, engine: Engine, state: Blocks) -> tuple[Array, Array]:
-    """Return central differences (K, S, R, C), and one-sided ones (2, K, S, R, C)."""
+    """Return central differences (K, S, R, C), and one-sided differences (2, K, S, R, C)."""
     assert claim.source is not None and claim.directions is not None  # as above
     rates, around = claim.directions(state), spread(state)
     here = claim.source(engine, state)[..., np.newaxis, :]
@@ -132,7 +132,7 @@ def _of_states(claim: Claim, engine: Engine, state: Blocks) -> tuple[Array, Arra
 
 
 def combined(claim: Claim, engine: Engine, state: Blocks, by_direction: Array) -> Array:
-    """Return derivatives (..., count, n) as the claim means them, (..., R, C)."""
+    """Return derivatives (..., count, n) in the form of the claim, (..., R, C)."""
     derivatives = np.swapaxes(by_direction, -1, -2)
     return derivatives if claim.combine is None else claim.combine(engine, state, derivatives)
 
@@ -148,7 +148,7 @@ def complex_steps(claim: Claim, engine: Engine, tape: Engine, state: Blocks) -> 
 
 EXACT, EXACT_OF_LARGEST, CONDITION = 1e-11, 1e-13, 100.0
 BY_DIFFERENCES, BY_DIFFERENCES_OF_LARGEST, BARS = 1e-7, 1e-9, 10.0
-#: Samples by which the condition is measured, and how much they round, in units of the last place.
+#: Number of samples for the measurement of the condition, and rounding of a sample, in units of the last place.
 _SAMPLES, _ROUNDING = 4, 2.0 * float(np.finfo(float).eps)
 #: Sizes below this part of the largest over all states count as that.
 _SMALL = 1e-3
@@ -205,7 +205,7 @@ def _of_source(claim: Claim, engine: Engine, state: Blocks) -> Array:
 
 
 def _rounded(engine: Engine, state: Blocks, rng: np.random.Generator) -> dict[str, Array]:
-    """Return the state with all its numbers changed as rounding may change them."""
+    """Return the state with all numbers changed by possible rounding."""
     relative = {
         name: array * (1.0 + _ROUNDING * rng.uniform(-1.0, 1.0, array.shape))
         for name, array in state.items()
@@ -224,14 +224,14 @@ def _rounded(engine: Engine, state: Blocks, rng: np.random.Generator) -> dict[st
 NO_DIGITS = 1e-2
 #: Directions of a state that are looked along for kinks.
 _LOOKED_AT = 64
-#: Distance of a kink at which differences have no digits because of it.
+#: Distance from a kink within which differences have no digits.
 _CLOSE = 1e-8
 #: Formulas that are named, of many at once.
 _NAMED = 4
 
 
 class Remarks:
-    """Remarks on a closed form, each with the states that it applies to."""
+    """Remarks on a closed form, each with the states to which it applies."""
 
     def __init__(self) -> None:
         self._states: dict[tuple[str, str], dict[str, None]] = {}
@@ -242,7 +242,7 @@ class Remarks:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """One sentence for each remark and its states; of many formulas the first are named."""
+        """One sentence for each remark and its states; of many formulas the first formulas are listed."""
         alike: dict[tuple[str, tuple[str, ...]], list[str]] = {}
         for (remark, of), where in self._states.items():
             alike.setdefault((remark, tuple(where)), []).append(of)
@@ -321,8 +321,8 @@ def _decided(
 
 _BY_SIGN = {Op.ABS: "abs", Op.SIGN: "sign", Op.SELECT: "select"}
 _BY_ORDER = {Op.MIN: "min", Op.MAX: "max", Op.LT: "comparison", Op.LE: "comparison"}  # a > b is b < a on the tape
-#: Functions whose derivative is unbounded at some argument inside their domain or at its edge, and that argument's
-#: distance.
+#: Functions whose derivative is unbounded at some argument inside the domain or at its edge, and the distance from that
+#: argument.
 _UNBOUNDED: dict[Op, tuple[str, Callable[[Array, Array], Array]]] = {
     Op.SQRT: ("sqrt", lambda x, _: np.abs(x)),
     Op.POW: ("power", lambda x, _: np.abs(x)),
@@ -336,7 +336,7 @@ _UNBOUNDED: dict[Op, tuple[str, Callable[[Array, Array], Array]]] = {
 
 @dataclass(frozen=True)
 class NonSmoothOperations:
-    """Operations of some functions by node, each with its name and its operands."""
+    """Operations of some functions by node, each with name and operands."""
 
     system: System
     functions: tuple[str, ...]
@@ -375,7 +375,7 @@ class NonSmoothOperations:
         )
 
     def singular(self, state: Blocks) -> list[str]:
-        """Return the functions whose derivative is unbounded at their argument, as text."""
+        """Return the functions with an unbounded derivative at the argument, as text."""
         tape = self.system.tape
         nodes = [(node, op) for node, op in self._live() if op in _UNBOUNDED]
         result = []
@@ -391,7 +391,7 @@ class NonSmoothOperations:
         yield from ((node, tape.op[node]) for node in tape.live(refs))
 
     def _operands(self, nodes: Sequence[tuple[int, Op]], state: Blocks) -> list[Array]:
-        """Return the values of the operands of each node, first and last of them (SELECT: its condition)."""
+        """Return the values of the first and last operand of each node (SELECT: the condition)."""
         tape, refs = self.system.tape, list[Ref]()
         for node, op in nodes:
             operands = (tape.a[node],) if op is Op.CURVE else tape.operands(node)

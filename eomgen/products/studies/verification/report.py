@@ -18,8 +18,8 @@ from eomgen.base.json_text import json_text
 from eomgen.errors import FileError, Problem
 from eomgen.products.studies.verification.differences import LADDER
 
-#: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: none if it is
-#: finite.
+#: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: no state at which
+#: the closed form is finite.
 Verdict = Literal["agrees", "FAILS", "undecided", "no state"]
 
 
@@ -38,11 +38,11 @@ class Disagreement:
     expected : float
         Expected value.
     by : str
-        Its source: ``finite differences``, ``complex step`` or the second derivation.
+        Source of the expected value: ``finite differences``, ``complex step`` or the second derivation.
     bar : float
         How well that is known.
     explained : str
-        The same in words of its own, if it has a known cause.
+        The same in words, for a known cause.
     """
 
     state: str
@@ -72,10 +72,10 @@ class FormReport:
     name, meaning, family : str
     agreement, step, slope : float or None
         The best agreement with finite differences over the ladder, the step at which it occurs (in the units of the
-        directions' scale: 1 rad, 1 s, the scene's size), and the slope of the error above it; None if the form is no
-        derivative, the slope also if differences are exact up to round-off.
+        directions' scale: 1 rad, 1 s, the scene's size), and the slope of the error at larger steps; None if the form
+        is no derivative, the slope also if differences are exact up to round-off.
     complex_step : float or None
-    second, second_name : agreement with the second derivation, and its name
+    second, second_name : agreement with the second derivation, and the name of this derivation
     errors : by step of the ladder
     remarks : kinks, unbounded derivatives and states outside of domains, in words
     """
@@ -99,7 +99,7 @@ class FormReport:
 _CURVES = 7
 _COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#7B3FA0", "#222222", "#00A0B0")
 _MARKS = ("o", "s", "^", "D", "v", "P", "X")
-#: Errors below this are drawn there: exact ones have no place on a logarithmic axis.
+#: Lower limit of drawn errors: zero errors have no place on a logarithmic axis.
 _LEAST = 1e-17
 
 
@@ -198,7 +198,7 @@ class CheckReport:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Remarks on the closed forms, each once, with the names of its closed forms."""
+        """Remarks on the closed forms, each once, with the names of the closed forms."""
         by_text: dict[str, list[str]] = {}
         for form in self.forms:
             for remark in form.remarks:
@@ -220,8 +220,8 @@ class CheckReport:
 
 
 def write(report: CheckReport, folder: Path) -> list[Path]:
-    """Write ``check.json``, ``check.csv`` and ``check.png`` to a folder, which is made if it is missing, and return
-    them.
+    """Write ``check.json``, ``check.csv`` and ``check.png`` to a folder, which is created if missing, and return the
+    files.
 
     Raises
     ------
@@ -240,7 +240,7 @@ def write(report: CheckReport, folder: Path) -> list[Path]:
 
 
 def make(folder: Path) -> None:
-    """Make a folder if it is missing. Raises FileError."""
+    """Create a folder if missing. Raises FileError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -13,12 +13,12 @@ from eomgen.pipeline.model import Model
 from eomgen.products.studies.verification.claims.claim import FEW, Array, Engine, Space, directions
 
 #: Random states are this far from the initial one: in rad and rad/s, and in this part of the scene's size for travels.
-#: Beams deform less: as little as is small against their length.
+#: Beams deform less, by amounts that are small compared with their length.
 AMPLITUDE, TRAVEL = 0.5, 0.2
-#: Beams deform by this part of their length, or rad, if other bodies travel by 1: they are made for small
-#: deflections.
+#: Deformation of beams, as a part of the length, or in rad, if other bodies travel by 1: theories of beams are for
+#: small deflections.
 DEFLECTION = 0.05
-#: Parameters move by this part of their value, or by 1 from 0.
+#: Relative change of parameters, or change of a parameter with the value 0.
 PART = 0.5
 #: Halvings of that distance before a state is given up.
 _HALVINGS = 8
@@ -36,7 +36,7 @@ class States:
 
 
 def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> tuple[States, Space]:
-    """Return states, the first of them the initial one, and the space they are in."""
+    """Return states, beginning with the initial state, and the space of the states."""
     notes: list[str] = []
     motion, names = _motion(model, max(1, count // 2), notes)
     length = _length(model)
@@ -82,8 +82,8 @@ def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, 
 
 
 def _length(model: Model) -> float:
-    """Return the distances of the bodies' frames from each other and from the base, in m; 1 if they are all in one
-    place."""
+    """Return the largest distance of the bodies' frames from each other and from the base, in m; 1 if all distances are
+    zero."""
     if "poses" not in model.functions or not model.bodies:
         return 1.0
     places = np.concatenate(
@@ -110,8 +110,8 @@ def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict
 def _random(
     model: Model, motion: list[dict[str, Array]], scales: dict[str, Array], rng: np.random.Generator
 ) -> dict[str, Array] | None:
-    """Return a state around one of the motion at any time of a run, ever nearer to it until all terms are finite
-    there."""
+    """Return a random state near a state of the motion at any time of a run, nearer in each trial until all terms are
+    finite."""
     draws = {name: rng.uniform(-1.0, 1.0, model.nv) for name in ("q", "v")} | {"z": rng.uniform(-1.0, 1.0, model.nz)}
     around = motion[int(rng.integers(len(motion)))]
     time = rng.uniform(0.0, model.description.simulation.duration)
@@ -140,8 +140,8 @@ def _random(
 def _completed(
     model: Model, state: dict[str, Array], rng: np.random.Generator, scales: dict[str, Array], part: float
 ) -> dict[str, Array] | None:
-    """Return a state with all blocks, or None if the residual is not finite: inputs near their formulas,
-    accelerations at random, those and multipliers of the motion if there are constraints."""
+    """Return a state with all blocks, or None if the residual is not finite: inputs near the values of formulas, random
+    accelerations; with constraints, accelerations and multipliers of the motion."""
     functions, t = model.functions, float(state["t"][0])
     blocks = {**state, "p": model.parameter_array(), "base": model.base(t), "u": model.input_values(t)}
     blocks["u"] = blocks["u"] + 0.3 * part * np.maximum(np.abs(blocks["u"]), 1.0) * rng.uniform(-1.0, 1.0, model.nu)
@@ -163,7 +163,7 @@ def _completed(
     if "second_partials" in functions:
         blocks["weights"] = rng.uniform(-1.0, 1.0, functions.sizes["weights"])
         of_parameters = PART * np.abs(blocks["p"])
-        driven = [0.0 if item.given else 1.0 for item in model.description.inputs]  # laws give the others
+        driven = [0.0 if item.given else 1.0 for item in model.description.inputs]  # other inputs are given by laws
         of_motion = (scales["v"], scales["v"], scales["v"], scales["z"], np.ones(rows), of_parameters, driven)
         blocks["direction"] = np.concatenate(of_motion) * rng.uniform(-1.0, 1.0, functions.sizes["direction"])
     there = {name: np.array(array, dtype=float) for name, array in blocks.items() if np.size(array)}

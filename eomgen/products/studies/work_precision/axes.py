@@ -26,9 +26,9 @@ class Configuration:
     ----------
     formulation : name of a formulation of the study
     method : public name
-    parameters : of the method, different from its defaults
+    parameters : of the method, if different from the defaults
     policy : name of the settings, empty for the defaults
-    settings : of the stepper, different from its defaults
+    settings : of the stepper, if different from the defaults
     real, profile : as of ``eomgen.build``
     """
 
@@ -60,7 +60,7 @@ class Configuration:
         return replace(self, **changes)
 
     def of_scene(self) -> dict[str, Any]:
-        """Return the keys of a scene's section ``simulation`` besides the method that are not their defaults."""
+        """Return the keys of a scene's section ``simulation`` besides the method that differ from the defaults."""
         settings = {"settings": dict(self.settings)} if self.settings else {}
         return {**self.parameters, **settings, **({"real": self.real} if self.real != "double" else {})}
 
@@ -87,11 +87,11 @@ AXES: Mapping[str, str] = {
     "profile": "profile of the compiler",
     "fidelity": "modes of beams, their order, stiffening, rigid beams; errors are against the scene described",
 }
-#: Axes that vary only if they are named.
+#: Axes that are varied only by request.
 NAMED = ("fidelity",)
-#: The parameter by which methods choose their steps.
+#: The parameter of methods with adaptive steps.
 TOLERANCE = "tolerance"
-#: Its compared values if the method names none.
+#: Compared values of the tolerance if the method has none in its facts.
 COMPARED_TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 
 
@@ -102,8 +102,8 @@ class Candidate:
     Attributes
     ----------
     family, row : of the register
-    method : with its default parameters
-    tolerances : worth comparing, if it chooses its steps
+    method : with default parameters
+    tolerances : worth comparing, for adaptive methods
     """
 
     formulation: str
@@ -123,8 +123,8 @@ class Candidate:
         return Configuration(self.formulation, self.row.name, kept)
 
     def configurations(self, *, parameters: bool, own: Mapping[str, float]) -> Iterator[Configuration]:
-        """Yield the method with the values of its parameters that are compared, or with one value of each: ``own``'s,
-        else the usual one."""
+        """Yield the method with the compared values of its parameters, or with one value of each: ``own``'s, else the
+        usual value. ``own``'s, else the usual one."""
         if not parameters:
             yield self.configuration(own)
             return
@@ -151,7 +151,7 @@ def candidates(
     Parameters
     ----------
     methods : wanted names; all that make a difference to the scene if there are none
-    refused : filled with the reasons for which others cannot run, by formulation and method
+    refused : filled with the reasons for which methods cannot run, by formulation and method
 
     Raises
     ------
@@ -193,7 +193,7 @@ def one_of_each(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def reason(error: EomgenError) -> str:
-    """Return the fault, without its remedy."""
+    """Return the fault without the remedy."""
     return "; ".join(dict.fromkeys(problem.what for problem in error.problems)) or str(error)
 
 
@@ -204,7 +204,7 @@ def _tolerances(row: MethodName) -> tuple[float, ...]:
 
 
 def possible(name: str, parameters: Mapping[str, float], *, chooses_steps: bool = False) -> bool:
-    """Return whether a method takes these parameters, and then chooses its steps if that is asked for."""
+    """Return whether a method has these parameters, and chooses its steps with them if ``chooses_steps``."""
     try:
         method = method_named(name, **parameters)
     except EomgenError:

@@ -26,9 +26,9 @@ from eomgen.scene.load import load as load_file
 from eomgen.scene.scene import Scene
 from eomgen.system.description import Simulation
 
-#: Gauss-Newton's steps at most, and the largest change at which they end, rad and m.
+#: Largest number of Gauss-Newton steps, and the change below which the iteration ends, rad and m.
 MOST_STEPS, SETTLED = 50, 1e-14
-#: Poses within this distance, rad and parts of the size of the machine, are the requested ones.
+#: Distance, rad and parts of the size of the machine, within which poses count as the requested poses.
 MET = 1e-9
 
 
@@ -90,14 +90,14 @@ def _apart(here: Array, there: Array) -> Array:
     return np.concatenate([turn, turned])
 
 
-#: Kinds of symbols that name a coordinate of a beam, or its rates.
+#: Kinds of symbols for a coordinate of a beam, or for a rate of a coordinate.
 _COORDINATES = ("q", "v", "a")
-#: New places of the coordinates of beams, by beam and index; None if they are left out.
+#: New places of the coordinates of beams, by beam and index; None for coordinates left out.
 _Moved = Mapping[tuple[str, int], int | None]
 
 
 def simplified(scene: Scene) -> Iterator[tuple[str, Scene]]:
-    """Yield scenes of less fidelity and their description; none for a scene without beams."""
+    """Yield scenes of less fidelity with descriptions; none for a scene without beams."""
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
     modal = [item.modes for beam in beams.values() for item in beam.deformations if not item.nodal]
     most = max(modal, default=1)
@@ -119,8 +119,8 @@ def _with_beams(scene: Scene, **changes: Any) -> Scene:
 
 
 def _with_modes(scene: Scene, most: int) -> Scene:
-    """Return a scene whose beams have so many modes of each deformation at most; coordinates that it has no more are
-    zero if formulas name them."""
+    """Return a scene whose beams have at most this number of modes of each deformation; coordinates left out are zero
+    in formulas."""
     moved: dict[tuple[str, int], int | None] = {}
     bodies = []
     for body in scene.bodies:
@@ -146,13 +146,13 @@ def _rigid(scene: Scene) -> Scene:
 
 
 def _moved(scene: Scene, moved: _Moved) -> Scene:
-    """Return a scene whose formulas name coordinates of beams by their new places."""
+    """Return a scene with new places of the coordinates of beams in formulas."""
     names = ("elements", "outputs", "inputs", "states", "controllers", "events")
     return replace(scene, **{name: _in(getattr(scene, name), moved) for name in names})
 
 
 def _in(value: Any, moved: _Moved) -> Any:
-    """Return data with the formulas in them changed; the same object without changes."""
+    """Return data with changed formulas; the same object without changes."""
     # one case for each kind of data: the recursion over a scene reads best in one place
     if isinstance(value, Symbol):
         place = (value.name, value.index)
@@ -176,7 +176,7 @@ def _in(value: Any, moved: _Moved) -> Any:
 
 
 JOINT = "joint"
-#: Groups on which absolute bodies move, the one of bodies that name none first.
+#: Groups of absolute bodies, beginning with the default group.
 GROUPS = ("SE3", "R3xSO3")
 
 
@@ -187,7 +187,7 @@ class Formulations:
     Attributes
     ----------
     scenes : by name, the scene's own first
-    refused : reasons for which others are missing, by name
+    refused : reasons for missing formulations, by name
     simplified : names of formulations of less fidelity
     """
 
@@ -216,12 +216,12 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fi
     ----------
     options : of ``eomgen.load``
     others : whether formulations besides the scene's own are wanted
-    fidelity : whether its own one is also wanted with less fidelity
+    fidelity : whether formulations of less fidelity are also wanted
 
     Raises
     ------
     EomgenError
-        As of ``eomgen.load``, for the scene as it is.
+        As of ``eomgen.load``, for the unchanged scene.
     """
     from_text = isinstance(described, str | os.PathLike | Mapping)
     own = pipeline.load_scene(described, **options) if from_text else pipeline.as_document(described)[0]

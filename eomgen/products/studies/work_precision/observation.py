@@ -14,7 +14,7 @@ from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
 
-#: Quantities that every run has besides the outputs of its scene.
+#: Quantities of every run besides the outputs of the scene.
 STATE, Q, V, MULTIPLIERS = "state", "q", "v", "multipliers"
 OWN = (STATE, Q, V, MULTIPLIERS)
 #: Sizes of an error over time.
@@ -61,7 +61,7 @@ class Observation:
 
     @property
     def arrays(self) -> dict[str, Array]:
-        """All arrays by name, as ``with_arrays`` takes them."""
+        """All arrays by name, in the form of ``with_arrays``."""
         own = {"t": self.t, "q": self.q, "v": self.v, "multipliers": self.multipliers}
         kinds = {"poses": self.poses, "twists": self.twists, "outputs": self.outputs}
         return own | {f"{kind}.{name}": array for kind, named in kinds.items() for name, array in named.items()}
@@ -115,9 +115,9 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
     The reference has these times and may have further times between; errors are relative to the largest value over all
     times of the reference.
 
-    ``q`` and ``v`` are coordinates if both runs have the same ones, else poses and twists of the
-    bodies. Each kind of component (lengths, angles) is relative to the largest motion, or velocity, of its kind in the
-    reference, outputs and multipliers to their own largest value; ``state`` is the larger error of q and v.
+    ``q`` and ``v`` are coordinates if both runs have the same coordinates, else poses and twists of the bodies. Each
+    kind of component (lengths, angles) is relative to the largest motion, or velocity, of this kind in the reference;
+    outputs and multipliers are relative to the largest value of each; ``state`` is the larger error of q and v.
     Multipliers are compared if both runs have the same rows.
     """
     result: dict[str, Array] = {}
@@ -140,7 +140,7 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
 
 
 def _places(t: Array, among: Array) -> slice:
-    """Return the indices of the times of a run among a reference's, every so many from the first on."""
+    """Return the indices of the times of a run among a reference's times, equally spaced from the first time on."""
     every = round(float((t[1] - t[0]) / (among[1] - among[0]))) if len(t) > 1 else 1
     return slice(0, every * (len(t) - 1) + 1, every)
 
@@ -224,7 +224,7 @@ def _distances(here: Array, there: Array, at: slice) -> tuple[Array, Array]:
 
 
 def _largest(parts: _Parts) -> Array:
-    """Return the largest error over all kinds, (nt,), each relative to the largest motion of its kind."""
+    """Return the largest error over all kinds, (nt,), each relative to the largest motion of this kind."""
     series = []
     for members in parts.values():
         size = max((float(np.max(moved)) for _, moved in members), default=0.0)
@@ -243,7 +243,7 @@ def _angle(first: Array, second: Array) -> Array:
 
 
 def _twists(twists: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> Array:
-    """Return the error of twists, (nt,), angular and linear parts each relative to its largest."""
+    """Return the error of twists, (nt,), angular and linear parts each relative to the largest."""
     result = np.zeros(len(next(iter(twists.values()))))
     for part in (slice(0, 3), slice(3, 6)):
         size = max(float(np.max(np.linalg.norm(array[:, part], axis=1))) for array in reference.values())

@@ -27,7 +27,7 @@ TIGHT = (1e-15, 1e-13)
 SETTLED = 1e-13
 #: Steps between two times of the grid, at most.
 MOST_STEPS = 2**16
-#: Methods of a lower order come last, and are extrapolated if their steps are fixed.
+#: Methods of a lower order come last; with fixed steps, their results are extrapolated.
 LOW_ORDER = 4
 #: Two references that differ by more than this are none.
 LARGEST_UNCERTAINTY = 0.01
@@ -40,7 +40,7 @@ class Solved:
     Attributes
     ----------
     described : method, formulation and step or tolerance, in words
-    settled : by how much the last halving of its step, or another tolerance, changed it
+    settled : change by the last halving of the step, or by another tolerance
     """
 
     observation: Observation
@@ -71,7 +71,7 @@ class Reference:
         return 0.0 if size is None else float(getattr(size, measure))
 
     def errors_of(self, observation: Observation) -> dict[str, ErrorSize]:
-        """Return the errors of a run by quantity, none below its uncertainty."""
+        """Return the errors of a run by quantity, none below the uncertainty of this reference."""
         return known_errors(observation, self.observation, self.uncertainty)
 
     def to_dict(self) -> dict[str, Any]:
@@ -84,7 +84,8 @@ class Reference:
 
 @dataclass(frozen=True)
 class Effort:
-    """How far a reference is refined: within so many seconds, until it is settled, from so many steps between times."""
+    """Effort of a reference: limit in seconds, accuracy at which the refinement ends, and first number of steps between
+    times."""
 
     seconds: float
     settled: float
@@ -102,7 +103,7 @@ def reference(
     first_steps: int = 8,
     **run: Any,
 ) -> Reference:
-    """Return the reference of a study, or of one of its runs.
+    """Return the reference of a study, or of a single run of a study.
 
     Of the methods from order 4 on, methods with adaptive steps come first, then the highest orders; of
     formulations, those without constraints. The second run is by a method of another family.
@@ -157,7 +158,7 @@ def hold(both: str, part: float) -> None:
 
 
 def check_moves(runner: Runner, observation: Observation) -> None:
-    """Raise NumericalError if a motion is none, so that its methods cannot be told apart by it."""
+    """Raise NumericalError without motion, because methods cannot be compared then."""
     model = runner.model(next(iter(runner.formulations.scenes)))
     if model.nz or not all(np.array_equal(one, one[:1].repeat(len(one), 0)) for one in (observation.q, observation.v)):
         return

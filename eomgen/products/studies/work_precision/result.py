@@ -38,11 +38,11 @@ class Point:
     configuration : of the run
     kind, value : ``step`` in s, or ``tolerance``
     ended : ``reached``, ``stopped``, ``refused`` or ``too long``
-    said : message of the run besides that it reached the end, or the reason for which it did not
+    said : message of the run without the statement that the end was reached, or the reason for an earlier end
     error : sizes of the errors by quantity, none below the uncertainty of the reference; empty if the run did not
         reach the end
-    seconds : median of the processor's time for all steps, s, outputs, energies and the error estimate apart; None
-        if it was not timed
+    seconds : median of the processor's time for all steps, s, outputs, energies and the error estimate apart; None for
+        points without timing
     least : the least of these times
     repeats : how many were taken
     stats : counts of the stepper
@@ -121,7 +121,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Slope:
-    """The order that a configuration shows: fitted over its points in the asymptotic part."""
+    """The order of convergence of a configuration: fitted over points in the asymptotic part."""
 
     configuration: Configuration
     slope: float
@@ -135,13 +135,13 @@ class Tradeoff:
 
     Attributes
     ----------
-    scene : its name
+    scene : name of the scene
     quantity, measure : the error that the front is of
     span : (start, end, number of times at which the reference is known)
     points : all runs
-    reference : run behind the errors, and its uncertainty
+    reference : run of the reference, with uncertainty
     machine : processor, compiler, versions
-    compiled : seconds of building by model and method, short if the cache had it
+    compiled : seconds of building by model and method, short for cached builds
     left_out : omitted runs, and the reasons
     seconds : of the whole study
     """
@@ -168,7 +168,7 @@ class Tradeoff:
 
     @property
     def usable(self) -> tuple[Point, ...]:
-        """Points that reached their end and were timed."""
+        """Points that reached the end and were timed."""
         return tuple(p for p in self.points if p.ended == REACHED and p.seconds is not None)
 
     @property
@@ -177,12 +177,12 @@ class Tradeoff:
 
     @property
     def wrong(self) -> tuple[Point, ...]:
-        """Points that reached their end and are wrong by more than a tenth."""
+        """Points that reached the end with an error above a tenth."""
         return tuple(p for p in self.points if p.ended == REACHED and not self.error(p) <= WRONG)
 
     @property
     def not_built(self) -> tuple[str, ...]:
-        """Configurations that were left out because there was no time to build them."""
+        """Configurations left out for lack of time for a build."""
         return tuple(label for label, why in self.left_out.items() if why.startswith(NOT_BUILT))
 
     @property
@@ -192,7 +192,7 @@ class Tradeoff:
 
     @property
     def front(self) -> tuple[Point, ...]:
-        """Points than which none is both faster and more accurate, fastest first; wrong ones are left out.
+        """Points with no point both faster and more accurate, fastest first; wrong points are left out.
 
         Errors below the uncertainty of the reference count as that.
         """
@@ -211,8 +211,8 @@ class Tradeoff:
         return min(able, key=lambda p: p.seconds or math.inf, default=None)
 
     def verdict(self, point: Point) -> str:
-        """Return the value of a point: ``front``, ``dominated``, ``wrong, said``, ``wrong, silent``, or how it
-        failed."""
+        """Return the value of a point: ``front``, ``dominated``, ``wrong, said``, ``wrong, silent``, or the kind of
+        failure."""
         if point.ended != REACHED:
             return point.ended
         if point in self.wrong:
@@ -221,7 +221,7 @@ class Tradeoff:
 
     @property
     def slopes(self) -> tuple[Slope, ...]:
-        """The order of each configuration with steps of its own choice, over the asymptotic part."""
+        """The order of each configuration with adaptive steps, over the asymptotic part."""
         groups: dict[str, list[Point]] = {}
         for point in self.points:
             if point.kind == "step" and point.ended == REACHED:
@@ -237,7 +237,7 @@ class Tradeoff:
         return tuple(result)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it as JSON data."""
+        """Return all attributes as JSON data."""
         return {
             "scene": self.scene,
             "quantity": self.quantity,
@@ -261,7 +261,7 @@ class Tradeoff:
         return draw(self, Path(path))
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write ``tradeoff.json``, ``tradeoff.csv`` and ``tradeoff.png`` to a folder, and return them. Raises
+        """Write ``tradeoff.json``, ``tradeoff.csv`` and ``tradeoff.png`` to a folder, and return the files. Raises
         FileError."""
         place = make_folder(Path(folder))
         data, table = place / "tradeoff.json", place / "tradeoff.csv"
@@ -310,13 +310,13 @@ _COLOURS = (
 )
 _MARKS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "*")
 _GREY = "#B4B4B4"
-#: Curves with a name; the others are grey.
+#: Largest number of curves with a name; further curves are grey.
 _NAMED = 10
-#: A measured order that is off its declared one by more than this is told.
+#: Deviation of a measured order from the declared order above which both are printed.
 _OFF = 0.15
 #: Penalty for missing a demand at all, in decades of time.
 _NOT_MET = 4.0
-#: The largest error that is drawn at its place.
+#: The largest error drawn to scale.
 _LARGEST = 10.0
 
 
@@ -339,7 +339,8 @@ def draw(study: Tradeoff, path: Path) -> Path:
 
 
 def _groups(study: Tradeoff) -> list[list[Point]]:
-    """Return the points of each configuration: the best one of each method, best first, then the others."""
+    """Return the points of each configuration: the best configuration of each method, best first, then the remaining
+    configurations."""
     groups: dict[str, list[Point]] = {}
     for point in study.usable:
         groups.setdefault(point.configuration.key, []).append(point)
@@ -410,7 +411,7 @@ def _front(axis: Any, study: Tradeoff) -> None:
 
 
 def _failures(axis: Any, study: Tradeoff) -> None:
-    """Mark failed points, which have no error, at the top, on the continuation of their configuration's times."""
+    """Mark failed points, which have no error, at the top, at the times continued from the configuration's points."""
     times = []
     for point in study.failures:
         if point.ended == "refused":

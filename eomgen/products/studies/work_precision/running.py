@@ -55,21 +55,21 @@ def _processor() -> str:
     return next(named, platform.machine())
 
 
-#: How a run may end: at the end, before it, not begun, or given up because it took too long.
+#: Ends of a run: at the end time, before it, not begun, or given up after too long a time.
 REACHED, STOPPED, REFUSED, TOO_LONG = "reached", "stopped", "refused", "too long"
 
 
 class _TooLong(Exception):
-    """A run that took longer than it may."""
+    """A run beyond the time limit."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """The times at which a reference is known: runs are compared at all of them that they record.
+    """The times at which a reference is known: runs are compared at all recorded times.
 
     Attributes
     ----------
-    row : s between two of them
+    row : s between two rows
     rows : how many there are besides the start
     start : s
     coarsest : rows in the coarsest step
@@ -94,8 +94,8 @@ class Outcome:
     Attributes
     ----------
     ended : how, one of the words above
-    said : message of the run besides that it reached the end; reason for which it did not
-    observation : None if it did not reach the end
+    said : message of the run without the statement that the end was reached; reason for an earlier end
+    observation : None for a run that did not reach the end
     stats : counts of the stepper
     repeated : for timing, None if there is no step to time
     seconds : of the whole call of ``simulate``
@@ -110,7 +110,7 @@ class Outcome:
 
 
 class Runner:
-    """Builds models and runs them over one grid of times.
+    """Builds models and runs them over a common grid of times.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Runner:
         self.parameters = dict(parameters or {}) or None
         self.inputs = dict(inputs or {}) or None
         self.limit = limit
-        #: Seconds of building, by model, and by model and method; short if the cache had it.
+        #: Seconds of building, by model, and by model and method; short for cached builds.
         self.compiled: dict[str, float] = {}
         self._models: dict[tuple[str, str, str], Model] = {}
         #: The processor's seconds of building in this process.
@@ -151,15 +151,15 @@ class Runner:
         return self._models[key]
 
     def own_method(self) -> str:
-        """Return the scene's method; in place of ``auto`` the one that its run takes."""
+        """Return the scene's method; in place of ``auto`` the automatic choice."""
         model = self.model(self.formulations.own)
         p = model.parameter_array(self.parameters)
         chosen, _ = method_of(model, None, None, p, self.grid.start, model.description.simulation.step)
         return chosen or str(model.library.layout["built_method"])
 
     def own_configuration(self) -> Configuration:
-        """Return the scene's own configuration, with the parameters that its method takes, and settings of the method
-        that the scene is built with."""
+        """Return the scene's configuration, with the parameters of the method, and settings of the method in the
+        scene's model."""
         own, method = self.formulations.own, self.own_method()
         model = self.model(own)
         simulation, built = model.description.simulation, str(model.library.layout["built_method"])
@@ -180,7 +180,7 @@ class Runner:
         return " ".join((configuration.formulation, configuration.real, configuration.profile, configuration.method))
 
     def prepare(self, configuration: Configuration) -> None:
-        """Build the model of a configuration, so that runs themselves build none. Raises EomgenError."""
+        """Build the model of a configuration, so that runs need no build. Raises EomgenError."""
         key = (configuration.formulation, configuration.real, configuration.profile)
         name = self.build_name(configuration)
         model = self.model(*key)
@@ -206,10 +206,10 @@ class Runner:
         parameters: Mapping[str, float] | None,
         inputs: Mapping[str, Any] | None,
     ) -> Mapping[str, Any] | None:
-        """Return the initial state of a formulation: the scene's own if requested, None for the scene's default, for
-        others the state of the own one.
+        """Return the initial state of a formulation: the scene's state if requested, None for the scene's default, for
+        other formulations the state with the same poses and twists.
 
-        Loops are closed from guesses, each formulation's in a way of its own.
+        Loops are closed from guesses, differently for each formulation.
         """
         name = self.formulations.own
         if formulation == name:
@@ -244,7 +244,7 @@ class Runner:
         timed: bool = True,
         estimated: bool = True,
     ) -> Outcome:
-        """Return the results of a configuration with so many steps in a row of the grid, or with a tolerance.
+        """Return the results of a configuration with a number of steps in a row of the grid, or with a tolerance.
 
         Parameters
         ----------
@@ -253,7 +253,7 @@ class Runner:
             ``Grid.recorded`` apart, or every step if these are not whole steps
         initial : of this run, ``q`` and ``v`` of the scene's own formulation, for any formulation that runs
         parameters, inputs : of this run, in place of the study's
-        later : rows of the grid by which this run begins later; it ends with the others
+        later : rows of the grid by which this run begins later; the end is unchanged
         timed : whether the run may be repeated for its time
         estimated : whether the run estimates the error, which the message may then mention
         """
@@ -324,16 +324,16 @@ def counts(stats: Mapping[str, Any]) -> dict[str, float]:
 
 
 def timed(repeated: Repeated, repeats: int) -> list[float]:
-    """Return the processor's seconds for all steps of a run, so many times, on one core."""
+    """Return the processor's seconds for all steps of a run, measured ``repeats`` times on one core."""
     with one_core():
         return [repeated.seconds() for _ in range(repeats)]
 
 
-#: The coarsest step fits so many times into the run at least, if the scene's step allows it.
+#: Least number of coarsest steps in the run, if the scene's step allows.
 LEAST_ROWS = 50
-#: The reference is known at so many times at least, and at no more than this.
+#: Least and largest number of times at which the reference is known.
 LEAST_TIMES, MOST_TIMES = 4_000, 20_000
-#: The coarsest step is so many doublings above the scene's at most.
+#: Largest number of doublings from the scene's step to the coarsest step.
 MOST_DOUBLINGS = 6
 #: Steps in the coarsest if none are given: 1 to this, by doubling.
 FINEST = 2**12
@@ -347,7 +347,7 @@ def ladder_grid(start: float, end: float, step: float, interval: float, steps: S
 
     Parameters
     ----------
-    step, interval : the scene's, and between two rows that its runs record, s
+    step, interval : the scene's step, and time between recorded rows, s
     steps : those asked for, if any, s
 
     Raises
@@ -379,8 +379,8 @@ def ladder_grid(start: float, end: float, step: float, interval: float, steps: S
 
 
 def tuning_grid(end: float, step: float, interval: float) -> Grid:
-    """Return the grid of runs with any step: all rows that the scene's runs record are among its times, if these are
-    not too many.
+    """Return the grid of runs with any step: the times include all rows recorded by the scene's runs, unless there are
+    too many.
 
     Raises
     ------
@@ -409,13 +409,13 @@ def whole_steps(resolution: float, coarsest: int = 1) -> float:
 
 
 def fraction_of(resolution: float) -> Fraction:
-    """Return steps in a row of the grid, as ``Runner.run`` takes them."""
+    """Return steps in a row of the grid, in the form of ``Runner.run``."""
     return Fraction(round(resolution)) if resolution > 1.0 else Fraction(1, round(1.0 / resolution))
 
 
 def per_coarsest(coarse: Grid, steps: Sequence[float]) -> tuple[int, ...]:
-    """Return the numbers of steps in the coarsest step of this grid, coarsest first. Raises UsageError for steps
-    that do not divide it."""
+    """Return the numbers of steps in the coarsest step of this grid, coarsest first. Raises UsageError for steps that
+    do not divide the coarsest step."""
     if not steps:
         return tuple(2**k for k in range(int(math.log2(FINEST)) + 1))
     result = []

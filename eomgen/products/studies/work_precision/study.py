@@ -53,8 +53,7 @@ _POINTS, _REFERENCE = "points.jsonl", "reference.npz"
 def identity(
     formulations: Formulations, grid: Grid, parameters: Mapping[str, float] | None, inputs: Mapping[str, Any] | None
 ) -> str:
-    """Return a text by which points of one study are known: points of other scenes, times or parameters are not its
-    own."""
+    """Return a text that identifies the points of one study: it differs for other scenes, times or parameters."""
     digests = b"".join(scene.digest for scene in formulations.scenes.values())
     own = {
         "scene": hashlib.sha256(digests).hexdigest(),
@@ -67,7 +66,7 @@ def identity(
 
 
 class Journal:
-    """Points that are there already, and the file for new ones.
+    """Existing points of a study, and the file for new points.
 
     Parameters
     ----------
@@ -80,7 +79,7 @@ class Journal:
     Raises
     ------
     FileError
-        The folder holds a study, and this is not to go on with it, or is another one.
+        The folder contains a study without ``resume``, or another study.
     """
 
     def __init__(self, folder: Path | None, described: str, *, resume: bool) -> None:
@@ -114,7 +113,7 @@ class Journal:
         write_arrays(self._folder / _REFERENCE, observation.arrays, metadata)
 
     def reference(self) -> Reference | None:
-        """Return the reference of a study that goes on, if it has one."""
+        """Return the reference of a continued study, if any."""
         if self._folder is None or not (self._folder / _REFERENCE).exists():
             return None
         arrays, data = read_arrays(self._folder / _REFERENCE, "reference of a study", "another folder")
@@ -126,10 +125,10 @@ class Journal:
 
 #: Called with points done and points known, and with a word on the present work.
 Progress = Callable[[int, int, str], None]
-#: Times of points that are not near the front are medians of as many runs as fit into the first, s, and of so many at
-#: least.
+#: Times of points far from the front are medians of as many runs as fit into ``FIRST_SECONDS``, and of at least
+#: ``LEAST_REPEATS``.
 FIRST_SECONDS, LEAST_REPEATS = 0.05, 3
-#: Points that cost up to this many times as much as the front at their error are near it.
+#: Points with a cost up to this multiple of the front's cost at the same error are near the front.
 NEAR = 1.5
 #: The part of the budget that the references may take.
 REFERENCE_SHARE = 0.25
@@ -137,13 +136,13 @@ REFERENCE_SHARE = 0.25
 LEAST_BUILDING = 30.0
 #: Errors at which a configuration is fine enough.
 FINEST_ERROR = 1e-11
-#: Configurations of the front that are varied along the axes beside it.
+#: Number of configurations of the front that are varied along further axes.
 REFINED_CONFIGURATIONS = 3
 
 
 @dataclass
 class _Ladder:
-    """A configuration with its steps or tolerances, coarse to fine.
+    """A configuration with steps or tolerances, coarse to fine.
 
     Attributes
     ----------
@@ -187,7 +186,7 @@ def tradeoff(
     announce: Callable[[str], None] | None = None,
     **reading: Any,
 ) -> Tradeoff:
-    """Measure speed against accuracy of a scene: time and error of all its configurations.
+    """Measure speed against accuracy of a scene: time and error of all configurations.
 
     Parameters
     ----------
@@ -205,7 +204,7 @@ def tradeoff(
     steps : sequence of float
         s; by default from up to 64 times the scene's, halved until errors are the reference's.
     t_end : float
-        s; the scene's duration by default. The last whole coarsest step before it ends the runs.
+        s; the scene's duration by default. Runs end with the last whole coarsest step before this time.
     parameters, inputs : mapping
         As of ``simulate``.
     budget : float
@@ -214,7 +213,7 @@ def tradeoff(
     repeats : int
         Number of measured times near the front, of which the median is taken.
     folder : path
-        Folder for points as they come; see also ``Tradeoff.save``.
+        Folder for finished points; see also ``Tradeoff.save``.
     resume : bool
         Go on with the points of the folder.
     progress : callable
@@ -233,9 +232,9 @@ def tradeoff(
     UsageError
         An unknown axis, output, method or measure; steps that do not divide the coarsest.
     NumericalError
-        There is no reference: no method runs, or two of them do not agree.
+        There is no reference: no method runs, or no two methods agree.
     FileError
-        The folder holds the points of another study, or of this one without ``resume``.
+        The folder contains the points of another study, or of this study without ``resume``.
     """
     began = time.perf_counter()
     chosen = checked_axes(axes)
@@ -284,7 +283,7 @@ class _Study:
             raise UsageError(Problem("t_end", f"a study needs a later end than {end:g} s", "10"))
         interval = self.defaults.step * self.defaults.record_every
         grid = ladder_grid(0.0, end, self.defaults.step, interval, steps)
-        #: The coarsest step, s, and how many of each step are in it.
+        #: The coarsest step, s, and the number of each step in the coarsest.
         self.coarsest = grid.row * grid.coarsest
         self.in_coarsest = per_coarsest(Grid(self.coarsest, 1), steps)
         self.runner = Runner(formulations, grid, parameters, inputs, limit=max(1.0, 0.1 * budget))
@@ -515,7 +514,7 @@ class _Study:
         )
 
     def _time_front(self) -> None:
-        """Take the times of points near the front as often as the study wants them."""
+        """Time points near the front with the number of repetitions of the study."""
         front = self._tradeoff().front
         for key, point in list(self.points.items()):
             if point.repeats >= self.repeats or point.seconds is None or self.spent > self.budget:

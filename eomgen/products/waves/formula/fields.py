@@ -25,7 +25,8 @@ from eomgen.formula.words import Word
 Stretching = Literal["wheeler", "none"]
 #: From k h on the bottom is too deep to be felt: exp(-2 k h) is below the last digit.
 _DEEP = 20.0
-#: Depth by 1/k from which on a wave vanishes: its exponential is kept above 0, since b is divided by it.
+#: Product of depth and wave number above which a wave vanishes at depth: the exponential is kept above 0, since b is
+#: divided by it.
 LEAST = 300.0
 
 
@@ -50,14 +51,16 @@ class WaveField:
     depth : m; infinite if there is no bottom
     level : z of the water at rest in the world, m
     ramp : time in which the amplitudes grow from 0 at t = 0, s; 0 for waves that are there from the beginning
-    stretching : motion between the water at rest and the surface: ``wheeler`` takes z - eta, shrunk to the
-        depth, for z; ``none`` takes z as it is, so that short waves grow exponentially. Above the surface
-        (``none``: and the water at rest) the motion equals the motion there, and below the bottom the bottom's
-    free : how many of the components, the first ones, are free waves; bound ones follow. None for all
-    factor : of all amplitudes, a formula of tunable parameters; bound waves have its square. None for 1
-    variables : tunable parameters, two for each free wave: its amplitude times exp(i phase) is its component's
-        times z1 + i z2. None for waves that do not change from run to run
-    drawn : of each component the free waves that it is made of, and the sign of the second's phase; -1 and 1 for none
+    stretching : motion between the water at rest and the surface: ``wheeler`` takes z - eta, shrunk to the depth, for
+        z; ``none`` takes z unchanged, so that short waves grow exponentially. Above the surface (``none``: and the
+        water at rest) the motion equals the motion there, and below the bottom the bottom's
+    free : number of free waves, which come first; bound waves follow. None for all None for all
+    factor : of all amplitudes, a formula of tunable parameters; bound waves have the square of this factor. None for 1
+        None for 1
+    variables : tunable parameters, two for each free wave: the factor z1 + i z2 of amplitude times exp(i phase). None
+        for waves that do not change from run to run None for waves that do not change from run to run
+    drawn : for each component the free waves of which it is composed, and the sign of the second phase; -1 and 1 for
+        none
     seed : of the values that the variables have by default
     """
 
@@ -102,7 +105,7 @@ class WaveField:
         return {name: tuple(column.tolist()) for name, column in result.items()}
 
     def factors(self, name: str, component: int) -> tuple[float, ...]:
-        """Return the factor of each component's cosine or sine in a quantity, without its dependence on depth."""
+        """Return the factor of each component's cosine or sine in a quantity, without the dependence on depth."""
         column = {name: np.array(values) for name, values in self.columns.items()}
         along = ("kx", "ky")[component] if component < 2 else ""
         match name:
@@ -117,8 +120,8 @@ class WaveField:
         return tuple(result.tolist())
 
     def value(self, name: str, component: int, *arguments: ArrayLike) -> NDArray[np.float64]:
-        """Return a quantity at x, y, z if it has one, and t, with ``given`` parameters, of their broadcast shape,
-        in numbers."""
+        """Return a quantity at x, y, z (if it depends on z), and t, with ``given`` parameters, of the common broadcast
+        shape, in numbers."""
         numbers = [np.asarray(argument, dtype=float) for argument in arguments]
         count = len(WORDS[name].arguments)
         place, t, given = numbers[:count], numbers[count], numbers[count + 1 :]
@@ -143,7 +146,7 @@ class WaveField:
         return sizes
 
     def _growth(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the share of the amplitudes that is there, and its rate in 1/s."""
+        """Return the factor of the amplitudes during the ramp, and the rate of this factor in 1/s."""
         if self.ramp == 0.0:
             return np.ones(()), np.zeros(())
         s = np.clip(t / self.ramp, 0.0, 1.0)
@@ -179,7 +182,7 @@ class WaveField:
 
 
 def in_quadrature(name: str, component: int) -> bool:
-    """Return whether a quantity goes with the sine of a component's angle, not with its cosine."""
+    """Return whether a quantity is proportional to the sine of a component's angle, not to the cosine."""
     return name == "slope" or (name.startswith("water") and (name == "water_velocity") == (component == 2))
 
 

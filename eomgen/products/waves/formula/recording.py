@@ -15,7 +15,7 @@ from eomgen.symbolic.tape import Tape
 
 
 def wave_quantity(algebra: Algebra, waves: WaveField, name: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
-    """Return a quantity of waves at x, y, z if it has one, and t, and at given parameters."""
+    """Return a quantity of waves at x, y, z (if it depends on z), and t, and at given parameters."""
     count = len(WORDS[name].arguments)
     place, t, given = arguments[:count], arguments[count], arguments[count + 1 :]
     grown, growing = _growth(algebra, waves, t)
@@ -26,7 +26,7 @@ def wave_quantity(algebra: Algebra, waves: WaveField, name: str, component: int,
 
 
 def _growth(algebra: Algebra, waves: WaveField, t: Scalar) -> tuple[Scalar, Scalar]:
-    """Return the share of the amplitudes that is there, and its rate in 1/s."""
+    """Return the factor of the amplitudes during the ramp, and the rate of this factor in 1/s."""
     if waves.ramp == 0.0:
         return algebra.one, algebra.zero
     s = algebra.call(Op.MIN, algebra.call(Op.MAX, t * (1.0 / waves.ramp), algebra.zero), algebra.one)
@@ -87,7 +87,7 @@ def _full(
 
 
 def _times(waves: WaveField, given: Sequence[Scalar], wave_sum: Scalar) -> Scalar:
-    """Return a sum over free waves, times the factor of their amplitudes."""
+    """Return a sum over free waves, times the factor of amplitudes."""
     return wave_sum if waves.factor is None else given[0] * wave_sum
 
 
@@ -125,7 +125,7 @@ def _stretched(
 
 
 class _Kernel:
-    """Terms of one wave: a loop's kernel with columns and shared references added as they are needed."""
+    """Terms of one wave: the kernel of a loop, with columns and shared references added at first use."""
 
     def __init__(self) -> None:
         self.tape = Tape()
@@ -135,7 +135,7 @@ class _Kernel:
         self.gathers: dict[tuple[int, ...], Scalar] = {}
 
     def column(self, values: tuple[float, ...]) -> Scalar:
-        """Return a number that differs from wave to wave; the number itself if it does not."""
+        """Return a number that differs from wave to wave; a constant if all values are equal."""
         if len(set(values)) == 1:
             return self.algebra.scalar(values[0])
         if values not in self.columns:

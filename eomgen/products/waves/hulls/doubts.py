@@ -18,12 +18,12 @@ from eomgen.scene.reading.values import Values
 _LIGHTEST = 400.0
 #: Diameter by wave length from which on waves are diffracted.
 _DIFFRACTING = 0.2
-#: By how much areas of a section and of the circle may differ before one of them is doubted.
+#: Ratio of the areas of a section and of the circle above which the dimensions are doubted.
 _APART = 4.0
 
 
 def doubtful_hulls(facts: Facts) -> Iterator[str]:
-    """Yield a note on each thing about hulls that hardly anyone means."""
+    """Yield a note on each property of hulls that is hardly intended."""
     for hull in facts.elements(Hull):
         for text in _doubts(hull, facts.places, facts.values):
             yield f"{key_of('hulls', hull.name)}: {text}"

@@ -55,7 +55,8 @@ from eomgen.symbolic.tape import Tape
 
 #: Added in squares to velocities, m/s, so that drag has a derivative at rest.
 _SLOW = 1e-3
-#: Square of the half width of a uniform distribution with the variance of a circular section, by its area: 3/(4 pi).
+#: Square of the half width of a uniform distribution with the variance of a circular section, divided by the area: 3/(4
+#: pi).
 _UNIFORM = 3.0 / (4.0 * math.pi)
 #: Least ratio of length to width of a slice seen along G, and vice versa, to avoid a division by zero.
 _THIN = 1e-5
@@ -71,7 +72,7 @@ class Member:
 
     Attributes
     ----------
-    start : (3,) of its axis, in the body's frame
+    start : (3,) of the axis, in the body frame
     axis : (3,) unit vector, in the body's axes
     length, diameter, area, density, added, drag : of the hull; the last two are coefficients
     wet : length that moves water at rest
@@ -120,7 +121,7 @@ def member_of(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar])
 
 
 def added_masses(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar]) -> tuple[AddedMass, ...]:
-    """Return the added mass of a hull, in the frame of its body."""
+    """Return the added mass of a hull, in the frame of the body."""
     member = member_of(algebra, hull, number)
     result: list[AddedMass] = []
     along = outer(member.axis, member.axis)
@@ -152,7 +153,7 @@ def add_hulls(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> Se
 
 
 def add_hull(loads: Loads, item: Hull, quantities: Quantities) -> None:
-    """Add the forces of water on a hull, and their power."""
+    """Add the forces of water on a hull, and the power of these forces."""
     add_hulls(loads, [item], quantities)
 
 
@@ -203,15 +204,15 @@ class _Axle:
         self._turning = cross(self.omega, self.axis)
 
     def arm(self, place: Scalar) -> Vector:
-        """Return a place on the axis, given its distance from the start, from the origin of the body."""
+        """Return a place on the axis, given the distance from the start, from the origin of the body."""
         return plus(self._start, scaled(place, self.axis))
 
     def velocity(self, place: Scalar) -> Vector:
         return plus(self._velocity, scaled(place, self._turning))
 
     def turned(self, place: Scalar) -> Scalar:
-        """Return (v . d)(d . omega x v) of a place: the gap of kinetic energy to work, by mass along the axis d, for
-        water that moves along the axis does not turn with it."""
+        """Return (v . d)(d . omega x v) of a place: the gap of kinetic energy to work, by mass along the axis d,
+        because water that moves along the axis does not turn with the axis."""
         v = self.velocity(place)
         return dot(v, self.axis) * dot(self.axis, cross(self.omega, v))
 
@@ -222,7 +223,7 @@ def _across(axis: Vector, x: Vector) -> Vector:
 
 
 def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vector]:
-    """Return force and moment on all slices: one loop. Waves are loops themselves, so their values at each slice are
+    """Return force and moment on all slices: one loop. Waves are loops, so values of waves at each slice are
     gathered."""
     algebra = quantities.algebra
     kernel = Tape()
@@ -371,7 +372,7 @@ def water_at(quantities: Quantities, item: Hull, here: Vector) -> tuple[Vector, 
 
 
 def _between(algebra: Algebra, x: Scalar) -> Scalar:
-    """Return a number, 0 if it is negative, and 1 if it is larger."""
+    """Return a number clipped to the range from 0 to 1."""
     return _clamped(algebra, x, algebra.zero)
 
 

@@ -45,7 +45,7 @@ class Components:
 
 #: Frequencies at which a spectrum is divided, in parts of the peak's.
 BAND = (0.5, 3.0)
-#: Wave lengths of the peak after which a sea of one direction repeats itself.
+#: Number of wave lengths of the peak after which a sea of one direction repeats itself.
 REPEATED_AFTER = 32.0
 #: Name of the variables of wave directions.
 _DIRECTIONS = "directions of waves"
@@ -69,7 +69,7 @@ class DiscreteSpectrum:
     directions: int = 1
 
     def check_deep(self, where: str, hint: str) -> None:
-        """Raise UsageError if the waves at the peak feel the bottom: in less water than half of their length."""
+        """Raise UsageError if the water is shallower than half of the wave length at the peak."""
         k = float(np.hypot(*self.vectors[np.argmax(self.energy)]))
         if k * self.depth < math.pi:
             fault = f"closed forms are of deep water, and waves of {2.0 * math.pi / k:.4g} m feel the bottom at"
@@ -84,9 +84,9 @@ class DiscreteSpectrum:
         """Return components by seed: ``gaussian`` cosine and sine amplitudes, which the tails of a sea need, or
         ``fixed`` amplitudes sqrt(2 E) with phases alone at random.
 
-        Of fixed amplitudes each wave number has one direction, drawn by its share of the energy, and all of the energy:
-        elevations at every place then have the variance of the spectrum over time, which waves of one frequency and
-        several directions do not (Jefferys, Applied Ocean Research 9 (1987) 186).
+        Of fixed amplitudes each wave number has one direction, drawn by its share of the energy, and the whole energy
+        of this wave number: elevations at every place then have the variance of the spectrum over time, which waves of
+        one frequency and several directions do not (Jefferys, Applied Ocean Research 9 (1987) 186).
         """
         if amplitudes not in ("gaussian", "fixed"):
             raise UsageError(Problem("realisation: amplitudes", f"there is no {amplitudes!r}", "gaussian, or fixed"))
@@ -103,8 +103,8 @@ class DiscreteSpectrum:
     def _drawn_directions(self, seed: int, energy: Array) -> NDArray[np.int64]:
         """Return the place of the direction of each wave number, (n,), by seed.
 
-        As many wave numbers take a direction as its share of the energy says: quantiles of equal parts of the
-        distribution, in random order.
+        The number of wave numbers of a direction is given by the direction's share of the energy: quantiles of equal
+        parts of the distribution, in random order.
         """
         if self.directions == 1:
             return np.zeros(len(energy), dtype=np.int64)
@@ -181,7 +181,7 @@ def _check_scales(where: str, gravity: float, heading: float, height: float | No
 
 
 def frequency_and_group_velocity(k: Array, depth: float, gravity: float = STANDARD_GRAVITY) -> tuple[Array, Array]:
-    """Return sqrt(g k tanh k h) in rad/s and its derivative by k in m/s."""
+    """Return sqrt(g k tanh k h) in rad/s and the derivative by k in m/s."""
     if math.isinf(depth):
         w = np.sqrt(gravity * k)
         return w, 0.5 * w / k
@@ -226,7 +226,7 @@ def divided(
     """Return a spectrum as components whose frequencies are a constant factor apart: motion at a place does not repeat
     itself, and few components resolve the peak.
 
-    Each stands for the energy of its part of the band, at the mean frequency of that energy. Arguments other than
+    Each component has the energy of its part of the band, at the mean frequency of this energy. Arguments other than
     ``components`` are arguments of ``discretized``.
 
     Raises
@@ -242,7 +242,8 @@ def divided(
     _check_scales("divided", gravity, heading, height)
     check_whole("divided: components", components, 1, MOST_WAVES)
     edges = spectrum.peak * np.geomspace(band[0], band[1], components + 1)
-    # Gauss-Legendre's rule over each part, in pieces, since a spectrum may bend at its peak; a table does at its points
+    # Gauss-Legendre rule over each part, in pieces, since a spectrum may have kinks: at the peak, or at the points of a
+    # table
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     fine = np.concatenate([np.linspace(a, b, _PIECES, endpoint=False) for a, b in itertools.pairwise(edges)])
     if isinstance(spectrum, SpectrumTable):

@@ -24,7 +24,8 @@ from eomgen.base.arrays import Array
 
 #: Breaking steepness, height over wave length, in deep water; at finite depth times tanh k h.
 _STEEPEST = 0.142
-#: Ratio of the amplitudes of the bound second-order wave and its wave, above which a note on first order is due.
+#: Ratio of the amplitudes of the bound second-order wave and the first-order wave above which a note on first order is
+#: written.
 _NOTED = 0.15
 
 
@@ -36,7 +37,7 @@ def breaking_height(k: float, depth: float) -> float:
 def too_steep_together(k: Array, amplitude: Array, depth: float, *, alone: bool, unit: bool = False) -> str:
     """Return a note if waves break by superposition though no single wave breaks; else an empty text.
 
-    The criterion for listed waves is the sum of their slopes, for a spectrum its significant slope (mean of the highest
+    The criterion for listed waves is the sum of slopes, for a spectrum the significant slope (mean of the highest
     third).
 
     Parameters
@@ -57,10 +58,10 @@ def too_steep_together(k: Array, amplitude: Array, depth: float, *, alone: bool,
 
 
 def low_crest_of_first_order(k: float, amplitude: float, depth: float) -> str:
-    """Return a note on a wave of first order that is steep; empty if it is not.
+    """Return a note on a steep wave of first order; empty for other waves.
 
-    Its bound wave of second order, (k A/4)(3 - s^2)/s^3 of its amplitude with s = tanh k h (Stokes), is missing: by so
-    much a crest is higher, and a trough shallower.
+    The bound wave of second order, (k A/4)(3 - s^2)/s^3 of the amplitude with s = tanh k h (Stokes), is missing: the
+    true crest is higher, and the true trough shallower, by its amplitude.
     """
     s = math.tanh(min(k * depth, 700.0))
     part = 0.25 * k * amplitude * (3.0 - s * s) / s**3
@@ -75,8 +76,8 @@ MOST_URSELL = 0.1
 
 
 def beyond_second_order(vectors: Array, amplitude: Array, depth: float) -> str:
-    """Return a warning on waves over water of a depth in m that is too shallow for second order; empty if it
-    is: A / (k^2 h^3) of all amplitudes together and of the wave number of the largest wave."""
+    """Return a warning on waves over water of a depth in m that is too shallow for second order; otherwise empty. The
+    criterion is A / (k^2 h^3) with the sum of all amplitudes and the wave number of the largest wave."""
     if not math.isfinite(depth) or not np.any(amplitude):
         return ""
     k = float(np.hypot(*vectors[np.argmax(amplitude)]))
@@ -93,7 +94,8 @@ def _pairs(n: int) -> list[tuple[float, NDArray[np.int64], NDArray[np.int64]]]:
 
 
 def members_of_bound_waves(n: int) -> list[tuple[int, int, int]]:
-    """Return of each bound wave of n free ones which two it is made of, and the sign of the second's phase."""
+    """Return for each bound wave of n free waves the two free waves of which it is composed, and the sign of the second
+    phase."""
     result = []
     for sign, first, second in _pairs(n):
         result += [(int(i), int(j), int(sign)) for i, j in zip(first, second, strict=True)]
@@ -103,7 +105,7 @@ def members_of_bound_waves(n: int) -> list[tuple[int, int, int]]:
 def bound_waves(
     vectors: Array, frequency: Array, amplitude: Array, phase: Array, depth: float, gravity: float
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """Return the bound waves of n free ones: wave vectors (m, 2), angular frequencies, amplitudes of elevation, phases
+    """Return the bound waves of n free waves: wave vectors (m, 2), angular frequencies, amplitudes of elevation, phases
     and amplitudes of the potential at z = 0 (m^2/s), (m,) each, m = n^2.
 
     The mean level is left at 0.
@@ -119,7 +121,7 @@ def bound_waves(
         ki, kj, wi, wj = vectors[first], vectors[second], frequency[first], frequency[second]
         product = np.sum(ki * kj, axis=1)
         squares_i, squares_j = np.sum(ki * ki, axis=1), np.sum(kj * kj, axis=1)
-        # both orders of a pair; a wave with itself is counted once
+        # both orders of a pair; the pair of a wave with itself is counted once
         share = np.where(first == second, 0.5, 1.0) * amplitude[first] * amplitude[second]
         s = 0.5 * gravity * ((product + sign * squares_j) / wj + sign * (product + sign * squares_i) / wi)
         d = -0.5 * gravity**2 * product / (wi * wj) + sign * 0.5 * wi * wj + 0.5 * (wi**2 + wj**2)

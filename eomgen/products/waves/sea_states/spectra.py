@@ -18,7 +18,7 @@ STANDARD_GRAVITY = 9.81
 
 
 def check_number(where: str, value: Any, unit: str = "", hint: str = "", *, above_zero: bool = False) -> None:
-    """Raise UsageError unless a value is a finite number, and above 0 if it has to be."""
+    """Raise UsageError unless a value is a finite number, and above 0 if ``above_zero``."""
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -47,7 +47,7 @@ MOST_EXPONENT = 1e6
 
 
 class Spectrum(Protocol):
-    """A spectrum of elevations: one-sided density in m^2 s/rad over angular frequency, and its peak in rad/s."""
+    """A spectrum of elevations: one-sided density in m^2 s/rad over angular frequency, and the peak in rad/s."""
 
     @property
     def peak(self) -> float: ...
@@ -59,7 +59,7 @@ class Spectrum(Protocol):
 class Jonswap:
     """The JONSWAP spectrum (Hasselmann and others 1973) of a significant height in m and a peak period in s.
 
-    Its level is such that the whole spectrum has the variance height^2/16. ``peakedness`` 1 is Pierson and Moskowitz's
+    The level is such that the whole spectrum has the variance height^2/16. ``peakedness`` 1 is Pierson and Moskowitz's
     form.
     """
 
@@ -96,7 +96,8 @@ def _jonswap_shape(ratio: Array, peakedness: float) -> Array:
 
 @functools.cache
 def _jonswap_total(peakedness: float) -> float:
-    """Return the integral of the form, over the logarithm of frequency, in which it is smooth but for the peak."""
+    """Return the integral of the form, over the logarithm of frequency, in which the form is smooth except at the
+    peak."""
     grid = np.linspace(math.log(0.2), math.log(40.0), 8001)
     return float(np.trapezoid(_jonswap_shape(np.exp(grid), peakedness) * np.exp(grid), grid))
 
@@ -128,7 +129,7 @@ class PiersonMoskowitz:
 
 @checked_calls()
 class SpectrumTable:
-    """A spectrum between points, straight between them and 0 outside.
+    """A spectrum interpolated linearly between points, 0 outside.
 
     Parameters
     ----------
@@ -183,14 +184,14 @@ class Spreading:
         check_whole("Spreading: directions", self.directions, 2, MOST_WAVES)
 
     def density(self, angle: Array) -> Array:
-        """Return the density over directions in 1/rad; its integral over a turn is 1."""
+        """Return the density over directions in 1/rad; the integral over a turn is 1."""
         s = self.exponent
         level = math.exp(math.lgamma(s + 1.0) - math.lgamma(s + 0.5)) / (2.0 * math.sqrt(math.pi))
         return level * np.abs(np.cos(0.5 * (np.asarray(angle) - self.heading))) ** (2.0 * s)
 
     def shares(self) -> tuple[Array, Array]:
-        """Return directions and their shares of the energy: middles of equal sectors, without those sectors whose
-        density is below 1e-4 of the greatest."""
+        """Return directions and shares of the energy: middles of equal sectors, without sectors with a density below
+        1e-4 of the largest."""
         half = 2.0 * math.acos(min(1.0, 1e-4 ** (1.0 / (2.0 * self.exponent))))
         angles = self.heading + half * (2.0 * np.arange(self.directions) + 1.0 - self.directions) / self.directions
         weights = self.density(angles)

@@ -65,11 +65,11 @@ def _order(expression: Expr, order: int) -> Expr:
 
 
 def second_order_residuals() -> Mapping[str, Expr]:
-    """Return the residual of the equations of second order for the solution behind the kernels; 0 if it is one.
+    """Return the residual of the equations of second order for the solution of the kernels; 0 for a valid solution.
 
     xi = grad psi with psi two harmonic exponentials of any growth in time; eta_t = (xi . grad) u, and p2 without Phi,
-    which is harmonic and solves the linear equations by itself. Each equation is differentiated by time once, so that
-    eta enters by its velocity.
+    which is harmonic and solves the linear equations. Each equation is differentiated by time once, so that eta enters
+    through its velocity.
     """
     growth = [sympy.Function(f"f{i}")(TIME) for i in (1, 2)]
     p, r = sympy.symbols("p_1 p_2"), sympy.symbols("r_1 r_2")
@@ -129,8 +129,8 @@ def second_order() -> Mapping[str, tuple[Expr, Expr]]:
     """Return the forcing by the product of two components, at the sum and at the difference of their phases.
 
     ``forcing`` is the right-hand side of the dynamic condition, of sines; ``along``, ``across`` (horizontal, along the
-    first component and across it, of cosines) and ``vertical`` (of sines) are (xi . grad) u, the velocity of a label
-    besides grad Phi.
+    first component and orthogonal to it, of cosines) and ``vertical`` (of sines) are (xi . grad) u, the velocity of a
+    label besides grad Phi.
     """
     xi = _first_order()
     u = [_derivative(x, "t") for x in xi]
@@ -253,7 +253,7 @@ def module() -> str:
 
 
 def _lines(items: Iterable[str]) -> str:
-    """Return items side by side, as many to a line as it holds."""
+    """Return items separated by spaces, in lines of limited width."""
     lines, indent = [""], " " * 12
     for item in items:
         if lines[-1] and len(indent) + len(lines[-1]) + 1 + len(item) > _WIDTH:

@@ -39,7 +39,7 @@ class Surface:
     slope : (points, 2) array
         Of the elevation along x and y; infinite if the surface is upright.
     curvature : (points,) array, 1/m
-        Mean curvature, half the sum of the principal ones, negative at crests.
+        Mean curvature, half the sum of the principal curvatures, negative at crests.
     jacobian : (points,) array
         Of the map from labels to x and y; negative if the surface is folded over.
     """
@@ -57,8 +57,8 @@ class BoundWaves:
     Attributes
     ----------
     members : for each group of pairs (i, sign of i, j, sign of j)
-        Components and how their wave vectors are added; the groups are one behind the other below.
-    potential, rate : of the velocity potential of second order, m^2/s, and its rate
+        Components and signs of the sums of wave vectors; the arrays below have the groups concatenated.
+    potential, rate : of the velocity potential of second order, m^2/s, and the rate of this potential
     x, y : displacements along the plane, m
     drift : (2,) array, m
         Displacement of all particles by drift.

@@ -17,14 +17,14 @@ COLUMNS = ("kx", "ky", "k", "ex", "ey", "w", "doppler", "C", "s", "N", "Ch", "Sh
 #: Columns of the table of pairs: potential and displacements of the sum and of the difference, the difference
 #: of frequencies, and the velocity of drift of pairs that do not move against one another.
 ENTRIES = ("Bp", "Xp", "Yp", "Zp", "Bm", "Xm", "Ym", "Zm", "w", "Dx", "Dy")
-#: Self-interaction of a component: potential and displacements of twice its phase, lift, and velocity of drift.
+#: Self-interaction of a component: potential and displacements of twice the phase, lift, and velocity of drift.
 OWN = ("Bp", "Xp", "Yp", "Zp", "lift", "Dx", "Dy")
 
 
 @dataclass(frozen=True)
 class WaveNumber:
-    """Arguments of a dispersion relation: the wave vector (kx, ky) in rad/m, its length k, gravity g in m/s^2 and
-    the water's depth h in m, None if it is infinite."""
+    """Arguments of a dispersion relation: the wave vector (kx, ky) in rad/m, its length k, gravity g in m/s^2 and the
+    water's depth h in m, None for infinite depth."""
 
     kx: Scalar
     ky: Scalar

@@ -24,13 +24,13 @@ from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN
 
 Complex = NDArray[np.complex128]
-#: Wave numbers that are off a multiple by this part of it at most count as one.
+#: Relative deviation of wave numbers from a multiple up to which a wave number counts as a multiple.
 _CLOSE = 1e-9
 
 
 @dataclass(frozen=True)
 class Profile:
-    """The surface of a sea of one direction at equally spaced labels, along its direction.
+    """The surface of a sea of one direction at equally spaced labels, along the direction of the waves.
 
     Attributes
     ----------
@@ -61,12 +61,12 @@ class Profile:
         return (self.xa * self.zaa - self.za * self.xaa) / steep**1.5
 
     def mean(self, values: Array) -> float:
-        """Return the mean of values over the plane: each label weighs as much as it covers of it."""
+        """Return the mean of values over the plane: each label is weighted by the area around it."""
         return float(np.sum(values * self.xa) / np.sum(self.xa))
 
 
 def multiples(k: Array) -> tuple[float, NDArray[np.int64]]:
-    """Return the wave number of which all are multiples, and which they are.
+    """Return the greatest common divisor of wave numbers, and the multiples.
 
     Raises
     ------
@@ -136,7 +136,7 @@ class SeaStatistics:
 
     @property
     def mean(self) -> float:
-        """Of the elevation of first order, in m; of second order it is 0."""
+        """Mean elevation of first order, in m; the mean of second order is 0."""
         return -self.moment(1)
 
     @property

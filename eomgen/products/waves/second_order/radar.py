@@ -40,7 +40,7 @@ class Radar:
     range_to_velocity : float, s
         Slant range over the platform's speed: about 30 s from an aeroplane, 120 s from a satellite.
     incidence : float, rad
-        Angle of the line of sight from the vertical; it points to -y and up.
+        Angle of the line of sight from the vertical; the line of sight points to -y and up.
     """
 
     range_to_velocity: float
@@ -126,8 +126,8 @@ class Radar:
 
         Parameters
         ----------
-        profile : of the sea, along its direction
-        direction : 1 if the waves run with the platform, -1 if they run against it
+        profile : of the sea, along the direction of the waves
+        direction : 1 for waves that run with the platform, -1 for waves against the platform
         """
         check_number("Radar.line: length", length, "m", "that after which the sea repeats itself", above_zero=True)
         check_whole("Radar.line: cells", cells, 1, _MOST_CELLS, "400")
@@ -184,7 +184,7 @@ class Radar:
         Raises
         ------
         UsageError
-            Waves that run across the flight, or that do not repeat themselves after that length.
+            Waves that run across the flight, or that do not repeat themselves after this length.
         """
         k, change = self._along_the_flight(spectrum, gravity, "intensity_spectrum")
         check_number("Radar.intensity_spectrum: length", length, "m", above_zero=True)

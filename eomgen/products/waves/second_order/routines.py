@@ -30,7 +30,8 @@ void eomgen_wave_kinematics(long n, const double *columns, const double *amplitu
 void eomgen_wave_geometry(long n, const double *columns, const double *amplitude, const double *phase,
     const double *self, const double *table, double t, long points, const double *labels, double *given, double *room);
 """
-#: Frequencies that differ by less than this part of their sum are equal ones, in several directions.
+#: Relative difference of frequencies below which two components count as waves of equal frequency in different
+#: directions.
 SAME_FREQUENCY = 1e-7
 
 
@@ -191,7 +192,7 @@ _ALIGNED = 8
 
 @functools.lru_cache(maxsize=32)
 def routines(case: Case, dispersion: Dispersion = gravity_waves) -> Routines:
-    """Return the compiled routines of a case, from the cache if they are there."""
+    """Return the compiled routines of a case, from the cache if present."""
     tables, sums = sources(case, dispersion)
     return Routines(
         case, Builder().build_routine(tables, _COEFFICIENTS), Builder(real="lanes").build_routine(sums, _SUMS)

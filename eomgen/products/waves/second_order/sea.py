@@ -24,14 +24,16 @@ from eomgen.products.waves.second_order.routines import Routines, Waves, geometr
 #: Labels that are found for points on the water are off by this part of the shortest wave length at most.
 CLOSE = 1e-10
 _ROUNDS = 60
-#: Labels above the surface are taken so far, in parts of 1 over the highest wave number: differences by c at it.
+#: Largest height of labels above the surface, in units of 1 over the highest wave number, for differences by c at the
+#: surface.
 HIGHEST = 0.1
 Vorticity = Literal["none", "gerstner"]
 
 
 @checked_calls("Sea(Components(vectors, amplitude, phase), depth)")
 class Sea:
-    """A sea of components with all their sums and differences of second order, each water particle followed.
+    """A sea of components with all sums and differences of second order, in Lagrangian description: each water particle
+    is followed.
 
     Parameters
     ----------
@@ -40,14 +42,14 @@ class Sea:
         Of the water in m; infinite by default.
     order : 1 or 2
     vorticity : ``none`` or ``gerstner``
-        Of second order: water that has been at rest has none, and its particles drift (Stokes). In Gerstner's
-        waves they go round in closed orbits. The surface at fixed points is the same to second order, and so are
-        first-order waves.
+        Of second order: water that has been at rest has none, and its particles drift (Stokes). In Gerstner's waves
+        particles move in closed orbits. The surface at fixed points is the same to second order, and so are first-order
+        waves.
     gravity : float, m/s^2
     dispersion : callable
-        Angular frequency of a ``WaveNumber``. Its part that changes sign with the wave vector has to be U . k, with the
-        velocity U of a uniform current; the rest has to be sqrt(G k tanh k h) with one G, gravity or a substitute for
-        it, because the pressure at the surface is constant for no other.
+        Angular frequency of a ``WaveNumber``. The part of the frequency that changes sign with the wave vector has to
+        be U . k, with the velocity U of a uniform current; the rest has to be sqrt(G k tanh k h) with one G, gravity or
+        a substitute, because the pressure at the surface is constant for no other form.
 
     Raises
     ------
@@ -76,7 +78,7 @@ class Sea:
         across = vectors @ np.array([-heading[1], heading[0]])
         along = vectors @ heading
         self.spread = bool(np.any(np.abs(across) > 1e-14 * np.abs(along)) or np.any(along <= 0.0))
-        #: columns: the direction of the waves and the one across it, for waves of one direction
+        #: columns: the direction of the waves and the orthogonal direction, for waves of one direction
         self._axes = np.eye(2) if self.spread else np.array([heading, [-heading[1], heading[0]]]).T
         columns = self._of(surface=True).components(vectors, self._numbers(0.0))
         self._order = order_of = np.argsort(columns[COLUMNS.index("w")], kind="stable")
@@ -100,7 +102,7 @@ class Sea:
         gravity: float = STANDARD_GRAVITY,
     ) -> Sea:
         """Return the sea of one regular wave along x, with a crest at the label 0 at t = 0; at first order in deep
-        water it is Gerstner's, which is exact."""
+        water this is Gerstner's wave, which is exact."""
         single = Components(np.array([[wave_number, 0.0]]), np.array([amplitude]), np.zeros(1))
         return cls(single, depth, order=order, vorticity=vorticity, gravity=gravity)
 
@@ -161,7 +163,7 @@ class Sea:
         own = made.own(columns, p)
         table = made.pairs(columns, p) if self.order == 2 else None
         if self.vorticity == "gerstner":
-            # a steady shear flow against the drift: it is free of divergence, and second order does not feel it
+            # a steady shear flow against the drift: free of divergence, without effect on second order
             for names, rows in ((OWN, own), (self._entries, table)):
                 if rows is not None:
                     rows[[number for number, name in enumerate(names) if name in ("Dx", "Dy")]] = 0.0
@@ -188,7 +190,7 @@ class Sea:
             Positions of the particles in water at rest, from above.
         time : float, s
         c : float, m
-            Their height in water at rest: 0 at the surface, negative below.
+            Height of the particles in water at rest: 0 at the surface, negative below.
         """
         own = self._own_labels(labels)
         columns, twice, table, level = self._surface_tables if c == 0.0 else self._tables(c)
@@ -205,8 +207,8 @@ class Sea:
     def _pressure_of_orbits(self, c: float) -> float:
         """Return the pressure over density that waves of first order in deep water lack, m^2/s^2.
 
-        It is -w^2 A^2 (1 - exp(2 k c))/2 of each component: with it one wave is Gerstner's in pressure too. Order 2
-        has it in its sums over pairs.
+        The pressure is -w^2 A^2 (1 - exp(2 k c))/2 of each component: with this term a single wave is Gerstner's in
+        pressure too. Order 2 includes this term in the sums over pairs.
         """
         if self.order == 2 or math.isfinite(self.depth):
             return 0.0
@@ -219,8 +221,8 @@ class Sea:
         Parameters
         ----------
         count : int
-            Labels over the length after which the sea repeats itself; more than twice the highest multiple that
-            pairs make.
+            Number of labels over the length after which the sea repeats itself; more than twice the highest multiple of
+            the pairs.
 
         Raises
         ------
@@ -316,7 +318,7 @@ class Sea:
         return BoundWaves(members, np.concatenate(potential), np.concatenate(rate), turned[0], turned[1], drift)
 
     def with_waves(self, components: Components) -> Sea:
-        """Return the sea of other amplitudes and phases of the same wave vectors, with the tables of this one.
+        """Return the sea of other amplitudes and phases of the same wave vectors, with the tables of this sea.
 
         Raises
         ------
@@ -382,7 +384,7 @@ class Sea:
     def labels_at(self, points: ArrayLike, time: float) -> Array:
         """Return the labels (points, 2) of the particles of the surface that are above points (points, 2) in the plane.
 
-        Newton's method from the point itself, with steps that are halved unless they come closer.
+        Newton's method from the point, with steps that are halved unless they reduce the distance.
 
         Raises
         ------

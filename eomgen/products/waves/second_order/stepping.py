@@ -36,7 +36,7 @@ from eomgen.toolchain.builder import Builder
 
 Complex = NDArray[np.complex128]
 _CDEF = "void eomgen_wave_forcing(long points, double g, const double *fields, double *given);\n"
-#: Wave vectors that are off the grid's by this part of them at most are on it.
+#: Relative deviation of wave vectors from the grid up to which a wave vector is on the grid.
 _CLOSE = 1e-9
 
 
@@ -111,9 +111,9 @@ class SteppedSea:
     Parameters
     ----------
     sea : Sea
-        Its components of first order, all of them on the grid's wave numbers.
+        First-order components of the sea, all on the grid's wave numbers.
     lengths : (along x, along y), m
-        After which the sea repeats itself. Along y any length for waves along x, with one label.
+        Lengths after which the sea repeats itself. Along y any length for waves along x, with one label.
     counts : labels along x and y
         More than four times the highest multiple of 2 pi/length among the components, so that no product of two is
         taken for another wave number.
@@ -162,7 +162,8 @@ class SteppedSea:
             self._phi, self._rate, self._x, self._y = self._of_pairs(self.time)
 
     def step(self, size: float, steps: int = 1) -> None:
-        """Step on by so many s; backwards with a negative size. Oscillators turn exactly, so no step is unstable."""
+        """Step by ``size`` s, ``steps`` times; backwards with a negative size. Oscillators are rotated exactly, so
+        every step is stable."""
         for part, fraction in self.composition.parts(steps):
             if part == "drift":
                 self._drift(fraction * size)
@@ -264,7 +265,7 @@ class SteppedSea:
         return places
 
     def _spectrum(self, amplitudes: Complex, index: NDArray[np.int64]) -> Complex:
-        """Return the transform of the sum of Re(amplitude exp(i k a)) over wave vectors by their multiples."""
+        """Return the transform of the sum of Re(amplitude exp(i k a)) over wave vectors, given by multiples."""
         nx, ny = self._counts
         whole = np.zeros(nx * ny, dtype=complex)
         for sign, values in ((1, amplitudes), (-1, np.conj(amplitudes))):
@@ -277,7 +278,7 @@ class SteppedSea:
         return np.asarray(np.fft.irfft2(spectrum, s=self._counts))
 
     def _of_pairs(self, time: float) -> tuple[Complex, Complex, Complex, Complex]:
-        """Return Phi, its rate, and the displacements along the plane by sums over pairs."""
+        """Return Phi, the rate of Phi, and the displacements along the plane by sums over pairs."""
         amplitudes = self._sea.bound_waves(time)
         places = np.concatenate(
             [sign_i * self._index[i] + sign_j * self._index[j] for i, sign_i, j, sign_j in amplitudes.members]

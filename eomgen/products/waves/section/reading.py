@@ -59,7 +59,7 @@ class UnbrokenSea:
         return f"{fault} is {numbers[0]:.4g} m", "a smaller height, or a longer period"
 
 
-#: By type of spectrum: the keys that it needs, and the keys that it may have in addition.
+#: By type of spectrum: required keys, and optional keys.
 _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "jonswap": (("height", "period"), ("peakedness",)),
     "pierson_moskowitz": (("wind",), ("height",)),
@@ -70,14 +70,14 @@ _EXAMPLES = {"height": "3", "period": "9", "wind": "15", "points": "[[0.4, 0], [
 MOST_WITH_PAIRS = 100
 #: Free waves with variables at most: each has two parameters.
 MOST_WITH_VARIABLES = 500
-#: Periods of waves in s: far beyond them numbers run out.
+#: Periods of waves in s: far outside of this range numbers overflow.
 _PERIODS = (1e-6, 1e9)
 #: Keys that are of spectra alone.
 _OF_SPECTRA = ("components", "band", "heading", "spreading", "seed", "amplitudes", "variables")
 
 
 def no_waves(name: str) -> WaveField:
-    """Return waves in place of refused ones, so that reading can go on to the next problem."""
+    """Return waves in place of refused waves, so that reading can continue to the next problem."""
     return WaveField(name, (WaveComponent(1.0, 0.0, 1.0, 0.0, 0.0, 0.0),), math.inf, 0.0, 0.0, "none")
 
 
@@ -130,7 +130,7 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
 
 
 def _steep(components: Sequence[WaveComponent], depth: float, entry: written.SeaWaves) -> Iterator[str]:
-    """Yield notes on waves that are steep, empty ones among them."""
+    """Yield notes on steep waves; some notes may be empty."""
     kx, ky, _, amplitude, _, _ = np.array(components).T
     k, regular = np.hypot(kx, ky), entry.regular is not None
     yield too_steep_together(k, amplitude, depth, alone=regular, unit=entry.variables)
@@ -140,7 +140,7 @@ def _steep(components: Sequence[WaveComponent], depth: float, entry: written.Sea
 
 
 def variables_as_parameters(waves: WaveField) -> list[Parameter]:
-    """Return the parameters that the variables of waves are, with the values that the seed gives them."""
+    """Return the parameters for the variables of waves, with the values of the seed."""
     names = waves.variables
     made = zip(names, standard_normals(waves.seed, len(names), WAVES).tolist(), strict=True)
     return [
@@ -152,7 +152,7 @@ def variables_as_parameters(waves: WaveField) -> list[Parameter]:
 def _bound(
     key: str, components: Sequence[WaveComponent], depth: float, gravity: float, values: Values
 ) -> list[WaveComponent]:
-    """Return the waves of second order that go with free ones."""
+    """Return the waves of second order that belong to free waves."""
     if len(components) > MOST_WITH_PAIRS:
         fault = f"{len(components)} waves have {len(components) ** 2} bound waves, more than {MOST_WITH_PAIRS**2}"
         values.report.add(f"{key}.order", fault, "fewer components or directions, or order = 1")
@@ -267,7 +267,8 @@ def _irregular(
 
 
 def _of_water(key: str, period: float, report: Report) -> bool:
-    """Return whether waves have a period of water waves in s, or a spectrum at its peak; report other periods."""
+    """Return whether the period of waves, or the peak period of a spectrum, in s, is a period of water waves; report
+    other periods."""
     shortest, longest = _PERIODS
     if math.isnan(period) or shortest <= period <= longest:
         return True
@@ -279,7 +280,7 @@ def _of_water(key: str, period: float, report: Report) -> bool:
 def _spectrum(
     key: str, entry: written.SeaSpectrum, gravity: float, values: Values
 ) -> tuple[Spectrum | None, Formula | None]:
-    """Return a spectrum, None for a refused one, and the significant height that it is scaled to."""
+    """Return a spectrum, None for a refused spectrum, and the significant height to which it is scaled."""
     report = values.report
     needed, allowed = _KEYS[entry.type]
     for word in needed:

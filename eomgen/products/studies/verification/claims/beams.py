@@ -60,8 +60,8 @@ class _Change:
 def beam_claims(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
     """Return the claims of the term ``elastic``.
 
-    The part of shortening in the partials of the elastic rows is K_geo for straight beams with coordinates at
-    rest, without the part of distributed loads: they push along the axis, and K_geo knows only forces at the end.
+    The part of shortening in the partials of the elastic rows is K_geo for straight beams with coordinates at rest,
+    without the part of distributed loads: such loads push along the axis, and K_geo includes only forces at the end.
     """
     if "elastic" not in engine or "inverse_dynamics" not in engine or not isinstance(scene, Scene):
         return []
@@ -162,7 +162,7 @@ def section_claims(space: Space, engine: Engine, system: System, scene: object) 
 
 @dataclass(frozen=True)
 class _Beams:
-    """The geometrically exact beams of a scene: their elements in the order of the term, and the bodies at the ends."""
+    """The geometrically exact beams of a scene: elements in the order of the term, and the bodies at the ends."""
 
     beams: tuple[Cosserat, ...]
     first: tuple[int, ...]
@@ -192,7 +192,7 @@ class _Beams:
 
 
 def _moved(twist: Array, load: Array) -> Array:
-    """Return a wrench, (..., 6), at the frame that is exp(twist) in the one it is given in: Ad^T(exp(twist)) load."""
+    """Return a wrench, (..., 6), at the frame exp(twist), given at the reference frame: Ad^T(exp(twist)) load."""
     adjoint = numeric.adjoint(SE3, numeric.exp(SE3, twist))
     return np.asarray(np.einsum("...ji,...j->...i", adjoint, load))
 
@@ -241,7 +241,7 @@ def _mean(beams: _Beams) -> Claim:
 
 
 def _strains(beams: _Beams, system: System) -> Claim:
-    """Stiffness of the sections times their strains is the mean load at rest, if multipliers are zero."""
+    """Stiffness of the sections times strains is the mean load at rest, if multipliers are zero."""
     numbers = {parameter.name: k for k, parameter in enumerate(system.parameters)}
 
     def matrices(state: Blocks) -> Array:

@@ -26,9 +26,9 @@ from eomgen.system.system import System
 Array = NDArray[Any]
 Blocks = Mapping[str, Array]
 
-#: An imaginary step so small that its square vanishes beside anything (Squire and Trapp 1998).
+#: An imaginary step so small that its square is below the rounding of any number (Squire and Trapp 1998).
 COMPLEX_STEP = 1e-40
-#: Numbers that one evaluation of a tape may hold at once.
+#: Largest number of values in one evaluation of a tape.
 _HELD = 2**24
 
 
@@ -117,7 +117,7 @@ def moved(engine: Engine, state: Blocks, direction: Blocks, step: complex) -> di
 
 
 def prescribed(engine: Engine, name: str, state: Blocks) -> Array:
-    """Return the base's state or its further rates as a block, (..., size), at the state's time."""
+    """Return the base's state or further rates as a block, (..., size), at the time of the state."""
     values = engine(name, state)[name]
     return values.reshape(*values.shape[:-2], -1) if name == "base_rates" else values
 
@@ -127,8 +127,8 @@ def spread(state: Blocks) -> dict[str, Array]:
     return {name: array[..., np.newaxis, :] for name, array in state.items()}
 
 
-#: Components of a block up to which every direction is taken alone; beyond, that many are drawn, half of them
-#: combinations.
+#: Number of components of a block up to which every direction is taken alone; of larger blocks, this number of
+#: directions is drawn, half of which are combinations.
 COLUMNS = 64
 #: The same if each direction is paired with each.
 FEW = 12
@@ -136,7 +136,7 @@ FEW = 12
 
 @dataclass(frozen=True)
 class Directions:
-    """Directions of differentiation in one block: (size, count), each in the units of its scale, with their names."""
+    """Directions of differentiation in one block: (size, count), each in the units of the block's scale, with names."""
 
     matrix: Array
     names: tuple[str, ...]
@@ -163,7 +163,7 @@ class Space:
     Attributes
     ----------
     along : mapping from q, v, a, z, lam, p to Directions
-    few : some directions of v, for checks with a cost in the square of their number
+    few : a selection of directions of v, for checks with a cost in the square of their number
     rows : mapping from ``v``, ``z``, ``lam``, ... to names
     length : float
         Size of the scene in m, the scale of travels.
@@ -188,7 +188,7 @@ class Claim:
     Attributes
     ----------
     name, meaning, family : str
-        ``partials.K``, ``d residual / dq``, and the panel of the figure that it belongs to.
+        ``partials.K``, ``d residual / dq``, and the panel of the figure.
     value : callable
         The closed form, (..., rows, columns), from an engine and states.
     source : callable, optional
@@ -196,7 +196,7 @@ class Claim:
     directions : callable
         Of states: one mapping from blocks to rates (..., count, size).
     combine : callable, optional
-        Makes the expected ``value`` from the source's derivatives (..., n, count); these themselves by default.
+        Makes the expected ``value`` from the source's derivatives (..., n, count); the derivatives by default.
     second : callable, optional
         The same numbers by another derivation, which ``second_name`` names.
     size : callable, optional
@@ -247,7 +247,7 @@ def jacobian(
 ) -> Claim:
     """Return the claim of a matrix of partials of ``source`` (function, output) in a block, left-trivialised in q.
 
-    ``of`` names the source in messages; its output by default.
+    ``of`` names the source in messages; the output of the source by default.
     """
     along = space.along[block]
     matrix = along.matrix
@@ -275,7 +275,7 @@ def jacobian(
 
 
 def along_motion(*blocks: tuple[str, str]) -> Callable[[Blocks], dict[str, Array]]:
-    """Return the direction of the motion in the given blocks, each with the block that is its rate, and in time."""
+    """Return the direction of the motion in the given blocks, each given with the block of its rate, and in time."""
 
     def directions(state: Blocks) -> dict[str, Array]:
         rates = {block: state[rate][..., np.newaxis, :] for block, rate in blocks}

@@ -166,7 +166,7 @@ def _jacobians(space: Space, system: System, reference: str) -> Claim:
 
 
 def _in_own_axes(pose: Array, twist: Array, reference: str) -> Array:
-    """Return twists (..., 6) of frames with poses (..., 7) in their own axes, about their origins."""
+    """Return twists (..., 6) of frames with poses (..., 7) in frame axes, about the origins of the frames."""
     if reference == "body":
         return twist
     omega, velocity = twist[..., :3], twist[..., 3:]
@@ -242,7 +242,7 @@ class _Bodies:
     names: tuple[str, ...]
 
     def momentum(self, engine: Engine, state: Blocks) -> Array:
-        """Return the sum of the bodies' momenta about their common centre of mass, world axes, (..., 6, nv)."""
+        """Return the sum of the bodies' momenta about the common centre of mass, world axes, (..., 6, nv)."""
         given = {body.name: body for body in self.scene.bodies}
         pose, J = engine("poses", state)["pose"], engine("jacobians", state)["J"]
         moving = np.abs(J).max(axis=(-2, -1), initial=0.0)[..., np.newaxis] > 0.0

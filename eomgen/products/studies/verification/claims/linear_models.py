@@ -141,7 +141,7 @@ def _of_rows(space: Space, system: System) -> list[Claim]:
 
 
 def _of_joints(space: Space, system: System, description: Description) -> list[Claim]:
-    """Return the claims of the velocities of joints: their partials, their rates, and the partials of these."""
+    """Return the claims of the velocities of joints: partials, rates, and partials of rates."""
     term, names = (
         "joint_velocities",
         [name for f in description.joints for name in component_names("", f.name, f.v_size)],
@@ -231,7 +231,7 @@ def _of_regressor(rows: tuple[str, ...]) -> Claim:
         return np.asarray(result["Y"] @ pi[..., np.newaxis] + column(result["tau0"]))
 
     def size(engine: Engine, state: Blocks) -> Array:
-        """Return the scale of cancellation: summands of tau are larger than their sum."""
+        """Return the scale of cancellation: summands of tau are larger than the sum."""
         result, pi = engine("regressor", state), engine("regressor_parameters", state)["pi"]
         summands = np.abs(result["Y"]) @ np.abs(pi[..., np.newaxis]) + np.abs(column(result["tau0"]))
         return np.asarray(np.max(summands, axis=(-2, -1)))
@@ -249,7 +249,8 @@ def _of_regressor(rows: tuple[str, ...]) -> Claim:
 
 
 def _power(description: Description) -> Claim:
-    """Return the claim of each column alone: its power is the rate of its share of kinetic energy, base at rest."""
+    """Return the claim of each column alone: the power of a column is the rate of its share of kinetic energy, base at
+    rest."""
     result = [
         (k, item.name)
         for k, item in enumerate(description.linear_parameters)

@@ -203,7 +203,7 @@ def _without_acceleration(space: Space) -> Claim:
 
 
 def _motion_first(rate: Array, others: Array) -> Array:
-    """Return a rate (..., size) and the columns of others (size, count) as directions (..., 1 + count, size)."""
+    """Return a rate (..., size) and further columns (size, count) as directions (..., 1 + count, size)."""
     rest = np.broadcast_to(others.T, (*rate.shape[:-1], *others.T.shape))
     return np.concatenate([rate[..., np.newaxis, :], rest], axis=-2)
 
@@ -254,7 +254,7 @@ def _reactions(space: Space) -> Claim:
 
 
 def _forward(space: Space) -> Claim:
-    """Products with M rather than its inverse: the comparison is as well conditioned as the blocks are."""
+    """Products with M instead of its inverse: the comparison is as well conditioned as the blocks."""
 
     def at(engine: Engine, state: Blocks) -> dict[str, Array]:
         return {**state, "a": engine("forward_dynamics", state)["vdot"]}

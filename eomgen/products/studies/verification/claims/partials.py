@@ -69,7 +69,7 @@ def partial_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
 
 
 def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
-    """Return the claims of constraint rows; rows at velocity level come after the holonomic ones."""
+    """Return the claims of constraint rows; rows at velocity level come after the holonomic rows."""
     if "constraint_jacobian" not in engine:
         return []
     first = space.holonomic
@@ -142,12 +142,12 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
 
 
 def _beside(state: Blocks) -> dict[str, Array]:
-    """Return the state with velocities that constraints do not allow, if the rates of their rows do not vanish."""
+    """Return the state with velocities that violate the constraints, unless the rates of the rows vanish."""
     return {**state, "v": state["v"] + 1.0}
 
 
 def _before_cancelling(function: str, entry: str) -> Value:
-    """Return the size of a matrix of the rows times v before its terms cancel, as they do on the constraints."""
+    """Return the size of a matrix of the rows times v before the terms cancel, as on the constraints."""
 
     def size(engine: Engine, state: Blocks) -> Array:
         matrix = engine(function, state)[entry]
@@ -159,7 +159,7 @@ def _before_cancelling(function: str, entry: str) -> Value:
 def _by_multipliers(engine: Engine, state: Blocks) -> Array:
     """Return d residual / d lam, (..., nv, rows): the residual is linear in the multipliers.
 
-    Large ones hide the rounding of other forces, for instance of stiff beams.
+    Large multipliers hide the rounding of other forces, for instance of stiff beams.
     """
     large = _MULTIPLIERS * np.eye(state["lam"].shape[-1])
     around = {name: array[..., np.newaxis, :] for name, array in state.items()}
@@ -204,7 +204,7 @@ def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
 
 
 def _same(name: str, function: str, entry: str, other: str, rows: Sequence[str]) -> Claim:
-    """Return the claim of rows that two functions give, compared beside the motion, if they do not vanish there."""
+    """Return the claim of rows that two functions give, compared beside the motion, unless the rows vanish there."""
 
     def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
         away = moved(engine, state, {"q": np.full(state["v"].shape, 0.1)}, 1.0)
@@ -220,7 +220,7 @@ def _unpacked(function: str, name: str, other: str, system: System) -> Claim:
     shape = next(block.shape for block in system.functions[other].outputs if block.name == name)
 
     def value(engine: Engine, state: Blocks) -> Array:
-        if not system.patterns[name]:  # it is empty, and the function in C has no output for it
+        if not system.patterns[name]:  # empty, without an output of the function in C
             return np.zeros((*state["q"].shape[:-1], *shape))
         return _dense(engine(function, state)[name], system.patterns[name], shape)
 
@@ -242,7 +242,7 @@ def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int
 
 
 def _eliminated(space: Space, engine: Engine, system: System) -> list[Claim]:
-    """Return K, C and M of a long tree's extended system, its inner unknowns eliminated."""
+    """Return K, C and M of a long tree's extended system, with inner unknowns eliminated."""
     from scipy.sparse import csc_array  # noqa: PLC0415  # slow to import, and only long trees need it
     from scipy.sparse.linalg import splu  # noqa: PLC0415
 
@@ -305,7 +305,7 @@ def _differentiated(system: System) -> dict[str, Value]:
     return {name: of(k * nv) for k, name in enumerate("KCM")}
 
 
-#: Terms that the gradient takes if they are there.
+#: Terms used by the gradient, if present.
 FIRST = (
     *("partials", "internal_partials", "constraint_jacobian", "velocity_partials", "acceleration_partials"),
     *("output_partials", "parameter_partials", "output_parameter_partials", "linearization"),
@@ -362,7 +362,7 @@ def second_claims(space: Space, engine: Engine, system: System, description: Des
 
 
 def _by_inputs(partials: Blocks, given: Sequence[bool]) -> dict[str, Array]:
-    """Return partials in all inputs, in order, from partials in driven and in given ones."""
+    """Return partials in all inputs, in order, from partials in driven and in given inputs."""
     made = {}
     for name, driven_name, given_name, sign in (
         ("Ru", "B0", "E0", -1.0),
@@ -384,7 +384,7 @@ def _by_inputs(partials: Blocks, given: Sequence[bool]) -> dict[str, Array]:
 
 
 def _rows(block: str, partials: Blocks, holonomic: int) -> Iterator[tuple[str, Array]]:
-    """Yield the weighted quantities, and their partials in a block."""
+    """Yield the weighted quantities, and the partials in a block."""
     places = {
         "q": {"r": "K", "zdot": "Fq", "w": "Z", "wdot": "Aq", "y": "Yq"},
         "v": {"r": "C", "zdot": "Fv", "w": "B", "wdot": "Av", "y": "Yv"},

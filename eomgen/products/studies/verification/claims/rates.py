@@ -11,7 +11,7 @@ from eomgen.products.studies.verification.claims.claim import Array, Blocks, Cla
 from eomgen.system.system import System
 
 FAMILY = "rates"
-#: Term, its outputs, and the function and output that the first of them is the derivative of.
+#: Term, outputs, and the function and output whose derivative is the first output.
 _TERMS = (
     ("rates", ("tau_dot", "tau_ddot"), ("inverse_dynamics", "tau")),
     ("mass_rates", ("M_dot", "M_ddot"), ("mass", "M")),
@@ -28,11 +28,12 @@ _TERMS = (
 )
 #: Terms that another derivation has as well.
 _SECOND = {"rates": "rates_closed", "mass_rates": "mass_rates_closed"}
-#: Of these, terms whose rows are components of v, or pairs of them.
+#: Terms of the table whose rows are components of v, or pairs of components.
 _OF_COMPONENTS = {term for term, _, _ in _TERMS[:5]} | {"forward_rates"}
-#: Each block with the block of its rates along a motion.
+#: Each block with the block of rates along a motion.
 _CHANGES = {"q": "v", "v": "a", "a": "j", "j": "s", "u": "u_dot", "u_dot": "u_ddot"}
-#: Parts of a quantity, and of it times the rate of the motion, that its derivatives' terms may be and still cancel.
+#: Size of a derivative's terms, as a part of the quantity, and of the quantity times the rate of the motion, up to
+#: which the terms may cancel.
 _PART, _PART_OF_TERMS = 1e-3, 0.03
 
 
@@ -72,7 +73,7 @@ def rate_claims(space: Space, engine: Engine) -> list[Claim]:
 
 
 def _closed(space: Space, engine: Engine) -> list[Claim]:
-    """Return the claims of the closed matrix form itself: tau once more, C v = h, and M' - 2 C skew."""
+    """Return the claims of the closed matrix form: tau once more, C v = h, and M' - 2 C skew."""
     claims = []
     of_tau = [_rounding_of("inverse_dynamics", "tau", order, *_of_mass(engine, "rates", order)) for order in range(3)]
     if "rates_closed" in engine and "inverse_dynamics" in engine:
@@ -128,10 +129,10 @@ def _of_mass(engine: Engine, term: str, order: int) -> list[tuple[str, str, int]
 
 
 def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, int]) -> Value:
-    """Return the size below which a derivative is rounding of terms that cancel in it.
+    """Return the size below which a derivative is rounding of cancelling terms.
 
-    The terms are the quantity, times the rate of the motion to the power of the order; ``more`` are others, in the same
-    way.
+    The terms are the quantity, times the rate of the motion to the power of the order; ``more`` are further quantities,
+    in the same way.
     """
     quantities = [(_vector_of(of, name), power) for of, name, power in ((function, entry, order), *more)]
 
@@ -177,7 +178,7 @@ def _symmetric(engine: Engine, state: Blocks) -> Array:
 
 
 def along_motion(engine: Engine, function: str, *, free: bool = False) -> Callable[[Blocks], dict[str, Array]]:
-    """Return the direction of the motion, in all blocks that a function takes; a ``free`` one has its own
+    """Return the direction of the motion, in all blocks of a function; with ``free``, the direction has the free
     acceleration."""
     taken = set(engine.functions[function])
 
