@@ -111,7 +111,7 @@ def amplitude(mesh: Mesh, power: Power) -> LinearOperator:
 def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> LinearOperator:
     """Return the filter of the Gaussian field s for which exp(s - variance/2) - 1 has the power spectrum P.
 
-    The covariance of s is ln(1 + C), where C is the covariance that P has on the mesh (Coles and Jones, MNRAS 248
+    The covariance of s is ln(1 + C) with the covariance C that P has on the mesh (Coles and Jones, MNRAS 248
     (1991) 1). Modes whose variance this does not make positive have 1e-12 of the largest: no lognormal field has such a
     power spectrum. ``note`` of the filter states the share of such modes, and the share of the power that deviates from
     P.

@@ -226,8 +226,8 @@ class Judge:
 
         Raises
         ------
-        No motion is accurate enough for the demand, or the system does not move.
-            It cannot be known well enough to tell the demand, or it is none: nothing moves.
+        NumericalError
+            No motion is accurate enough for the demand, or the system does not move.
         """
         if condition.label not in self._held:
             self._held[condition.label] = self._reference(condition)
