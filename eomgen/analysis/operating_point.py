@@ -22,7 +22,7 @@ from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.compiled.arguments import check_finite, components
-from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.solvers.bordered_newton import Rest, sparse
@@ -197,35 +197,13 @@ def found_state(
     if at not in (None, "equilibrium", "steady", "initial"):
         hint = '"equilibrium", "steady", "initial", or the result of model.equilibrium or model.steady_motion'
         raise UsageError(Problem("linearize", f"at = {at!r} is unknown", hint))
-    reason = ""
     start = initial_state(model, initial, operating_point.parameters)
-    where = (initial, operating_point.parameters, operating_point.t, operating_point.u)
     driven = bool(np.any(law_rates(model, _of_scene(model, operating_point), start.q)))
-    absolute = driven and bool(model.description.joints)
-    turning = at is None and (absolute or (operating_point.base is None and _base_moves(model, operating_point)))
-    p, t, u = operating_point.parameters, operating_point.t, operating_point.u
-    evenly = turning and not driven and turns_evenly(model, p, t)
-    unsteady = ""
-    if evenly and model.description.exact_beams:
-        try:
-            return as_found("steady motion", rest_on_base(model, start.q, start.z, p, t, u), operating_point)
-        except NumericalError as error:
-            unsteady, turning = error.problems[0].what, False
-    if at == "steady" or turning:
-        at_rest = [_zero_velocities(model, start.q, operating_point)] if turning and not absolute else []
-        for given in (*at_rest, None):  # without given velocities, rounding of symmetries does not matter
-            try:
-                return as_found("steady motion", steady_motion(model, given, None, *where), operating_point)
-            except NumericalError as error:
-                if at == "steady":
-                    raise
-                unsteady = unsteady or error.problems[0].what
-    if evenly:
-        sentence = (
-            f"linear about an equilibrium with the base held, which turns, for there is no steady motion: {unsteady}"
-        )
-        warnings.warn(f'{sentence}; try: at="equilibrium" if it is meant', RuntimeWarning, stacklevel=4)
+    if moving := _steady_state(model, at, initial, operating_point, start, driven=driven):
+        return moving
+    reason = ""
     if at in (None, "equilibrium"):
+        where = (initial, operating_point.parameters, operating_point.t, operating_point.u)
         try:
             result = equilibrium(model, *where, any_kind=any_kind)
             if cautions := result.warnings(any_kind=any_kind):
@@ -249,12 +227,59 @@ def found_state(
     return State("initial state", q, v, start.z), operating_point
 
 
-def as_found(kind: str, rest: EquilibriumState, operating_point: OperatingPoint) -> tuple[State, OperatingPoint]:
-    """Return the state of a search, and the base; warn if velocities change direction with the motion."""
+def _steady_state(
+    model: CompiledModel,
+    at: str | None,
+    initial: Mapping[str, Any] | None,
+    operating_point: OperatingPoint,
+    start: InitialState,
+    *,
+    driven: bool,
+) -> tuple[State, OperatingPoint] | None:
+    """Return the steady motion that ``at`` asks for, by default of a model with driven joints or a moving base.
+
+    None if another state is meant; also, with a warning, if a base turns evenly and there is no steady motion.
+    """
+    p, t, u = operating_point.parameters, operating_point.t, operating_point.u
+    absolute = driven and bool(model.description.joints)
+    turning = at is None and (absolute or (operating_point.base is None and _base_moves(model, operating_point)))
+    evenly = turning and not driven and turns_evenly(model, p, t)
+    unsteady = ""
+    if evenly and model.description.exact_beams:
+        try:
+            rest = rest_on_base(model, start.q, start.z, p, t, u)
+            return as_found("steady motion", rest, operating_point, stacklevel=5)
+        except NumericalError as error:
+            unsteady, turning = error.problems[0].what, False
+    if at == "steady" or turning:
+        at_rest = [_zero_velocities(model, start.q, operating_point)] if turning and not absolute else []
+        for given in (*at_rest, None):  # without given velocities, rounding of symmetries does not matter
+            try:
+                motion = steady_motion(model, given, None, initial, p, t, u)
+                return as_found("steady motion", motion, operating_point, stacklevel=5)
+            except NumericalError as error:
+                if at == "steady":
+                    raise
+                unsteady = unsteady or error.problems[0].what
+    if evenly:
+        sentence = (
+            f"linear about an equilibrium with the base held, which turns, for there is no steady motion: {unsteady}"
+        )
+        warnings.warn(f'{sentence}; try: at="equilibrium" if it is meant', RuntimeWarning, stacklevel=5)
+    return None
+
+
+def as_found(
+    kind: str, rest: EquilibriumState, operating_point: OperatingPoint, *, stacklevel: int = 4
+) -> tuple[State, OperatingPoint]:
+    """Return the state of a search, and the base; warn if velocities change direction with the motion.
+
+    ``stacklevel`` is of the warning.
+    """
     if np.any(rest.a):
         how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"
-        warnings.warn(f"linear about a {kind}: {how}; try: {hint}", RuntimeWarning, stacklevel=4)
+        warnings.warn(f"linear about a {kind}: {how}; try: {hint}", RuntimeWarning, stacklevel=stacklevel)
     state = State(kind, rest.q, rest.v, rest.z, rest.a, rest.multipliers)
     return state, replace(
         operating_point, t=rest.t, base=rest.base if operating_point.base is None else operating_point.base

@@ -441,32 +441,58 @@ def _misfit(
     else:
         return None
     where = type(args[0]).__name__ if function.__name__ == "__init__" else function.__name__
-    owned = [name for name in signature.parameters if name in _OWNERS][:1]
-    every = {name: item for name, item in signature.parameters.items() if name not in owned}
-    given = args[len(owned) :]
-    open_kinds = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
-    named = [name for name, item in every.items() if item.kind not in open_kinds]
-    unknown = [name for name in kwargs if name not in named]
-    takes_any = any(item.kind is inspect.Parameter.VAR_KEYWORD for item in every.values())
-    if unknown and not takes_any:
-        names = ", ".join(shown(name) for name in unknown)
-        hints = [_meant(name, meant, named) for name in unknown[:3]]
+    call = _Call(signature, args, kwargs)
+    misfit = call.unknown(meant) or call.too_many() or call.given_twice() or call.missing(what_to_try)
+    return Problem(where, *misfit)
+
+
+class _Call:
+    """Arguments of a call that do not fit the signature; each method returns a fault with a remedy, or None."""
+
+    def __init__(self, signature: inspect.Signature, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> None:
+        owned = [name for name in signature.parameters if name in _OWNERS][:1]
+        self.parameters = {name: item for name, item in signature.parameters.items() if name not in owned}
+        self.given = args[len(owned) :]
+        self.kwargs = kwargs
+        open_kinds = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+        self.named = [name for name, item in self.parameters.items() if item.kind not in open_kinds]
+        self.takes_any = any(item.kind is inspect.Parameter.VAR_KEYWORD for item in self.parameters.values())
+        by_name = inspect.Parameter.KEYWORD_ONLY
+        self.in_order = [name for name in self.named if self.parameters[name].kind is not by_name]
+
+    def unknown(self, meant: Mapping[str, str]) -> tuple[str, str] | None:
+        """Find arguments by names that the function does not have."""
+        unknown = [name for name in self.kwargs if name not in self.named]
+        if not unknown or self.takes_any:
+            return None
+        hints = [_meant(name, meant, self.named) for name in unknown[:3]]
         hint = " and ".join(dict.fromkeys(filter(None, hints))) or "no arguments"
-        return Problem(where, f"there is no argument {names}", hint)
-    in_order = [name for name in named if every[name].kind is not inspect.Parameter.KEYWORD_ONLY]
-    if len(given) > len(in_order):
-        by_name = [name for name in named if name not in in_order]
-        many = len(by_name) > _FEW or (takes_any and not by_name)
-        fault = f"{len(given)} arguments are given without a name, and {len(in_order) or 'none'} can be"
+        return f"there is no argument {', '.join(map(shown, unknown))}", hint
+
+    def too_many(self) -> tuple[str, str] | None:
+        """Find more arguments without a name than the function takes."""
+        in_order = self.in_order
+        if len(self.given) <= len(in_order):
+            return None
+        by_name = [name for name in self.named if name not in in_order]
+        many = len(by_name) > _FEW or (self.takes_any and not by_name)
+        fault = f"{len(self.given)} arguments are given without a name, and {len(in_order) or 'none'} can be"
         fault += f": {', '.join(in_order)}" if in_order else ""
         hint = "the others by name" if many else f"{by_name[0]}=..., and likewise for the others" if by_name else ""
-        return Problem(where, fault, hint or "fewer arguments")
-    twice = [name for name in in_order[: len(given)] if name in kwargs]
-    if twice:
-        return Problem(where, f"the argument {twice[0]} is given twice, by its place and by its name", "one of them")
-    specified = {*in_order[: len(given)], *kwargs}
-    missing = [name for name in named if every[name].default is inspect.Parameter.empty and name not in specified]
-    fault = (
-        f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
-    )
-    return Problem(where, fault, what_to_try or ", ".join(f"{name}=..." for name in missing))
+        return fault, hint or "fewer arguments"
+
+    def given_twice(self) -> tuple[str, str] | None:
+        """Find an argument by place that is given by name, too."""
+        twice = [name for name in self.in_order[: len(self.given)] if name in self.kwargs]
+        return (
+            (f"the argument {twice[0]} is given twice, by its place and by its name", "one of them") if twice else None
+        )
+
+    def missing(self, what_to_try: str) -> tuple[str, str]:
+        """Find the arguments without a default that are not given."""
+        specified = {*self.in_order[: len(self.given)], *self.kwargs}
+        needed = (name for name in self.named if self.parameters[name].default is inspect.Parameter.empty)
+        missing = [name for name in needed if name not in specified]
+        verb = "is" if len(missing) == 1 else "are"
+        fault = f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {verb} missing"
+        return fault, what_to_try or ", ".join(f"{name}=..." for name in missing)

@@ -238,6 +238,26 @@ def equilibrium(
 
 
 def _print(model: Model, result: Equilibrium, data: Mapping[str, Any], *, whole: bool) -> None:
+    hidden = _print_coordinates(model, result, whole=whole)
+    outputs = [(name, values, data["units"][name]) for name, values in data["outputs"].items()]
+    if outputs:
+        cells = [(name, _numbers(values), unit) for name, values, unit in outputs]
+        print_table("outputs", ("output", "value", "unit"), cells)
+    if data["beams"]:
+        _print_beams(data["beams"])
+    if hidden:
+        say(f"{hidden} coordinates of nodes of beams are left out; --all shows them")
+    forces = [(name, f"{value:.9g}") for name, value in data["multipliers"].items() if ": no " not in name]
+    if forces:
+        print_table("multipliers of constraints", ("row", "value"), forces[:_ROWS], numeric=(1,))
+    if len(forces) > _ROWS:
+        say(f"{len(forces) - _ROWS} more with --json")
+    frequencies = ", ".join(f"{value:.5g}" for value in result.frequencies[:12])
+    say(f"angular frequencies of small motions, rad/s: {frequencies}")
+
+
+def _print_coordinates(model: Model, result: Equilibrium, *, whole: bool) -> int:
+    """Print coordinates, velocities other than zero and states; return the number of hidden coordinates of nodes."""
     nodes = set() if whole else {node for beam in model.description.exact_beams for node in beam}
     kept = [name.partition(".")[2].partition("[")[0] not in nodes for name in model.q_names]
     rows = [
@@ -254,21 +274,7 @@ def _print(model: Model, result: Equilibrium, data: Mapping[str, Any], *, whole:
         print_table(f"{model.name} at rest", ("coordinate", "value", "unit"), rows[:most], numeric=(1,))
     if len(rows) > most:
         say(f"{len(rows) - most} more with --all")
-    outputs = [(name, values, data["units"][name]) for name, values in data["outputs"].items()]
-    if outputs:
-        cells = [(name, _numbers(values), unit) for name, values, unit in outputs]
-        print_table("outputs", ("output", "value", "unit"), cells)
-    if data["beams"]:
-        _print_beams(data["beams"])
-    if hidden := kept.count(False):
-        say(f"{hidden} coordinates of nodes of beams are left out; --all shows them")
-    forces = [(name, f"{value:.9g}") for name, value in data["multipliers"].items() if ": no " not in name]
-    if forces:
-        print_table("multipliers of constraints", ("row", "value"), forces[:_ROWS], numeric=(1,))
-    if len(forces) > _ROWS:
-        say(f"{len(forces) - _ROWS} more with --json")
-    frequencies = ", ".join(f"{value:.5g}" for value in result.frequencies[:12])
-    say(f"angular frequencies of small motions, rad/s: {frequencies}")
+    return kept.count(False)
 
 
 def _print_beams(beams: Mapping[str, Mapping[str, Any]]) -> None:

@@ -8,7 +8,7 @@ import dataclasses
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -186,12 +186,30 @@ def _states(system: System) -> list[dict[str, Any]]:
 
 
 def _print(data: dict[str, Any]) -> None:
-    sections = rows_of(GROUP, InfoPart)
-    sizes = data["sizes"]
-    out = console()
+    products = rows_of(GROUP, InfoPart)
+    hidden = {name for part in products for name in part.hidden(data)}
+    _print_summary(data)
+    _print_configuration(data)
+    _print_parameters(data, hidden)
+    _print_definitions(data["definitions"])
+    for part in products:
+        part.show(data)
+    _print_states(data["states"])
+    _print_events(data["events"])
+    _print_operations(data["functions"])
+    if "step" in data:
+        _print_step(data["step"])
+    if "base_parameters" in data:
+        _print_base_parameters(data["base_parameters"])
+    _print_savings(data)
+    _print_lists(data)
+
+
+def _print_summary(data: dict[str, Any]) -> None:
+    """Print the name with sizes, the description and repeated groups."""
+    out, sizes, rows = console(), data["sizes"], data["constraints"]
     rest = f"{counted(sizes['bodies'], 'body', 'bodies')}, {counted(sizes['nu'], 'input')}"
     freedom = counted(data["degrees_of_freedom"], "degree of freedom", "degrees of freedom")
-    rows = data["constraints"]
     if rows:
         freedom = f"{counted(sizes['nv'], 'velocity', 'velocities')}, {counted(len(rows), 'constraint row')}, {freedom}"
         rest = f"if the rows are independent; {rest}"
@@ -201,6 +219,11 @@ def _print(data: dict[str, Any]) -> None:
     if data["repeated"]:
         times = ", ".join(f"{name} {counted(count, 'time')}" for name, count in data["repeated"].items())
         out.print(f"Repeated: {times}", markup=False)
+
+
+def _print_configuration(data: dict[str, Any]) -> None:
+    """Print the groups of the configuration, constraint rows and places."""
+    out = console()
     groups: dict[str, list[str]] = {}
     for factor in data["groups"]:
         groups.setdefault(factor["group"], []).append(factor["joint"])
@@ -213,68 +236,84 @@ def _print(data: dict[str, Any]) -> None:
         [(g, len(names), ", ".join(_joined(names))) for g, names in groups.items()],
         numeric=(1,),
     )
-    if rows:
+    if data["constraints"]:
         out.print()
         print_table("Constraint rows", ("constraint", "rows", "meaning"), _by_constraint(data), numeric=(1,))
     if data["places"]:
         out.print()
         _print_places(data["places"], "base" if data["base_moves"] else "world")
-    if data["parameters"]:
-        out.print()
-        units = data["parameter_units"]
-        later = dict.fromkeys(data["calibrated"], "calibrated")  # when the model is built
-        hidden = {name for part in sections for name in part.hidden(data)}
-        values = [
-            (name, later.get(name, f"{value:.9g}"), units[name])
-            for name, value in data["parameters"].items()
-            if name not in hidden
-        ]
-        if values:
-            print_table("Tunable parameters", ("name", "value", "unit"), values, numeric=(1,))
-    if data["definitions"]:
-        out.print()
-        lines = [(item["name"], item["formula"], item["unit"], item["description"]) for item in data["definitions"]]
-        print_table("Definitions", ("name", "formula", "unit", "description"), lines)
-    for part in sections:
-        part.show(data)
-    if data["states"]:
-        out.print()
-        states = [
-            (s["name"], f"{s['initial']:.9g}", s["unit"], "" if s["flops"] is None else s["flops"])
-            for s in data["states"]
-        ]
-        print_table("Internal states", ("name", "initial", "unit", "flops of its rate"), states, numeric=(1, 3))
-    if data["events"]:
-        out.print()
-        table = [(e["name"], e["direction"], e["action"], e["description"]) for e in data["events"]]
-        print_table("Events", ("name", "direction", "action", "description"), table)
-    out.print()
-    operations = [
-        (
-            name,
-            *(
-                item["counts"][key]
-                for key in ("additions", "multiplications", "divisions", "functions", "selections", "flops")
-            ),
-        )
-        for name, item in data["functions"].items()
+
+
+def _print_parameters(data: dict[str, Any], hidden: Collection[str]) -> None:
+    """Print the tunable parameters without the parameters that a product shows."""
+    if not data["parameters"]:
+        return
+    console().print()
+    units = data["parameter_units"]
+    later = dict.fromkeys(data["calibrated"], "calibrated")  # when the model is built
+    values = [
+        (name, later.get(name, f"{value:.9g}"), units[name])
+        for name, value in data["parameters"].items()
+        if name not in hidden
     ]
+    if values:
+        print_table("Tunable parameters", ("name", "value", "unit"), values, numeric=(1,))
+
+
+def _print_definitions(definitions: Sequence[Mapping[str, str]]) -> None:
+    if definitions:
+        console().print()
+        lines = [(item["name"], item["formula"], item["unit"], item["description"]) for item in definitions]
+        print_table("Definitions", ("name", "formula", "unit", "description"), lines)
+
+
+def _print_states(states: Sequence[Mapping[str, Any]]) -> None:
+    if states:
+        console().print()
+        lines = [
+            (s["name"], f"{s['initial']:.9g}", s["unit"], "" if s["flops"] is None else s["flops"]) for s in states
+        ]
+        print_table("Internal states", ("name", "initial", "unit", "flops of its rate"), lines, numeric=(1, 3))
+
+
+def _print_events(events: Sequence[Mapping[str, str]]) -> None:
+    if events:
+        console().print()
+        table = [(e["name"], e["direction"], e["action"], e["description"]) for e in events]
+        print_table("Events", ("name", "direction", "action", "description"), table)
+
+
+def _print_operations(functions: Mapping[str, Any]) -> None:
+    """Print the operations of each function."""
+    keys = ("additions", "multiplications", "divisions", "functions", "selections", "flops")
+    rows = [(name, *(item["counts"][key] for key in keys)) for name, item in functions.items()]
     header = ("function", "+", "*", "/", "sin, sqrt ...", "selections", "flops")
-    print_table("Exact operation counts", header, operations, numeric=tuple(range(1, 7)))
-    if "step" in data:
-        out.print()
-        step = data["step"]
-        parts = [(row["what"], row["times"], *(row[key] for key in _OPERATIONS)) for row in step["parts"]]
-        parts.append(("all of it", 1, *(step["total"][key] for key in _OPERATIONS)))
-        title = f"A step of {step['method']}: {step['total']['flops']} flops, the same every time"
-        print_table(title, ("part", "times", "+", "*", "/", "sin, sqrt ..."), parts, numeric=tuple(range(1, 6)))
-    if "base_parameters" in data:
-        out.print()
-        base = data["base_parameters"]
-        rows_of_table = [(row["combination"], f"{row['value']:.6g}", row["unit"]) for row in base["combinations"]]
-        title = f"Base parameters: {len(rows_of_table)} combinations of {base['of']}"
-        print_table(title, ("combination", "value", "unit"), rows_of_table, numeric=(1,))
-        out.print(f"Without effect: {', '.join(base['without_effect']) or 'none'}", markup=False)
+    console().print()
+    print_table("Exact operation counts", header, rows, numeric=tuple(range(1, 7)))
+
+
+def _print_step(step: Mapping[str, Any]) -> None:
+    """Print the operations of a step of a method."""
+    parts = [(row["what"], row["times"], *(row[key] for key in _OPERATIONS)) for row in step["parts"]]
+    parts.append(("all of it", 1, *(step["total"][key] for key in _OPERATIONS)))
+    title = f"A step of {step['method']}: {step['total']['flops']} flops, the same every time"
+    console().print()
+    print_table(title, ("part", "times", "+", "*", "/", "sin, sqrt ..."), parts, numeric=tuple(range(1, 6)))
+
+
+def _print_base_parameters(base: Mapping[str, Any]) -> None:
+    """Print the combinations of inertia parameters that the motion depends on."""
+    out = console()
+    rows = [(row["combination"], f"{row['value']:.6g}", row["unit"]) for row in base["combinations"]]
+    title = f"Base parameters: {len(rows)} combinations of {base['of']}"
+    out.print()
+    print_table(title, ("combination", "value", "unit"), rows, numeric=(1,))
+    out.print(f"Without effect: {', '.join(base['without_effect']) or 'none'}", markup=False)
+
+
+def _print_savings(data: dict[str, Any]) -> None:
+    """Print springs that methods eliminate, and the operations that simplifications save."""
+    out = console()
     for names in data["joined"]:
         out.print()
         who = "rosenbrock, lsrt2, corrected_predictor and the tdg methods eliminate them without subtraction"
@@ -286,6 +325,11 @@ def _print(data: dict[str, Any]) -> None:
         [(item["what"], item["term"], item["operations"], item["without"]) for item in data["savings"]],
         numeric=(2, 3),
     )
+
+
+def _print_lists(data: dict[str, Any]) -> None:
+    """Print curves, known times of jumps, elements left out and notes."""
+    out = console()
     titles = {
         "curves": "Curves, arguments and values in SI units", "jumps": "Known times at which forces jump or bend",
         "dropped": "Left out", "notes": "Notes",

@@ -120,46 +120,68 @@ def _print(
     times: StepTimes | None,
     loads: dict[str, dict[str, dict[str, float]]],
 ) -> None:
-    import numpy as np  # noqa: PLC0415
+    rows = [
+        *_rows_of_run(solution),
+        *_rows_of_values(solution, model, inputs),
+        *_rows_of_steps(solution, times),
+        *_rows_of_accuracy(solution),
+        *_rows_of_loads(loads),
+        ("energy balance", str(solution.metadata["energy_balance"])),
+        *_rows_at_end(solution, model),
+    ]
+    print_table(model.name, ("", ""), rows)
 
-    stats = solution.stats
+
+def _rows_of_run(solution: Solution) -> list[tuple[str, str]]:
+    """Return the method, start, end and events of a run."""
     settings = solution.metadata["settings"]
     method = f"{solution.metadata['method']}, step {settings['step']:.6g} s"
     own = [key for key in ("rho_inf", "alpha_m", "alpha_f", "beta", "gamma", "tolerance", "order") if key in settings]
     method += "".join(f", {key} {settings[key]:.4g}" for key in own)
-    end = f"t = {solution.t[-1]:.9g} s, {counted(len(solution.t), 'row')}"
     rows: list[tuple[str, str]] = [("method", method), ("start", solution.metadata["start"])]
     rows += [("", sentence) for sentence in solution.metadata["corrections"] if sentence.startswith("corrected onto ")]
-    rows.append(("end", end))
+    rows.append(("end", f"t = {solution.t[-1]:.9g} s, {counted(len(solution.t), 'row')}"))
     if solution.events.counts:
         rows += [(f"event {name}", _times(solution.events, name)) for name in solution.events.counts]
-    units = {item.name: item.unit for item in model.scene.parameters} | {
-        item.name: item.unit for item in model.scene.inputs
-    }
-    for name, value in solution.metadata["parameters"].items():
-        if value != model.parameters[name]:
-            rows.append(
-                (f"parameter {name}", f"{_with_unit(value, units[name])}, in the scene {model.parameters[name]:.9g}")
-            )
-    rows += [(f"input {name}", f"{_with_unit(value, units[name])}, constant") for name, value in inputs.items()]
+    return rows
+
+
+def _rows_of_values(solution: Solution, model: Model, inputs: dict[str, float]) -> list[tuple[str, str]]:
+    """Return the parameters with other values than in the scene, and constant inputs."""
+    scene = model.scene
+    units = {item.name: item.unit for item in (*scene.parameters, *scene.inputs)}
+    rows = [
+        (f"parameter {name}", f"{_with_unit(value, units[name])}, in the scene {model.parameters[name]:.9g}")
+        for name, value in solution.metadata["parameters"].items()
+        if value != model.parameters[name]
+    ]
+    return rows + [(f"input {name}", f"{_with_unit(value, units[name])}, constant") for name, value in inputs.items()]
+
+
+def _rows_of_steps(solution: Solution, times: StepTimes | None) -> list[tuple[str, str]]:
+    """Return the numbers of steps and iterations, and the time of computation."""
+    stats = solution.stats
+    rows: list[tuple[str, str]] = []
     by_tolerance = stats.get("own_steps") or stats.get("expansions")
     if by_tolerance or stats.get("steps"):
         rows.append(("steps", f"{by_tolerance} of its own" if by_tolerance else str(stats["steps"])))
-    for key, label in (
-        ("newton_iterations", "Newton iterations"),
-        ("factorizations", "factorizations"),
-        ("halvings", "halved steps"),
-        ("rejections", "steps taken anew"),
-    ):
-        if stats.get(key):
-            rows.append((label, str(stats[key])))
+    labels = {
+        "newton_iterations": "Newton iterations",
+        "factorizations": "factorizations",
+        "halvings": "halved steps",
+        "rejections": "steps taken anew",
+    }
+    rows += [(label, str(stats[key])) for key, label in labels.items() if stats.get(key)]
     rows.append(("time of computation", f"{stats['wall_time']:.3g} s"))
-    if times is not None:
-        rows.append(("time of a step", str(times)))
-    total = solution.energy.get("total")
+    return rows if times is None else [*rows, ("time of a step", str(times))]
+
+
+def _rows_of_accuracy(solution: Solution) -> list[tuple[str, str]]:
+    """Return the total energy and the estimated error of a run."""
+    rows: list[tuple[str, str]] = []
+    total, error = solution.energy.get("total"), solution.error
     if total is not None:
         rows.append(("total energy", f"{total[0]:.9g} J at the start, {total[-1]:.9g} J at the end"))
-    error = solution.error
     rows.append(("estimated error", str(error.largest or error)))
     if error.available:
         rows.append(("", error.evidence))
@@ -167,16 +189,28 @@ def _print(
         rows.append(("", str(error.largest_output)))
     if error.unresolved:
         rows.append(("not in it", error.unresolved))
+    return rows
+
+
+def _rows_of_loads(loads: dict[str, dict[str, dict[str, float]]]) -> list[tuple[str, str]]:
+    """Return the largest section loads of each beam."""
+    rows: list[tuple[str, str]] = []
     for beam, largest in loads.items():
         for quantity, unit in (("moment", "N m"), ("force", "N")):
             load = largest[quantity]
-            where = f"at x = {load['x']:.4g} m, t = {load['t']:.6g} s"
-            rows.append((f"largest section {quantity} of {beam}", f"{load['size']:.6g} {unit} {where}"))
-    rows.append(("energy balance", str(solution.metadata["energy_balance"])))
+            size = f"{load['size']:.6g} {unit} at x = {load['x']:.4g} m, t = {load['t']:.6g} s"
+            rows.append((f"largest section {quantity} of {beam}", size))
+    return rows
+
+
+def _rows_at_end(solution: Solution, model: Model) -> list[tuple[str, str]]:
+    """Return coordinates and outputs at the end, without coordinates of nodes of beams."""
+    import numpy as np  # noqa: PLC0415
+
     nodes = {node for beam in model.description.exact_beams for node in beam}
     ends = zip(model.q_names, solution.metadata["units"]["q"], solution.q[-1], strict=True)
     shown = [entry for entry in ends if entry[0].partition(".")[2].partition("[")[0] not in nodes]
-    rows += [(f"{name} at the end", _with_unit(value, unit)) for name, unit, value in shown[:12]]
+    rows = [(f"{name} at the end", _with_unit(value, unit)) for name, unit, value in shown[:12]]
     if len(shown) > 12:
         rows.append(("...", f"{len(shown) - 12} more in solution.csv"))
     if len(shown) < model.nq:
@@ -185,7 +219,7 @@ def _print(
         numbers = ", ".join(f"{value:.9g}" for value in np.atleast_1d(values[-1]))
         unit = solution.metadata["units"]["outputs"].get(name, "")
         rows.append((f"output {name} at the end", f"{numbers}{'' if unit in ('', '1') else ' ' + unit}"))
-    print_table(model.name, ("", ""), rows)
+    return rows
 
 
 def _times(events: Events, name: str) -> str:

@@ -7,7 +7,7 @@ Three scenes are derived that differ from the given one in the number of its equ
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import chain, groupby, pairwise
 from typing import Any, cast
 
@@ -127,6 +127,21 @@ def equal_elements(scene: Scene) -> EqualElements | None:
     if any(item.section not in _PLAIN for item in scene.elements) or any(scene.parts.values()):
         return None
     nodes = {node for beam in beams for node in beam.nodes[1:]}
+    mentioned = _texts_beside(scene, nodes)
+    if mentioned is None:
+        return None
+    carriers = {joint.child: joint.parent for joint in scene.joints}
+    if any(carriers.get(beam.name) in nodes for beam in beams):
+        return None
+    runs = [run for beam in beams for run in _runs(scene, beam, mentioned)]
+    longest = max((run.count for run in runs), default=0)
+    chosen = {run.beam.name: run for run in runs if run.count == longest}
+    return EqualElements(scene, tuple(chosen.values())) if longest >= _MANY else None
+
+
+def _texts_beside(scene: Scene, nodes: Collection[str]) -> set[str] | None:
+    """Return all texts of a scene beside its beams and their nodes; None if a formula names elements by number or
+    place."""
     apart = replace(
         scene,
         bodies=tuple(body for body in scene.bodies if body.name not in nodes),
@@ -135,20 +150,14 @@ def equal_elements(scene: Scene) -> EqualElements | None:
         source={},
         requirements=(),
     )
-    mentioned: set[str] = set()
+    texts: set[str] = set()
     for item in _leaves(apart):
         if isinstance(item, Symbol):
             if item.kind in _BY_ELEMENT:
                 return None
         elif isinstance(item, str):
-            mentioned.add(item)
-    carriers = {joint.child: joint.parent for joint in scene.joints}
-    if any(carriers.get(beam.name) in nodes for beam in beams):
-        return None
-    runs = [run for beam in beams for run in _runs(scene, beam, mentioned)]
-    longest = max((run.count for run in runs), default=0)
-    chosen = {run.beam.name: run for run in runs if run.count == longest}
-    return EqualElements(scene, tuple(chosen.values())) if longest >= _MANY else None
+            texts.add(item)
+    return texts
 
 
 def _runs(scene: Scene, beam: Cosserat, mentioned: set[str]) -> Iterator[Run]:

@@ -7,6 +7,7 @@ of 4096 elements of a beam take 4.7 MB if they wait for additions, and 1 kB if e
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import reduce
 from itertools import chain
@@ -38,6 +39,11 @@ class Summand:
     component: int
     sign: int
 
+    @property
+    def place(self) -> tuple[int, int]:
+        """Return output and component."""
+        return self.output, self.component
+
 
 @dataclass(frozen=True)
 class Accumulated:
@@ -60,6 +66,26 @@ def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
         return Accumulated(rest, {}, {})
     live = tape.live(chain.from_iterable(outputs))
     uses = _uses(tape, live, outputs)
+    sums, others = _sums(tape, outputs, uses)
+    read = Counter(tape.a[node] for node in live if tape.op[node] is _MAP)
+    additions: dict[int, tuple[Addition, ...]] = {}
+    for number, items in sums.items():
+        if number in numbers and len(items) == read[number]:
+            made = _additions(tape, number, items)
+            if made is not None:
+                additions[number] = made
+    kept = _without_incomplete(additions, sums)
+    for (output, component), refs in others.items():
+        if (output, component) not in kept:
+            rest[output][component] = reduce(tape.add, refs, ZERO)
+    nodes = {number: sorted(item.node for item in sums[number]) for number in additions}
+    return Accumulated(rest, additions, nodes)
+
+
+def _sums(
+    tape: Tape, outputs: Sequence[Sequence[Ref]], uses: Mapping[int, int]
+) -> tuple[dict[int, list[Summand]], dict[tuple[int, int], list[Ref]]]:
+    """Return the summands of outputs by the number of their Map, and the other summands of such outputs by place."""
     sums: dict[int, list[Summand]] = {}
     others: dict[tuple[int, int], list[Ref]] = {}
     for output, refs in enumerate(outputs):
@@ -72,31 +98,22 @@ def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
             for item in of_maps:
                 summand = Summand(abs(item), output, component, 1 if item > 0 else -1)
                 sums.setdefault(tape.a[abs(item)], []).append(summand)
-    read: dict[int, int] = {}
-    for node in live:
-        if tape.op[node] is _MAP:
-            read[tape.a[node]] = read.get(tape.a[node], 0) + 1
-    additions: dict[int, tuple[Addition, ...]] = {}
-    for number, items in sums.items():
-        if number in numbers and len(items) == read[number]:
-            made = _additions(tape, number, items)
-            if made is not None:
-                additions[number] = made
-    # A sum of results of several Maps needs all these Maps.
-    kept = {
-        (item.output, item.component) for number, items in sums.items() if number not in additions for item in items
-    }
-    while dropped := [
-        number for number in additions if any((item.output, item.component) in kept for item in sums[number])
-    ]:
+    return sums, others
+
+
+def _without_incomplete(
+    additions: dict[int, tuple[Addition, ...]], sums: Mapping[int, Sequence[Summand]]
+) -> set[tuple[int, int]]:
+    """Drop additions to outputs that keep a summand, and return the outputs that stay as they are.
+
+    A sum of results of several Maps needs all these Maps.
+    """
+    kept = {item.place for number, items in sums.items() if number not in additions for item in items}
+    while dropped := [number for number in additions if any(item.place in kept for item in sums[number])]:
         for number in dropped:
             del additions[number]
-            kept |= {(item.output, item.component) for item in sums[number]}
-    for (output, component), refs in others.items():
-        if (output, component) not in kept:
-            rest[output][component] = reduce(tape.add, refs, ZERO)
-    nodes = {number: sorted(item.node for item in sums[number]) for number in additions}
-    return Accumulated(rest, additions, nodes)
+            kept |= {item.place for item in sums[number]}
+    return kept
 
 
 def _uses(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> dict[int, int]:

@@ -63,29 +63,27 @@ class Plan:
         self.members: dict[int, list[int]] = {}
         for node, first in leader.items():
             self.members.setdefault(first, []).append(node)
-        weights = [self.weight(node) for node in self.order]
-        parts_of_limit = _SHORTER if sum(weights) > _LONG * part_limit else 1
-        self.parts = max(1, -(-parts_of_limit * sum(weights) // part_limit))
-        length = max(1, -(-sum(weights) // self.parts))
-        before = accumulate(weights, initial=0)
-        self.part_of = {node: begun // length for node, begun in zip(self.order, before, strict=False)}
+        self.part_of = self._cut(part_limit)
         self.by_part: list[list[int]] = [[] for _ in range(self.parts)]
         for node in self.order:
             self.by_part[self.part_of[node]].append(node)
-        for node, head in self.head.items():
-            self.part_of[node] = self.part_of[head]
-        for node, first in leader.items():
-            self.part_of[node] = self.part_of[first]
+        self.part_of |= {node: self.part_of[head] for node, head in self.head.items()}
+        self.part_of |= {node: self.part_of[first] for node, first in leader.items()}
         self.last_part = dict(self.part_of)
         self.uses = dict.fromkeys(self.live, 0)
         self.read_outside: set[int] = set()
         self._count_reads()
         self.stores: dict[int, list[tuple[int, int, int]]] = {}
-        for number, refs in enumerate(outputs):
-            for component, ref in enumerate(refs):
-                if ref != ZERO and abs(ref) in self.uses:  # most entries of a whole matrix are zero
-                    self.uses[abs(ref)] += 1
-                    self.stores.setdefault(abs(ref), []).append((number, component, 1 if ref > 0 else -1))
+        self._count_stores(outputs)
+
+    def _cut(self, part_limit: int) -> dict[int, int]:
+        """Set the number of parts, and return the part of each entry of ``order``."""
+        weights = [self.weight(node) for node in self.order]
+        parts_of_limit = _SHORTER if sum(weights) > _LONG * part_limit else 1
+        self.parts = max(1, -(-parts_of_limit * sum(weights) // part_limit))
+        length = max(1, -(-sum(weights) // self.parts))
+        before = accumulate(weights, initial=0)
+        return {node: begun // length for node, begun in zip(self.order, before, strict=False)}
 
     def part(self, number: int) -> list[int]:
         """Return the operations of a part."""
@@ -140,3 +138,10 @@ class Plan:
                             self.read_outside.add(operand)
                         uses[operand] += times
                         last_part[operand] = max(last_part[operand], part)
+
+    def _count_stores(self, outputs: Sequence[Sequence[Ref]]) -> None:
+        for number, refs in enumerate(outputs):
+            for component, ref in enumerate(refs):
+                if ref != ZERO and abs(ref) in self.uses:  # most entries of a whole matrix are zero
+                    self.uses[abs(ref)] += 1
+                    self.stores.setdefault(abs(ref), []).append((number, component, 1 if ref > 0 else -1))

@@ -391,49 +391,28 @@ def _elimination_of_groups(
     A row with a group has the sum over this group, d over the pivot; other rows have the sums needed by rows of groups
     below. Tables have sums by position, and add sums of other groups if required.
     """
-    group, upper, lower = elimination.groups, elimination.upper, elimination.lower
-    asked: list[set[int]] = [set() for _ in group]
-    for position, across in enumerate(lower):
-        for earlier in across:
-            if group[position] >= 0:
-                asked[earlier].add(group[position])
-    end = data["factors"]
     if not written_out:
-        return {"factors": end + elimination.size, "sums": elimination.size}
+        return {"factors": data["factors"] + elimination.size, "sums": elimination.size}
+    asked = _asked_groups(elimination)
     others = [
-        {
-            number: [column for column in upper[position] if group[column] == number]
-            for number in sorted(asked[position])
-        }
+        {number: _columns_of(elimination, position, number) for number in sorted(asked[position])}
         for position in range(elimination.size)
     ]
+    end = data["factors"]
     sums: list[dict[int, int]] = []
-    for position, own in enumerate(group):
-        sums.append({})
-        for number in ([own] if own >= 0 else []) + [
-            k for k, entries in others[position].items() if k != own and entries
-        ]:
-            sums[position][number] = end
-            end += 1
+    for position, own in enumerate(elimination.groups):
+        numbers = [own] if own >= 0 else []
+        numbers += [number for number, columns in others[position].items() if number != own and columns]
+        sums.append(dict(zip(numbers, range(end, end + len(numbers)), strict=True)))
+        end += len(numbers)
     rows = []
-    for position, own in enumerate(group):
+    for position, own in enumerate(elimination.groups):
         at = slots[position]
-        summed = [column for column in at if column != position or own < 0]
-        loads = [[at[column], _entry(position, column, data["entry_start"], data["entry_column"])] for column in summed]
-        if own >= 0:
-            diagonal = _entry(position, position, data["entry_start"], data["entry_column"])
-            loads.append([sums[position][own], diagonal])
-        taken = []
-        for earlier in lower[position]:
-            updates = [[at[k], slots[earlier][k]] for k in upper[earlier] if k != position or own < 0]
-            if own in sums[earlier]:
-                updates.append([sums[position][own], sums[earlier][own]])
-            taken.append({"slot": at[earlier], "pivot": slots[earlier][earlier], "updates": updates})
         row: dict[str, Any] = {
-            "loads": loads,
-            "taken": taken,
-            "lower": [[at[column], column] for column in lower[position]],
-            "upper": [[at[column], column] for column in upper[position]],
+            "loads": _loads_of_row(elimination, position, data, at, sums[position]),
+            "taken": _rows_taken(elimination, position, slots, sums),
+            "lower": [[at[column], column] for column in elimination.lower[position]],
+            "upper": [[at[column], column] for column in elimination.upper[position]],
             "diagonal": at[position],
             "others": [
                 [slot, [at[column] for column in others[position][number]]]
@@ -443,11 +422,53 @@ def _elimination_of_groups(
         }
         if own >= 0:
             row["sum"] = sums[position][own]
-            row["within"] = [at[column] for column in upper[position] if group[column] == own]
+            row["within"] = [at[column] for column in _columns_of(elimination, position, own)]
         if own in asked[position]:
             row["kept"] = row["sum"]
         rows.append(row)
     return {"factors": end, "sums": end - data["factors"], "unrolled": rows}
+
+
+def _asked_groups(elimination: Elimination) -> list[set[int]]:
+    """Return the groups of rows below that need a sum of each row."""
+    asked: list[set[int]] = [set() for _ in elimination.groups]
+    for position, across in enumerate(elimination.lower):
+        for earlier in across:
+            if elimination.groups[position] >= 0:
+                asked[earlier].add(elimination.groups[position])
+    return asked
+
+
+def _columns_of(elimination: Elimination, position: int, number: int) -> list[int]:
+    """Return the columns of a group in a row above the diagonal."""
+    return [column for column in elimination.upper[position] if elimination.groups[column] == number]
+
+
+def _loads_of_row(
+    elimination: Elimination, position: int, data: Mapping[str, Any], at: Mapping[int, int], sums: Mapping[int, int]
+) -> list[list[int]]:
+    """Return slots of a row with the entries of the matrix that they hold first; a group keeps a sum for a diagonal."""
+    own = elimination.groups[position]
+    summed = [column for column in at if column != position or own < 0]
+    loads = [[at[column], _entry(position, column, data["entry_start"], data["entry_column"])] for column in summed]
+    if own >= 0:
+        loads.append([sums[own], _entry(position, position, data["entry_start"], data["entry_column"])])
+    return loads
+
+
+def _rows_taken(
+    elimination: Elimination, position: int, slots: Sequence[Mapping[int, int]], sums: Sequence[Mapping[int, int]]
+) -> list[dict[str, Any]]:
+    """Return the earlier rows that are subtracted from a row, with the slots that each changes."""
+    at, own = slots[position], elimination.groups[position]
+    taken = []
+    for earlier in elimination.lower[position]:
+        changed = [column for column in elimination.upper[earlier] if column != position or own < 0]
+        updates = [[at[column], slots[earlier][column]] for column in changed]
+        if own in sums[earlier]:
+            updates.append([sums[position][own], sums[earlier][own]])
+        taken.append({"slot": at[earlier], "pivot": slots[earlier][earlier], "updates": updates})
+    return taken
 
 
 def _add_sources(data: dict[str, Any], links: Sequence[tuple[int, int]], *, unknowns: int) -> None:

@@ -94,7 +94,32 @@ def read_state_feedback(
 ) -> tuple[list[Formula], StateFeedback]:
     """Return the formula of each output of a state feedback, and the record of the feedback; ``outputs`` are the
     scene's outputs."""
-    key, report = key_of("controllers", name), values.report
+    key = key_of("controllers", name)
+    coordinates, signals = entry.coordinates or (), entry.signals or {}
+    _check_names(key, name, entry, values)
+    made = feedback_names(name, entry)
+    _check_gains(key, entry, len(made.outputs), values)
+    measured = [Symbol("q", joint) for joint in coordinates] + [Symbol("v", joint) for joint in coordinates]
+    measured += [values.formula(f"{key}.signals.{key_of(signal)}", text, STATE) for signal, text in signals.items()]  # type: ignore[misc]
+    parts = _deviations(key, entry, measured, made.references, values)
+    free = []
+    for gains in made.gains:
+        products = [Symbol("parameter", gain) * part for gain, part in zip(gains, parts, strict=True)]
+        free.append(-(functools.reduce(operator.add, products) if products else Symbol("time")))
+    calibration = None
+    if entry.calibration is not None:
+        calibration = read_calibration(
+            f"{key}.calibration", entry.calibration, signals, len(made.outputs), values, outputs
+        )
+    record = StateFeedback(
+        name, made.outputs, tuple(measured), tuple(_labels(entry)), made.gains, made.references, calibration
+    )
+    return free, record
+
+
+def _check_names(key: str, name: str, entry: Written, values: Values) -> None:
+    """Report names of coordinates, signals and outputs that are unknown, not legal or given twice."""
+    report = values.report
     coordinates, signals = entry.coordinates or (), entry.signals or {}
     if not coordinates and not signals:
         report.add(key, "a state_feedback needs coordinates or signals", 'coordinates = ["joint"]')
@@ -112,32 +137,23 @@ def read_state_feedback(
         check_known(f"{key}.{table}", getattr(entry, table), coordinates, f"coordinate of {name}", values)
     for table in ("signal_gains", "signal_references"):
         check_known(f"{key}.{table}", getattr(entry, table), signals, f"signal of {name}", values)
-    made = feedback_names(name, entry)
-    _check_gains(key, entry, len(made.outputs), values)
-    measured = [Symbol("q", joint) for joint in coordinates] + [Symbol("v", joint) for joint in coordinates]
-    measured += [values.formula(f"{key}.signals.{key_of(signal)}", text, STATE) for signal, text in signals.items()]  # type: ignore[misc]
-    parts: list[Formula] = []
+
+
+def _deviations(
+    key: str, entry: Written, measured: Sequence[Formula], parameters: Sequence[str], values: Values
+) -> list[Formula]:
+    """Return the measured signals without their references: a formula, a parameter by name, or none."""
+    coordinates = entry.coordinates or ()
     of_positions, of_signals = entry.position_references or {}, entry.signal_references or {}
     given = [(f"{key}.position_references.{key_of(joint)}", of_positions.get(joint)) for joint in coordinates]
     given += [("", None)] * len(coordinates)
-    given += [(f"{key}.signal_references.{key_of(signal)}", of_signals.get(signal)) for signal in signals]
-    for formula, (place, text), parameter in zip(measured, given, made.references, strict=True):
+    given += [(f"{key}.signal_references.{key_of(signal)}", of_signals.get(signal)) for signal in entry.signals or {}]
+    parts: list[Formula] = []
+    for formula, (place, text), parameter in zip(measured, given, parameters, strict=True):
         reference = Symbol("parameter", parameter) if parameter else None
         off = values.formula(place, text, STATE) if text is not None else reference
         parts.append(formula if off is None else formula - off)
-    free = []
-    for gains in made.gains:
-        products = [Symbol("parameter", gain) * part for gain, part in zip(gains, parts, strict=True)]
-        free.append(-(functools.reduce(operator.add, products) if products else Symbol("time")))
-    calibration = None
-    if entry.calibration is not None:
-        calibration = read_calibration(
-            f"{key}.calibration", entry.calibration, signals, len(made.outputs), values, outputs
-        )
-    record = StateFeedback(
-        name, made.outputs, tuple(measured), tuple(_labels(entry)), made.gains, made.references, calibration
-    )
-    return free, record
+    return parts
 
 
 def _labels(entry: Written) -> list[str]:
@@ -202,20 +218,7 @@ def read_calibration(
         if getattr(written, field) is not None and field not in _TAKEN[method]:
             kinds = " or ".join(kind for kind, fields in _TAKEN.items() if field in fields)
             report.add(f"{key}.{field}", f"{field} has no meaning for {method}", f"method = {kinds}")
-    check_known(f"{key}.position_weights", written.position_weights, values.names.joints, "joint", values)
-    check_known(f"{key}.velocity_weights", written.velocity_weights, values.names.joints, "joint", values)
-    check_known(f"{key}.signal_weights", written.signal_weights, signals, "signal", values)
-    check_known(f"{key}.output_weights", written.output_weights, outputs, "output", values)
-    for table in ("position_weights", "velocity_weights"):
-        for joint in getattr(written, table) or ():
-            kind = values.names.joints.get(joint, "")
-            if kind and JOINTS[kind].v_size != 1:
-                fault = f"the {kind} joint {joint} has not one coordinate"
-                report.add(f"{key}.{table}.{key_of(joint)}", fault, "an output, and its weight in output_weights")
-    for table in ("position_weights", "velocity_weights", "signal_weights", "output_weights"):
-        for name, weight in (getattr(written, table) or {}).items():
-            if weight < 0.0:
-                report.add(f"{key}.{table}.{key_of(name)}", f"the weight {weight:.6g} is negative", "0 or more")
+    _check_weights(key, written, signals, outputs, values)
     _check_lists(key, written, count, values)
     for place, (real, imaginary) in enumerate(written.poles or ()):
         if real >= 0.0:
@@ -237,6 +240,32 @@ def read_calibration(
     )
 
 
+def _check_weights(
+    key: str, written: WrittenCalibration, signals: Collection[str], outputs: Collection[str], values: Values
+) -> None:
+    """Report weights of unknown names, of joints with several coordinates, and below zero."""
+    joints = values.names.joints
+    known: tuple[tuple[str, str, Collection[str]], ...] = (
+        ("position_weights", "joint", joints),
+        ("velocity_weights", "joint", joints),
+        ("signal_weights", "signal", signals),
+        ("output_weights", "output", outputs),
+    )
+    for table, noun, names in known:
+        check_known(f"{key}.{table}", getattr(written, table), names, noun, values)
+    for table in ("position_weights", "velocity_weights"):
+        for joint in getattr(written, table) or ():
+            kind = joints.get(joint, "")
+            if kind and JOINTS[kind].v_size != 1:
+                fault = f"the {kind} joint {joint} has not one coordinate"
+                hint = "an output, and its weight in output_weights"
+                values.report.add(f"{key}.{table}.{key_of(joint)}", fault, hint)
+    for table, _, _ in known:
+        for name, weight in (getattr(written, table) or {}).items():
+            if weight < 0.0:
+                values.report.add(f"{key}.{table}.{key_of(name)}", f"the weight {weight:.6g} is negative", "0 or more")
+
+
 def _check_lists(key: str, written: WrittenCalibration, count: int, values: Values) -> None:
     report, method = values.report, written.method
     chosen = len(written.modes) if written.modes else count
@@ -255,6 +284,12 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
                 report.add(f"{key}.{field}[{place}]", f"{field} of {number:.6g} cannot be", hint)
             elif field == "damping_ratios" and (note := percent_of_critical(number)):
                 values.notes.append(f"{key}.{field}[{place}]: {note}")
+    _check_needed(key, written, values)
+
+
+def _check_needed(key: str, written: WrittenCalibration, values: Values) -> None:
+    """Report lists that a method needs, and lists that exclude each other."""
+    report, method = values.report, written.method
     if method == "imsc" and written.effort_weights is None:
         report.add(key, "imsc needs effort_weights", "effort_weights = 1e-3")
     if method == "pole_placement":

@@ -69,38 +69,51 @@ _BETWEEN_POINTS = ("springs",)
 def example(location: tuple[str | int, ...], given: object) -> str:
     """Return an example of a value for a place that has a wrong one; empty without an example."""
     last, section = str(location[-1]), str(location[0])
-    if last == "gravity" and isinstance(given, int | float) and not isinstance(given, bool):
-        return f"gravity = [0, 0, {-abs(given):g}]"
-    if last == "rotation" and plain_angles(given):
-        in_degrees = any(abs(angle) > 2.0 * math.pi for angle in given)
-        angles = [f'"{angle:g} deg"' if in_degrees else f"{angle:g}" for angle in given]
-        every = zip(_AXIS_VECTORS, given, angles, strict=True)
-        turns = [f"{{ axis = {axis}, angle = {text} }}" for axis, angle, text in every if angle]
-        return f"rotation = [{', '.join(turns)}]" if turns else "no rotation"
-    if last == "rotation" and is_matrix(given):
-        return "orientation, which is a matrix, in place of rotation"
-    if last == "mimic" and isinstance(given, str):
-        return f"mimic = {{ joint = {quoted(given)}, multiplier = 1 }}"
+    if rewritten := _rewritten(last, given):
+        return rewritten
     if row := next((row for row in added_keys(section) if location == (row.section, row.added)), None):
         return row.example(given)
     if location == ("parameters",):
         return "[parameters] and a line for each: NAME = 1.0"
-    of_parameters = section == "parameters" and len(location) > 1
-    if of_parameters and isinstance(given, str) and last in ("value", str(location[1])):
+    of_parameter = section == "parameters" and len(location) > 1 and last in ("value", str(location[1]))
+    if of_parameter and isinstance(given, str):
         return f"a number; the formula {quoted(given)} stands where {location[1]} is used"
     if len(location) == 1 and section in _ENTRIES and not isinstance(given, dict):
         return f"[{section}.NAME] and its keys, a table for each"
     if last in ("table", "file") and is_file(given):
         return f"table = {{ file = {quoted(given)} }}"
     if len(location) == 2 and is_legal(last) and section in _ENTRIES:
-        if section in ("inputs", "curves") and is_file(given):
-            return f"{last} = {{ table = {{ file = {quoted(given)} }} }}"
-        if section == "inputs" and isinstance(given, str | int | float):
-            return f"{last} = {{ formula = {quoted(str(given))} }}"
-        return f"{last} = {_ENTRIES[section]}"
+        return _entry(section, last, given)
     if section in _BETWEEN_POINTS and last in ("first", "second"):
         return f'{last} = "NAME", and [points.NAME] with its body and position'
     return _BY_KEY.get(last, "")
+
+
+def _rewritten(key: str, given: object) -> str:
+    """Return a value of another form in the form of a scene file: gravity as a number, rotations as angles or a matrix,
+    the joint of a mimic relation alone; else an empty text."""
+    if key == "gravity" and isinstance(given, int | float) and not isinstance(given, bool):
+        return f"gravity = [0, 0, {-abs(given):g}]"
+    if key == "rotation" and plain_angles(given):
+        in_degrees = any(abs(angle) > 2.0 * math.pi for angle in given)
+        angles = [f'"{angle:g} deg"' if in_degrees else f"{angle:g}" for angle in given]
+        every = zip(_AXIS_VECTORS, given, angles, strict=True)
+        turns = [f"{{ axis = {axis}, angle = {text} }}" for axis, angle, text in every if angle]
+        return f"rotation = [{', '.join(turns)}]" if turns else "no rotation"
+    if key == "rotation" and is_matrix(given):
+        return "orientation, which is a matrix, in place of rotation"
+    if key == "mimic" and isinstance(given, str):
+        return f"mimic = {{ joint = {quoted(given)}, multiplier = 1 }}"
+    return ""
+
+
+def _entry(section: str, name: str, given: object) -> str:
+    """Return an example of an entry of a section, from its value if this is a file or a formula."""
+    if section in ("inputs", "curves") and is_file(given):
+        return f"{name} = {{ table = {{ file = {quoted(given)} }} }}"
+    if section == "inputs" and isinstance(given, str | int | float):
+        return f"{name} = {{ formula = {quoted(str(given))} }}"
+    return f"{name} = {_ENTRIES[section]}"
 
 
 def required(location: tuple[str | int, ...]) -> str:
@@ -174,15 +187,33 @@ _CARRIED = frozenset({"body", "parent"})
 
 def key_meant(name: str, keys: Collection[str], given: object) -> str:
     """Return the key, or keys, for a name from another tool; empty without one."""
+    if line := _line_meant(name, keys, given) or _concept_meant(name, keys):
+        return line
+    for row in rows_of("eomgen.keys_elsewhere", KeysElsewhere):
+        hint: str = row.hint(name, keys, given)
+        if hint:
+            return hint
+    meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))
+    return next((key for key in meant if key in keys), "")
+
+
+def _line_meant(name: str, keys: Collection[str], given: object) -> str:
+    """Return the line for a value under a name from another tool: a file, a frequency, one coordinate; else an empty
+    text."""
     if "table" in keys and (name in ("file", "csv", "path", "data", "filename") or is_file(given)):
         return f"table = {{ file = {quoted(given)} }}"
     if name in ("frequency", "freq", "f") and "period" in keys and isinstance(given, int | float) and given > 0:
         return f"period = {1.0 / given:.6g}, s"
-    if name in ("mu", "mu_k", "coefficient") and "coulomb" in keys:
-        return "coulomb, a force in N or a torque in N m: no normal force is multiplied by a coefficient"
     if name in ("x", "y", "z") and "position" in keys and isinstance(given, str | int | float):
         entries = ", ".join(quoted(given) if axis == name else "0" for axis in "xyz")
         return f"position = [{entries}]"
+    return ""
+
+
+def _concept_meant(name: str, keys: Collection[str]) -> str:
+    """Return the concept here in place of a concept of another tool that no key stands for; else an empty text."""
+    if name in ("mu", "mu_k", "coefficient") and "coulomb" in keys:
+        return "coulomb, a force in N or a torque in N m: no normal force is multiplied by a coefficient"
     of_base = {"position", "rotation"} <= set(keys) and _CARRIED.isdisjoint(keys)
     if name in ("acceleration", "velocity", "angular_velocity") and of_base:
         integral = "its second integral" if name == "acceleration" else "its integral"
@@ -194,17 +225,20 @@ def key_meant(name: str, keys: Collection[str], given: object) -> str:
         return "stiffness_damping, 2 ratio / w in s for the ratio at the angular frequency w"
     if name == "initial" and {"shape", "curvature", "section"} <= set(keys):
         return 'shape or curvature, of the beam at rest; runs start bent by start = "equilibrium" or initial={"q": ...}'
-    for row in rows_of("eomgen.keys_elsewhere", KeysElsewhere):
-        hint: str = row.hint(name, keys, given)
-        if hint:
-            return hint
-    meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))
-    return next((key for key in meant if key in keys), "")
+    return ""
 
 
 #: Largest number of admissible words of a key listed in a hint; of more words, the nearest are listed.
 _LISTED = 12
 _AXES = ("x", "y", "z")
+#: Nouns of types, by the kind of pydantic's message.
+_NEEDED: Mapping[str, str] = {
+    "string_type": "a text",
+    "bool_type": "true or false",
+    **dict.fromkeys(("int_type", "int_from_float"), "a whole number"),
+    **dict.fromkeys(("dict_type", "model_type"), "a table"),
+    "tuple_type": "a list",
+}
 
 
 def child_hint(data: Mapping[str, Any]) -> str:
@@ -229,45 +263,49 @@ def explained(
     ``depth`` on is within ``table``."""
     last = str(location[-1])
     if kind == "extra_forbidden":
-        if len(location) == 1 and (absent := fault_of_absent(last)):
-            return f"the section {shown(last)} is unknown: {absent[0]}", absent[1]
-        keys = _keys_at(location[depth:-1], table)
-        if absent := fault_of_absent(".".join(map(str, location))):
-            return f"the key {shown(last)} is unknown here: {absent[0]}", absent[1]
-        return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
+        return _unknown_key(location, given, table, depth)
     if kind == "missing":
         return f"the key {last} is missing", required(location)
     if location == ("format",):
         return f"this eomgen reads format 1, not {described(given)}", "format = 1"
     if kind == "literal_error":
-        expected = message.removeprefix("Input should be ").replace("'", "")
-        names = expected.replace(" or ", ", ").split(", ")
-        if location[0] == "terms":
-            return f"{described(given)} is not known here", nearest_term(str(given))
-        meant = JOINTS_ELSEWHERE.get(str(given).lower(), "")
-        if location[0] in ("joints", "constraints") and meant in names:
-            return f"{described(given)} is not known here", meant
-        if last == "shape" and given in ("sine", "sin", "cosine", "cos"):
-            return f"{described(given)} is not known here", 'formula = "sin(2 * pi * t / 0.5)" in place of a wave'
-        hint = nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"
-        return f"{described(given)} is not known here", hint
+        return f"{described(given)} is not known here", _word_meant(message, location, given)
     if kind in ("greater_than_equal", "less_than_equal"):
         bound = f"{message.rpartition(' ')[2]} or {'more' if kind == 'greater_than_equal' else 'less'}"
         return f"{described(given)} is out of range here: it {message.removeprefix('Input ')}", bound
+    fault = message[0].lower() + message[1:]
     if kind == "list" and isinstance(given, str) and given.lstrip("+-") in _AXES:
         sign = "-" if given[0] == "-" else ""
         entries = ", ".join(f"{sign}1" if axis == given[-1] else "0" for axis in _AXES)
-        return message[0].lower() + message[1:], f"[{entries}]"
-    plain = {
-        "string_type": "a text",
-        "bool_type": "true or false",
-        "int_type": "a whole number",
-        "dict_type": "a table",
-    }
-    plain |= {"model_type": "a table", "tuple_type": "a list", "int_from_float": "a whole number"}
-    if kind in plain:
-        return f"{plain[kind]} is needed here, not {described(given)}", example(location, given)
-    return message[0].lower() + message[1:], example(location, given)
+        return fault, f"[{entries}]"
+    if kind in _NEEDED:
+        fault = f"{_NEEDED[kind]} is needed here, not {described(given)}"
+    return fault, example(location, given)
+
+
+def _unknown_key(location: tuple[str | int, ...], given: object, table: type[BaseModel], depth: int) -> tuple[str, str]:
+    """Return the message about an unknown key or section, and a hint."""
+    last = str(location[-1])
+    if len(location) == 1 and (absent := fault_of_absent(last)):
+        return f"the section {shown(last)} is unknown: {absent[0]}", absent[1]
+    keys = _keys_at(location[depth:-1], table)
+    if absent := fault_of_absent(".".join(map(str, location))):
+        return f"the key {shown(last)} is unknown here: {absent[0]}", absent[1]
+    return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
+
+
+def _word_meant(message: str, location: tuple[str | int, ...], given: object) -> str:
+    """Return a hint for a word that is none of the words that a key may hold."""
+    expected = message.removeprefix("Input should be ").replace("'", "")
+    names = expected.replace(" or ", ", ").split(", ")
+    if location[0] == "terms":
+        return nearest_term(str(given))
+    meant = JOINTS_ELSEWHERE.get(str(given).lower(), "")
+    if location[0] in ("joints", "constraints") and meant in names:
+        return meant
+    if location[-1] == "shape" and given in ("sine", "sin", "cosine", "cos"):
+        return 'formula = "sin(2 * pi * t / 0.5)" in place of a wave'
+    return nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"
 
 
 def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:

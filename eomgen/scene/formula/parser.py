@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import math
 import re
+from collections.abc import Collection
 from dataclasses import replace
 
 from eomgen.base.messages import is_legal, listed, nearest, shown
@@ -48,6 +49,15 @@ from eomgen.scene.joint_types import JOINTS
 
 LARGEST_EXPONENT = 64.0
 _BINARY = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div", ast.Pow: "pow"}
+#: Names with a meaning in some scopes: the kind of symbol that such a scope allows, the meaning, and the symbol.
+_OF_SCOPES = {
+    PLACE: ("place", "place along the beam", Symbol("place")),
+    GAUSSIAN: ("gaussian", "Gaussian process", Symbol("gaussian")),
+    **{
+        name: ("frame", "coordinate of the second frame's origin", Symbol("local", "position", number))
+        for number, name in enumerate(IN_FRAME)
+    },
+}
 _COMPARISONS = {ast.Lt: ("lt", False), ast.LtE: ("le", False), ast.Gt: ("lt", True), ast.GtE: ("le", True)}
 
 
@@ -242,33 +252,38 @@ class _Reader:
     def quantity_of_entry(self, word: Word, node: ast.expr, call: ast.expr, depth: int) -> Quantity:
         """Return a quantity of an entry at given arguments: ``WORD.NAME(x, y)[1]``."""
         assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # checked by ``word_of``
-        kind, name = word.name, call.func.attr.removeprefix(PREFIX)
-        count, components = len(word.arguments), word.components
-        written = word.call(name[:64])
+        name = call.func.attr.removeprefix(PREFIX)
+        label = f"{word.name}.{name}"
         known = self.names.entries.get(word.section, {})
         if name not in known:
             hint = nearest(name, known) or f"a [{word.section}] section, and [{word.section}.{name[:64]}]"
-            raise self.error(call, f"{kind}.{name[:64]}: there are no {word.section} {shown(name)}", hint)
+            fault = f"{word.name}.{name[:64]}: there are no {word.section} {shown(name)}"
+            raise self.error(call, fault, hint)
         if any(Symbol("time") in symbols(formula) for formula in word.added(known[name])):
-            self.allow(call, "time", f"{kind}.{name}, which depends on time,")
+            self.allow(call, "time", f"{label}, which depends on time,")
+        count = len(word.arguments)
         if len(call.args) != count or call.keywords or any(isinstance(item, ast.Starred) for item in call.args):
             given = len(call.args) + len(call.keywords)
-            raise self.error(call, f"{kind}.{name}() takes {count} arguments, not {given}", written)
-        index = 0
-        if isinstance(node, ast.Subscript):
-            if not (isinstance(node.slice, ast.Constant) and type(node.slice.value) is int):
-                raise self.error(node, "an index must be a whole number", "[0]")
-            index = int(node.slice.value)
-        if components > 1 and node is call:
-            raise self.error(node, f"{kind}.{name} has {components} components", f"{written}[0]")
-        if not 0 <= index < components or (components == 1 and node is not call):
-            hint = f"an index from 0 to {components - 1}" if components > 1 else written
-            raise self.error(node, f"{kind}.{name} has no component {index}", hint)
+            raise self.error(call, f"{label}() takes {count} arguments, not {given}", word.call(name[:64]))
+        index = self.component_of_entry(word, node, name)
         place = [self.convert(argument, depth + 1)[0] for argument in call.args]
         quantity = quantity_of(word, known[name], tuple(place), index)
         if quantity.curves():
-            self.allow(call, "curve", f"{kind}.{name}")
+            self.allow(call, "curve", label)
         return quantity
+
+    def component_of_entry(self, word: Word, node: ast.expr, name: str) -> int:
+        """Return the component of a quantity of an entry, 0 if the quantity has one component and no index."""
+        label, written, size = f"{word.name}.{name}", word.call(name[:64]), word.components
+        if not isinstance(node, ast.Subscript):
+            if size > 1:
+                raise self.error(node, f"{label} has {size} components", f"{written}[0]")
+            return 0
+        index = self.index(node)
+        if size == 1 or index >= size:
+            hint = f"an index from 0 to {size - 1}" if size > 1 else written
+            raise self.error(node, f"{label} has no component {index}", hint)
+        return index
 
     def tau(self, node: ast.Call) -> Symbol:
         """Return the joint's component of inverse dynamics for a reference motion: ``tau.elbow(servo)``."""
@@ -287,48 +302,61 @@ class _Reader:
         return replace(joint, reference=name)
 
     def bare(self, node: ast.Name) -> tuple[Formula, float | None]:
+        """Return a number or a symbol that is a name alone."""
         name = node.id.removeprefix(PREFIX)
         if name == "pi":
             return Number(math.pi), math.pi
+        if symbol := self.of_scope(node, name) or self.signal(node, name):
+            return symbol, None
+        if name in self.names.definitions:
+            return self.definition(name)
+        raise self.not_a_number(node, name)
+
+    def of_scope(self, node: ast.Name, name: str) -> Symbol | None:
+        """Return the time, or a symbol that has a name in some scopes alone."""
         if name == "t":
             self.allow(node, "time", "time t")
-            return Symbol("time"), None
-        if name == PLACE and "place" in self.scope.kinds:
-            self.check_alone(node, name, "place along the beam")
-            return Symbol("place"), None
-        if name == GAUSSIAN and "gaussian" in self.scope.kinds:
-            self.check_alone(node, name, "Gaussian process")
-            return Symbol("gaussian"), None
-        if name in IN_FRAME and "frame" in self.scope.kinds:
-            self.check_alone(node, name, "coordinate of the second frame's origin")
-            return Symbol("local", "position", IN_FRAME.index(name)), None
+            return Symbol("time")
+        kind, meaning, symbol = _OF_SCOPES.get(name, ("", "", None))
+        if kind not in self.scope.kinds:
+            return None
+        for noun, taken in (("parameter", self.names.parameters), ("definition", self.names.definitions)):
+            if name in taken:
+                fault = f"{name} is the {meaning} here, and a {noun} is called so too"
+                raise self.error(node, fault, f"another name for the {noun}")
+        return symbol
+
+    def signal(self, node: ast.Name, name: str) -> Symbol | None:
+        """Return a parameter, an input, a law of a product, a state or an output of a controller."""
         if name in self.names.parameters:
             if self.names.parameters[name] and "fixed" in self.scope.kinds:
                 fault = f"the tunable parameter {shown(name)} cannot be used here"
                 raise self.error(node, fault, "a fixed parameter (tunable = false)")
             self.allow(node, "fixed" if "fixed" in self.scope.kinds else "parameter", f"parameter {shown(name)}")
-            return Symbol("parameter", name), None
+            return Symbol("parameter", name)
         if name in self.names.inputs:
             self.allow(node, "time" if name in self.names.motions else "input", f"the input {shown(name)}")
-            return Symbol("input", name), None
+            return Symbol("input", name)
         for section, laws in self.names.laws.items():
             if name in laws.formulas:
                 self.allow(node, "time", f"the {laws.noun} {shown(name)}")
-                return Symbol(section, name), None
+                return Symbol(section, name)
         for kind, names in (("state", self.names.states), ("controller", self.names.controllers)):
             if name in names:
                 self.allow(node, kind, f"the {kind} {shown(name)}")
-                return Symbol(kind, name), None
-        if name in self.names.definitions:
-            return self.definition(name)
+                return Symbol(kind, name)
+        return None
+
+    def not_a_number(self, node: ast.Name, name: str) -> FormulaError:
+        """Return the error for a name that is unknown, or names an object that is no number."""
         if name in FUNCTIONS:
-            raise self.error(node, f"the function {name} needs arguments", f"{name}(x)")
+            return self.error(node, f"the function {name} needs arguments", f"{name}(x)")
         if name in self.names.curves:
-            raise self.error(node, f"{shown(name)} is a curve, which needs an argument", f"{name}(t)")
-        for fault, movable in (("joint", self.names.joints), ("beam", self.names.beams)):
+            return self.error(node, f"{shown(name)} is a curve, which needs an argument", f"{name}(t)")
+        for noun, movable in (("joint", self.names.joints), ("beam", self.names.beams)):
             if name in movable:
                 hint = ON_A_POINT if name in self.names.exact_beams else f"q.{name} or v.{name}"
-                raise self.error(node, f"{shown(name)} is a {fault}, not a number", hint)
+                return self.error(node, f"{shown(name)} is a {noun}, not a number", hint)
         declared = (
             self.names.parameters,
             self.names.inputs,
@@ -339,7 +367,7 @@ class _Reader:
         )
         known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
         hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
-        raise self.error(node, f"unknown name {shown(name)}", hint)
+        return self.error(node, f"unknown name {shown(name)}", hint)
 
     def definition(self, name: str) -> tuple[Formula, float | None]:
         """Return a definition: a number, or a symbol until the definition is expanded and checked."""
@@ -349,13 +377,6 @@ class _Reader:
         definition.used = True
         return Number(number), number
 
-    def check_alone(self, node: ast.expr, name: str, meaning: str) -> None:
-        """Check that a name with a special meaning in this place is no parameter or definition of the scene."""
-        for kind, taken in (("parameter", self.names.parameters), ("definition", self.names.definitions)):
-            if name in taken:
-                fault = f"{name} is the {meaning} here, and a {kind} is called so too"
-                raise self.error(node, fault, f"another name for the {kind}")
-
     def allow(self, node: ast.expr, kind: str, quantity: str) -> None:
         if kind not in self.scope.kinds:
             for absent, reason, instead in self.scope.reasons:
@@ -364,12 +385,8 @@ class _Reader:
             raise self.error(node, f"{quantity} cannot be used here", f"{self.scope.description} only")
 
     def quantity(self, node: ast.Attribute | ast.Subscript, *, called: bool = False) -> Symbol:
-        index = None
-        inner: ast.expr = node
-        if isinstance(node, ast.Subscript):
-            if not (isinstance(node.slice, ast.Constant) and type(node.slice.value) is int):
-                raise self.error(node, "an index must be a whole number", "[0]")
-            index, inner = int(node.slice.value), node.value
+        """Return a component of a quantity: ``q.joint``, ``position.point[2]``; ``called`` with a reference motion."""
+        inner, index = (node.value, self.index(node)) if isinstance(node, ast.Subscript) else (node, None)
         if isinstance(inner, ast.Attribute) and _is_reaction(inner.value):
             return self.reaction(node, inner, index)
         if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
@@ -379,48 +396,67 @@ class _Reader:
         kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         if kind in LOCAL and name == HERE and name not in self.names.points:
             return self.local(node, kind, index)
+        self.check_complete(node, kind, name, called=called)
+        known, size = self.family(kind, name)
+        if known is None:
+            raise self.unknown_kind(node, kind, name)
+        self.check_name(node, kind, name, known)
+        self.check_component(node, f"{kind}.{name}", index, size)
+        return Symbol(kind, name, index or 0)
+
+    def index(self, node: ast.Subscript) -> int:
+        """Return the index of a component."""
+        if not (isinstance(node.slice, ast.Constant) and type(node.slice.value) is int):
+            raise self.error(node, "an index must be a whole number", "[0]")
+        return int(node.slice.value)
+
+    def check_complete(self, node: ast.expr, kind: str, name: str, *, called: bool) -> None:
+        """Check that a kind and a name alone make a quantity, without a part, an argument or a reference motion."""
+        label = f"{kind}.{name[:64]}"
         if kind == "reaction":
-            fault = f"reaction.{name[:64]} is a force and a moment"
-            raise self.error(node, fault, f"reaction.{name[:64]}.force[0] or reaction.{name[:64]}.moment[0]")
+            raise self.error(node, f"{label} is a force and a moment", f"{label}.force[0] or {label}.moment[0]")
         if kind not in self.kinds() and (added := added_word(kind)):
             call = added.call(name[:64])
-            fault = f"{kind}.{name[:64]} is a function of {listed(added.arguments)}, and needs arguments"
+            fault = f"{label} is a function of {listed(added.arguments)}, and needs arguments"
             raise self.error(node, fault, f"{call}[0]" if added.components > 1 else call)
         if kind == "tau" and not called:
-            fault = f"tau.{name[:64]} needs a reference motion"
-            raise self.error(node, fault, f"tau.{name[:64]}(servo), and [references.servo]")
-        known, size = self.family(kind, name)
-        if known is None and kind == "mode":
-            hint = f"[modes] and {name[:64]} = 1"
-            raise self.error(node, f"mode.{name[:64]}: the scene has no [modes]", hint)
-        if known is None and (absent := fault_of_absent(kind)):
-            raise self.error(node, f"unknown quantity {shown(kind)}: {absent[0]}", absent[1])
-        if known is None:
-            raise self.error(node, f"unknown quantity {shown(kind)}", of_kind(kind, name, self.names, self.kinds()))
+            raise self.error(node, f"{label} needs a reference motion", f"{label}(servo), and [references.servo]")
+
+    def unknown_kind(self, node: ast.expr, kind: str, name: str) -> FormulaError:
+        """Return the error for a kind of quantity that the scene does not have."""
+        if kind == "mode":
+            return self.error(node, f"mode.{name[:64]}: the scene has no [modes]", f"[modes] and {name[:64]} = 1")
+        if absent := fault_of_absent(kind):
+            return self.error(node, f"unknown quantity {shown(kind)}: {absent[0]}", absent[1])
+        return self.error(node, f"unknown quantity {shown(kind)}", of_kind(kind, name, self.names, self.kinds()))
+
+    def check_name(self, node: ast.expr, kind: str, name: str, known: Collection[str]) -> None:
+        """Check that a quantity may stand here, and that its name is among the names known for its kind."""
         offered = self.names.offered.get(kind)
         scope_kind = offered.scope if offered else "power" if kind == "energy" and name.endswith("power") else kind
         self.allow(node, scope_kind, f"{kind}.{name if is_legal(name) else shown(name)}")
-        if kind == "rate" and name in self.names.states and name not in known:
-            fault = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
-            raise self.error(node, fault, f"its formula, or the state {name}")
+        of_joints = kind in ("q", "v", "a")
         if name not in known:
-            fault = (
-                "joint or beam" if kind in ("q", "v", "a") and self.names.beams else _words(self.names.section_of(kind))
-            )
-            raise self.error(node, f"{kind}.{name[:64]}: there is no {fault} {shown(name)}", nearest(name, known))
-        if kind in ("q", "v", "a") and name in self.names.exact_beams and name not in self.names.joints:
+            if kind == "rate" and name in self.names.states:
+                fault = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
+                raise self.error(node, fault, f"its formula, or the state {name}")
+            noun = "joint or beam" if of_joints and self.names.beams else _words(self.names.section_of(kind))
+            raise self.error(node, f"{kind}.{name[:64]}: there is no {noun} {shown(name)}", nearest(name, known))
+        if of_joints and name in self.names.exact_beams and name not in self.names.joints:
             fault = f"{kind}.{name}: a geometrically exact beam has no elastic coordinates"
             raise self.error(node, fault, ON_A_POINT)
+
+    def check_component(self, node: ast.expr, label: str, index: int | None, size: int | None) -> None:
+        """Check the index of a component against the number of components, if this is known."""
         if size is None:
-            return Symbol(kind, name, index or 0)
+            return
         if size == 0:
-            raise self.error(node, f"{kind}.{name}: a fixed joint has no coordinates", "a moving joint")
+            raise self.error(node, f"{label}: a fixed joint has no coordinates", "a moving joint")
         if index is None and size > 1:
-            raise self.error(node, f"{kind}.{name} has {size} components", f"{kind}.{name}[0]")
+            raise self.error(node, f"{label} has {size} components", f"{label}[0]")
         if index is not None and index >= size:
-            hint = f"an index from 0 to {size - 1}" if size > 1 else f"{kind}.{name}"
-            raise self.error(node, f"{kind}.{name} has no component {index}", hint)
-        return Symbol(kind, name, index or 0)
+            hint = f"an index from 0 to {size - 1}" if size > 1 else label
+            raise self.error(node, f"{label} has no component {index}", hint)
 
     def local(self, node: ast.expr, kind: str, index: int | None) -> Symbol:
         """Return a component of a quantity of the place at which a load acts: ``velocity.here[2]``."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from eomgen.analysis.state_warnings import inertia_warning
+from eomgen.base.arrays import Array
 from eomgen.compiled.consistent_states import tells_strain
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, CONTROLLER_FAILED, NO_VALUE, STATUSES, STOPPED
@@ -39,82 +41,113 @@ OTHER_FORCES = (
 _FAR = 0.1
 
 
-def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Events | None) -> str:
-    """Return a sentence on the end of a run, and a remedy if the run did not reach the end time.
+class _LastState(NamedTuple):
+    """The last state before a step that failed.
 
-    Parameters
-    ----------
-    run : with the parameters at its last row
-    stepper : in the state after the run
-    events : of the run, None if the scene has none
+    ``p`` are the parameters there, and ``behind`` names the event that gave the state; empty for a row of the run.
     """
-    model, p, settings = run.model, run.parameters, run.settings
+
+    t: float
+    q: Array
+    v: Array
+    a: Array
+    z: Array
+    p: Array
+    behind: str
+
+
+def end_of(run: FinishedRun) -> str:
+    """Return a sentence on the end of a run, and a remedy if the run did not reach the end time."""
+    last_run, stepper, trajectory = run.last_run, run.stepper, run.trajectory
     t = trajectory.rows[-1, 0]
+    of_all = f"{trajectory.steps} of {last_run.grid.steps} steps"
     if trajectory.failure is not None:
-        return (
-            f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps:"
-            f" {trajectory.failure.problems[0]}"
-        )
+        return f"stopped at t = {t:.9g} s, after {of_all}: {trajectory.failure.problems[0]}"
     if trajectory.interrupted:
-        return f"interrupted at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
+        return f"interrupted at t = {t:.9g} s, after {of_all}"
     if trajectory.status == 0:
         return f"reached t = {t:.9g} s in {trajectory.steps} steps{_own_steps(stepper.statistics)}"
-    unknown = without_value(run, trajectory.rows, events) if trajectory.status == NO_VALUE.number else []
+    unknown = without_value(last_run, trajectory.rows, run.events) if trajectory.status == NO_VALUE.number else []
     if sentence := ending(trajectory.status, stepper, unknown):
-        taken = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics)}"
-        sentence = f"{sentence}, after {taken}"
+        sentence = f"{sentence}, after {of_all}{_own_steps(stepper.statistics)}"
         tried = next(item.advice for item in STATUSES if item.number == trajectory.status)
         if trajectory.status == ACCUMULATED.number and "least_interval" in sentence:
             tried = f"a shorter least_interval, or {tried}"
         return sentence if trajectory.status == STOPPED.number else f"{sentence}; try: {tried}"
-    text = stepper.status_text(trajectory.status)
     if trajectory.status == CONTROLLER_FAILED:
-        taken = f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
         fault, hint = failed_controller(stepper)
-        return f"{taken}: {fault}; try: {hint}"
-    _, q, v, a, _, z = (part[0] for part in states_of(trajectory.rows[-1:], model))
-    last, behind = float(t), ""
-    if events is not None and len(events) and events.t[-1] > last:  # the step that failed goes on from there
-        *_, event = events
-        last, behind = event.t, f", behind the event {event.name}"
-        q, v, a, z = event.q, event.v, np.full_like(v, np.nan), event.z
-        p = parameters_with(events, model, p, event.modes)
-    block, already, cause = first_non_finite(model, last, (q, v, a, z), settings["step"], p, run.signals)
-    block += behind if block else ""
-    inertia = None if block else inertia_warning(model, q, p, trajectory.rows[0, 1 : 1 + model.nq], settings["step"])
-    cause_of_step = inertia.text if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
-    details = (
-        f"; the first block that is not finite is {block}" if block else f"; {cause_of_step}" if cause_of_step else ""
+        return f"stopped at t = {t:.9g} s, after {of_all}: {fault}; try: {hint}"
+    details, hint = _diagnosis(last_run, stepper, trajectory, _last_state(last_run, trajectory, run.events))
+    if any(tells_strain(text) for text in last_run.corrections):  # the message says how much at the end
+        hint = f"an initial state nearer to assembly, or lengths that fit, so that beams start unstrained; or {hint}"
+    steps = f"{of_all}{_own_steps(stepper.statistics, last_run.model)}"
+    text = stepper.status_text(trajectory.status)
+    return f"stopped at t = {t:.9g} s, after {steps}: {text}{details}; try: {hint}"
+
+
+def _last_state(run: Run, trajectory: Trajectory, events: Events | None) -> _LastState:
+    """Return the state of the last row, or of the last event behind that row."""
+    t, q, v, a, _, z = (part[0] for part in states_of(trajectory.rows[-1:], run.model))
+    if events is None or not len(events) or events.t[-1] <= t:
+        return _LastState(float(t), q, v, a, z, run.parameters, "")
+    *_, event = events
+    p = parameters_with(events, run.model, run.parameters, event.modes)
+    return _LastState(
+        event.t, event.q, event.v, np.full_like(v, np.nan), event.z, p, f", behind the event {event.name}"
     )
-    hint = inertia.hint if inertia else advice(run.method, trajectory.status, settings)
-    times, positions = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
-    singular = None if block or cause_of_step else singular_ahead(model, times, positions, v, p, settings["step"])
-    if singular:
-        details = f"; {singular.text}"
-        hint = way_past(run.method, settings["step"], at_start=len(times) == 1)
-    if cause[0] and (by_method := unstable_growth(run, stepper.library, trajectory)):
-        fault, hint = instability(by_method, run.method)
-        details = f"; {fault}"
-    elif cause[0]:
-        details, hint = details + cause[0], cause[1]
+
+
+def _diagnosis(run: Run, stepper: Stepper, trajectory: Trajectory, last: _LastState) -> tuple[str, str]:
+    """Return the cause of a failed step as far as it is known, with its separator, and a remedy."""
+    state = (last.q, last.v, last.a, last.z)
+    block, already, (cause, cure) = first_non_finite(
+        run.model, last.t, state, run.settings["step"], last.p, run.signals
+    )
+    fault = _fault_of_motion(run, trajectory, last, finite=not block)
+    text = f"the first block that is not finite is {block}{last.behind}" if block else fault.text if fault else ""
+    details = f"; {text}" if text else ""
+    hint = fault.hint if fault else advice(run.method, trajectory.status, run.settings)
+    if cause and (by_method := unstable_growth(run, stepper.library, trajectory)):
+        text, hint = instability(by_method, run.method)
+        return f"; {text}", hint
+    if cause:
+        details, hint = details + cause, cure
         if hint == SMALLER_ANGLES and not _starts_far(run, trajectory):
-            away = unbounded_growth(run, states_of(trajectory.rows, model))
+            away = unbounded_growth(run, states_of(trajectory.rows, run.model))
             details = f"{details}; {away.text}" if away else details
             hint = away.hint if away else OTHER_FORCES
     elif already:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
-    elif not (cause_of_step or singular) and (growth := own_growth(run, stepper.library, trajectory.rows)):
-        details = f"{details}; {growth}"
+    elif not fault and (growth := _growth(run, stepper, trajectory)):
+        details, hint = f"{details}; {growth.text}", growth.hint
+    return details, hint
+
+
+def _fault_of_motion(run: Run, trajectory: Trajectory, last: _LastState, *, finite: bool) -> Finding | None:
+    """Return a finding on the inertia matrix, a fast turn or a singular position at the end of a run.
+
+    With blocks that are not finite, turns alone are known.
+    """
+    model, step = run.model, run.settings["step"]
+    times, positions = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
+    if finite and (inertia := inertia_warning(model, last.q, last.p, positions[0], step)):
+        return Finding(text=inertia.text, hint=inertia.hint)
+    if turn := fast_joint(model, float(times[-1]), last.q, last.v, last.p, step):
+        return Finding(text=turn, hint=advice(run.method, trajectory.status, run.settings))
+    if finite and (singular := singular_ahead(model, times, positions, last.v, last.p, step)):
+        return Finding(text=singular.text, hint=way_past(run.method, step, at_start=len(times) == 1))
+    return None
+
+
+def _growth(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
+    """Return a finding on a motion that grows by its equations."""
+    if growth := own_growth(run, stepper.library, trajectory.rows):
         hint = (
             "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"
             " step helps"
         )
-    elif not (cause_of_step or singular) and (away := _grown(run, stepper, trajectory)):
-        details, hint = f"{details}; {away.text}", away.hint
-    if any(tells_strain(text) for text in run.corrections):  # the message says how much at the end
-        hint = f"an initial state nearer to assembly, or lengths that fit, so that beams start unstrained; or {hint}"
-    steps = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics, model)}"
-    return f"stopped at t = {t:.9g} s, after {steps}: {text}{details}; try: {hint}"
+        return Finding(text=str(growth), hint=hint)
+    return _grown(run, stepper, trajectory)
 
 
 def _grown(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
@@ -143,11 +176,6 @@ def _own_steps(statistics: Mapping[str, int | float], model: CompiledModel | Non
         smallest, where = statistics["smallest_step"], statistics["smallest_step_time"]
         text += f"; the smallest, {smallest:.3g} s at t = {where:.9g} s, for {name}"
     return f"{text})"
-
-
-def end_of(run: FinishedRun) -> str:
-    """Return the sentence on the end of a run."""
-    return message_of(run.last_run, run.stepper, run.trajectory, run.events)
 
 
 def _stopped(run: FinishedRun) -> Iterator[Finding]:

@@ -146,30 +146,18 @@ def urdf_data(
     DescriptionError, OptionError
     """
     lock = (lock,) if isinstance(lock, str) else lock
+    tunable = (tunable,) if isinstance(tunable, str) else tunable
     report = Report(file, {})
     root_element = read_xml(text, file)
     gears = read_transmissions(root_element, report) if transmissions else Transmissions((), {})
     robot = read_robot(root_element, report)
-    by_written = {robot.original.get(name, name): name for name in robot.joints}
-    for name in lock:
-        if name not in by_written:
-            several = [part.strip() for part in name.split(",")]
-            hint = nearest(name, by_written)
-            if len(several) > 1 and all(part in by_written for part in several):
-                hint = f"one name for each: lock={several!r}, or --lock {' --lock '.join(several)}"
-            raise OptionError("lock", f"{file} has no joint {shown(name)} to lock", hint)
-    locked = {by_written[name] for name in lock}
-    links = {robot.original.get(name, name): name for name in robot.links}
-    tunable = (tunable,) if isinstance(tunable, str) else tunable
-    for name in tunable:
-        if name not in links:
-            raise OptionError("tunable", f"{file} has no link {shown(name)}", nearest(name, links))
+    locked = _locked_joints(robot, lock, file)
+    own = _tunable_links(robot, tunable, file)
     if limits:
         check_ranges(robot, report)
     report.raise_problems()
     order = _from_root(robot, report)
     held, leaders = held_and_following(robot, locked, report)
-    own = {links[name] for name in tunable}
     merger = _Merger(robot, order, held, leaders, root, own, limits=limits, friction=friction)
     motors = actuation(robot, gears, held.keys(), leaders.keys())
     own_inputs = [joint for joint in order if joint.name not in held and joint.name not in leaders] if actuated else []
@@ -192,6 +180,29 @@ def urdf_data(
             report.add_at(line, "", note, "no --strict (strict=False), to go on without")
         report.raise_problems()
     return merger.data, merger.lines, [*notes, *(note for _, note in warnings)]
+
+
+def _locked_joints(robot: Robot, lock: Sequence[str], file: str) -> set[str]:
+    """Return the joints to lock by their names in the scene; raise OptionError for a name that the file lacks."""
+    by_written = {robot.original.get(name, name): name for name in robot.joints}
+    for name in lock:
+        if name not in by_written:
+            several = [part.strip() for part in name.split(",")]
+            hint = nearest(name, by_written)
+            if len(several) > 1 and all(part in by_written for part in several):
+                hint = f"one name for each: lock={several!r}, or --lock {' --lock '.join(several)}"
+            raise OptionError("lock", f"{file} has no joint {shown(name)} to lock", hint)
+    return {by_written[name] for name in lock}
+
+
+def _tunable_links(robot: Robot, tunable: Sequence[str], file: str) -> set[str]:
+    """Return the links with tunable inertia by their names in the scene; raise OptionError for a name that the file
+    lacks."""
+    links = {robot.original.get(name, name): name for name in robot.links}
+    for name in tunable:
+        if name not in links:
+            raise OptionError("tunable", f"{file} has no link {shown(name)}", nearest(name, links))
+    return {links[name] for name in tunable}
 
 
 def _from_root(robot: Robot, report: Report) -> list[Joint]:
