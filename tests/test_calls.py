@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.base.calls import UnknownAttribute, UnknownName, checked_call, of_models
+from eomgen.base.calls import UnknownAttribute, UnknownName, checked_call, meant_term, of_models
 from eomgen.linear.state_space import StateSpace
-from eomgen.system.terms import TERMS, meant_term, nearest_term
+from eomgen.system.terms import TERMS, nearest_term
 from tests.models.cache import shared_cache
 from tests.models.scenes import PENDULUM_TOML, pendulum, pendulum_scene
 

@@ -32,7 +32,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
         *("most_probable_point", "processes", "random_processes", "random_vibration", "reliability", "vibration"),
     },
     "products.fields": {"FieldSystem", "Hamiltonian", "HamiltonianModel", "hamiltonian", "posterior", "posteriors"},
-    "products.maps": {"Surface"},
+    "products.maps": {"Surface", "surfaces"},
     "products.waves": {
         *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),
     },
@@ -42,7 +42,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
 #: room of its own.
 DOORS: dict[str, set[str]] = {
     # for every room
-    "base": {"errors", "system.terms"},
+    "base": {"errors"},
     "errors": {"base.data"},
     # arrays and C alone
     "toolchain": {"base", "errors"},
@@ -190,6 +190,7 @@ DOORS: dict[str, set[str]] = {
         "results",
         "scene",
         "simulation",
+        "solvers.quadrature",
         "symbolic",
         "system",
         "toolchain",

@@ -5,8 +5,8 @@ Python's own errors (TypeError, KeyError, AttributeError) name the fault and no 
 are ``UsageError``; for names and attributes also the class that Python would raise, which ``hasattr`` and callers may
 rely on.
 
-The table of attributes of models, solutions, simulators and linear models in other tools has public classes as keys;
-the key ``""`` is the package itself.
+Attributes of models, solutions, simulators and linear models in other tools stand in one table, by public classes (the key
+``""`` is the package itself), and so do names of terms.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_absent
 from eomgen.base.verbs import methods
 from eomgen.errors import Problem, UsageError
-from eomgen.system.terms import meant_term
 
 _OF_MOTIONS = "simulate(...).{0}, of a motion; a model has initial_{0}"
 _RUN = "simulate(t_end, step=...)"
@@ -30,6 +29,33 @@ _MODES = "modes(), which has eigenvalues, frequency and damping_ratio"
 _CSV = 'save("run.csv")'
 _STATES = 'q, v and z; solution["q.joint"] is one column'
 _PARAMETERS = "simulate(..., parameters={...}); between steps start(...).set_parameter(name, value)"
+
+#: Names of a term in other programs and in the field, in lower case, and its name here.
+TERMS_ELSEWHERE: Mapping[str, str] = {
+    **dict.fromkeys(("inertia", "inertia_matrix", "mass_matrix", "joint_space_inertia", "m", "crba"), "mass"),
+    **dict.fromkeys(("h", "bias", "nle", "centrifugal", "gyroscopic", "coriolis_vector", "nonlinear"), "coupling"),
+    **dict.fromkeys(("q", "gravity", "forcing", "generalized_force", "applied_force"), "force"),
+    **dict.fromkeys(("tau", "torque", "efforts", "rnea", "inverse"), "inverse_dynamics"),
+    **dict.fromkeys(("vdot", "aba", "forward", "qdd"), "forward_dynamics"),
+    **dict.fromkeys(("kinetic", "potential", "energies", "kinetic_energy", "potential_energy", "lagrangian"), "energy"),
+    **dict.fromkeys(("derivatives", "gradients", "tangent"), "partials"),
+    **dict.fromkeys(("joint_torque_regressor", "y", "identification"), "regressor"),
+    **dict.fromkeys(("inertial_parameters", "dynamic_parameters", "pi"), "regressor_parameters"),
+    **dict.fromkeys(("sensitivity", "sensitivities", "parameter_derivatives", "df_dp"), "parameter_partials"),
+    **dict.fromkeys(("stiffness", "damping", "linear"), "linearization"),
+    **dict.fromkeys(("kinematics", "forward_kinematics", "positions", "frames"), "poses"),
+    **dict.fromkeys(("velocity", "velocities"), "twists"),
+    **dict.fromkeys(("phi", "constraints", "loops"), "constraint"),
+    **dict.fromkeys(("g_q", "phi_q", "lambda", "multipliers"), "constraint_jacobian"),
+    **dict.fromkeys(("com", "centre_of_mass", "center_of_gravity", "cog"), "center_of_mass"),
+    **dict.fromkeys(("ag", "cmm", "ccrba", "centroidal_map", "centroidal"), "centroidal_momentum"),
+    **dict.fromkeys(("dag", "dccrba"), "centroidal_momentum_rate"),
+    **dict.fromkeys(("jacobian", "frame_jacobian", "j"), "frame_jacobians"),
+    **dict.fromkeys(("jdot", "j_dot", "jacobian_rates", "jacobian_time_variation"), "frame_jacobian_rates"),
+    **dict.fromkeys(("jdot_v", "bias_acceleration", "jacobian_drift"), "frame_drifts"),
+    **dict.fromkeys(("operational_space_inertia", "osim", "lambda_inverse"), "frame_mobilities"),
+    "b": "base_motion",
+}
 
 ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
     "HamiltonianModel": {
@@ -398,6 +424,11 @@ def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
         return kind
 
     return decorated
+
+
+def meant_term(name: str) -> str:
+    """Return the term known elsewhere by a name; empty if there is none."""
+    return TERMS_ELSEWHERE.get(name.lower(), "")
 
 
 def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 NAME_LENGTH = 64
 NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
@@ -70,8 +71,19 @@ def counted(count: int, singular: str, plural: str = "") -> str:
     return f"{count} {singular if count == 1 else plural or singular + 's'}"
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Return a hint: the known names closest to ``name``, or a list of the known names."""
+def nearest(name: str, known: Iterable[str], elsewhere: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Return a hint: the known names closest to ``name``, or a list of the known names.
+
+    Parameters
+    ----------
+    name : str
+        The unknown name.
+    known : names
+    elsewhere : mapping
+        Hints by names of other tools, in small letters; such a hint goes before the closest names.
+    """
+    if hint := elsewhere.get(name.lower()):
+        return hint
     every = [candidate for candidate in itertools.islice(known, _COMPARED) if _PATH.fullmatch(candidate)]
     import difflib  # noqa: PLC0415  # for a mistake only
 

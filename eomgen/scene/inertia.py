@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass
+from eomgen.lie.numeric import skew
 
 _RELATIVE = 1e-6  # inertias are written with few digits; a violation below this is rounding
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
@@ -38,6 +39,11 @@ class Inertia:
     def about_origin(self) -> Array:
         """Return the (3, 3) inertia about the frame's origin (Steiner)."""
         return self.about_center + tensor(steiner(self.mass, self.center.tolist()))
+
+    def spatial(self, length: float) -> Array:
+        """Return the (6, 6) inertia about the frame's origin in units of a length, angular part first."""
+        arm = skew(self.mass * self.center) / length
+        return np.block([[self.about_origin() / length**2, arm], [arm.T, self.mass * np.eye(3)]])
 
 
 NOTHING = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))

@@ -1,4 +1,4 @@
-"""The register of terms: names, inputs, conditions of existence, how each is requested, and names elsewhere.
+"""The register of terms: names, inputs, conditions of existence, and how each is requested.
 
 A front end records terms; whoever needs a fact about one asks its row here.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
+from eomgen.base.calls import TERMS_ELSEWHERE
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import nearest
 
@@ -400,42 +401,8 @@ PURPOSES: Mapping[str, tuple[str, ...]] = {
     "linearization": (*_LINEAR, "velocity_partials", "acceleration_partials", "joint_velocities", *_INTERNAL),
 }
 
-#: Names of a term in other programs and in the field, in lower case, and its name here.
-_ELSEWHERE: Mapping[str, str] = {
-    **dict.fromkeys(("inertia", "inertia_matrix", "mass_matrix", "joint_space_inertia", "m", "crba"), "mass"),
-    **dict.fromkeys(("h", "bias", "nle", "centrifugal", "gyroscopic", "coriolis_vector", "nonlinear"), "coupling"),
-    **dict.fromkeys(("q", "gravity", "forcing", "generalized_force", "applied_force"), "force"),
-    **dict.fromkeys(("tau", "torque", "efforts", "rnea", "inverse"), "inverse_dynamics"),
-    **dict.fromkeys(("vdot", "aba", "forward", "qdd"), "forward_dynamics"),
-    **dict.fromkeys(("kinetic", "potential", "energies", "kinetic_energy", "potential_energy", "lagrangian"), "energy"),
-    **dict.fromkeys(("derivatives", "gradients", "tangent"), "partials"),
-    **dict.fromkeys(("joint_torque_regressor", "y", "identification"), "regressor"),
-    **dict.fromkeys(("inertial_parameters", "dynamic_parameters", "pi"), "regressor_parameters"),
-    **dict.fromkeys(("sensitivity", "sensitivities", "parameter_derivatives", "df_dp"), "parameter_partials"),
-    **dict.fromkeys(("stiffness", "damping", "linear"), "linearization"),
-    **dict.fromkeys(("kinematics", "forward_kinematics", "positions", "frames"), "poses"),
-    **dict.fromkeys(("velocity", "velocities"), "twists"),
-    **dict.fromkeys(("phi", "constraints", "loops"), "constraint"),
-    **dict.fromkeys(("g_q", "phi_q", "lambda", "multipliers"), "constraint_jacobian"),
-    **dict.fromkeys(("com", "centre_of_mass", "center_of_gravity", "cog"), "center_of_mass"),
-    **dict.fromkeys(("ag", "cmm", "ccrba", "centroidal_map", "centroidal"), "centroidal_momentum"),
-    **dict.fromkeys(("dag", "dccrba"), "centroidal_momentum_rate"),
-    **dict.fromkeys(("jacobian", "frame_jacobian", "j"), "frame_jacobians"),
-    **dict.fromkeys(("jdot", "j_dot", "jacobian_rates", "jacobian_time_variation"), "frame_jacobian_rates"),
-    **dict.fromkeys(("jdot_v", "bias_acceleration", "jacobian_drift"), "frame_drifts"),
-    **dict.fromkeys(("operational_space_inertia", "osim", "lambda_inverse"), "frame_mobilities"),
-    "b": "base_motion",
-}
-
-
-def meant_term(name: str) -> str:
-    """Return the term known elsewhere by a name; empty if there is none."""
-    return _ELSEWHERE.get(name.lower(), "")
-
 
 def nearest_term(name: str) -> str:
     """Return a hint for a name that is no term: the term that it stands for elsewhere, else the nearest names."""
-    if meant := meant_term(name):
-        return meant
     plain = [term for term in TERMS if "rates" not in term]  # names of rates are near to the names of their terms
-    return nearest(name, TERMS if "rate" in name else plain)
+    return nearest(name, TERMS if "rate" in name else plain, TERMS_ELSEWHERE)

@@ -9,13 +9,14 @@ from typing import Any
 
 import pytest
 
+from eomgen.base.calls import meant_term
 from eomgen.formula.nodes import Number, Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.events.model import Event
 from eomgen.scene.scene import Scene
 from eomgen.system.system import INPUT_BLOCKS
-from eomgen.system.terms import PURPOSES, TERMS, Term, meant_term
+from eomgen.system.terms import PURPOSES, TERMS, Term
 
 #: The fact that holds in a scene where another does not.
 _OPPOSITE = {"unconstrained": "constraints", "rigid": "elastic", "rigid_tree": "elastic"}

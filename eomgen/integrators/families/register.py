@@ -120,7 +120,7 @@ def row_of(name: str) -> Row:
     others = _rows(families_of_others())
     if key in others:
         return others[key]
-    hint = _ELSEWHERE.get(key) or nearest(key, {**own, **others})
+    hint = nearest(key, {**own, **others}, _ELSEWHERE)
     raise UsageError(Problem("method", f"there is no method {shown(str(name))}", hint))
 
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import listed
-from eomgen.lie.numeric import skew
 from eomgen.scene.inertia import Inertia
 from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Joint
@@ -60,7 +59,10 @@ def _motions(
     held = led_or_following(joints, values)
     places = [np.array([values.value(entry) for entry in joint.position]) for joint in joints]
     size = _size([*places, *(inertia.center for inertia in inertias.values())])
-    own = {body: _spatial(inertias.get(body), section, size) for body, section in sections.items()}
+    own = {  # a body of unknown inertia, and a beam, resists every motion
+        body: np.eye(6) if section == "beams" or body not in inertias else inertias[body].spatial(size)
+        for body, section in sections.items()
+    }
     articulated = {body: inertia.copy() for body, inertia in own.items()}
     together = {body: inertia.copy() for body, inertia in own.items()}  # with all joints beyond held
     answers: dict[str, list[tuple[Joint, Array, Array]]] = {}  # by body: joints on the body
@@ -147,20 +149,6 @@ def _size(vectors: Sequence[Array]) -> float:
     """Return the largest length of vectors, m; 1 if all are zero or one is not finite."""
     largest = max((float(np.linalg.norm(vector)) for vector in vectors), default=0.0)
     return largest if 0.0 < largest < np.inf else 1.0
-
-
-def _spatial(inertia: Inertia | None, section: str, size: float) -> Array:
-    """Return the (6, 6) inertia about the frame's origin in units of a length, angular part first.
-
-    A body of unknown inertia, and a beam, resists every motion.
-    """
-    if inertia is None or section == "beams":
-        return np.eye(6)
-    arm = skew(inertia.mass * inertia.center) / size
-    spatial = np.empty((6, 6))
-    spatial[:3, :3], spatial[:3, 3:] = inertia.about_origin() / size**2, arm
-    spatial[3:, :3], spatial[3:, 3:] = arm.T, inertia.mass * np.eye(3)
-    return spatial
 
 
 def _moved(joint: Joint, values: Values, rng: np.random.Generator) -> tuple[Array, Array, Array]:

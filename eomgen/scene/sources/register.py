@@ -90,7 +90,7 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
         known = {option.name: (other, option) for other in sources() for option in other.options}
     if unknown := [name for name in given if name not in known]:
         names = ["path", "strict", "coordinates", "task_frames", *known]
-        hint = _ELSEWHERE.get(unknown[0], "") or nearest(unknown[0], names)
+        hint = nearest(unknown[0], names, _ELSEWHERE)
         raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])}", hint))
     own = {option.name: option for option in source.options} if source is not None else {}
     specified = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]

@@ -201,7 +201,7 @@ def check_name(name: str) -> None:
     key = name.lower().replace("-", "_")
     if not (key == MIDPOINT or key in _OF_GAUSS or key in EXPLICIT or names_composition(key)):
         known = [*(item.name for item in every_composition()), MIDPOINT, *_OF_GAUSS, *EXPLICIT]
-        hint = ELSEWHERE.get(key) or nearest(key, known)
+        hint = nearest(key, known, ELSEWHERE)
         raise UsageError([Problem("method", f"there is no method {key!r} of Hamiltonian systems", hint)])
 
 

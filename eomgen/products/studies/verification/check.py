@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.analysis.state_warnings import inertia_warning
+from eomgen.base.calls import meant_term
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline
@@ -43,7 +44,7 @@ from eomgen.products.studies.verification.differences import (
 from eomgen.products.studies.verification.report import CheckReport, Disagreement, FormReport, Verdict
 from eomgen.products.studies.verification.states import States, draw
 from eomgen.system.system import System
-from eomgen.system.terms import TERMS, meant_term
+from eomgen.system.terms import TERMS
 from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:

@@ -37,6 +37,7 @@ from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.distributed_loads import DistributedLoad
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.scene import Scene
+from eomgen.solvers.quadrature import gauss_legendre
 from eomgen.system.system import System
 
 FAMILY = "beams"
@@ -142,7 +143,7 @@ def _claim(
 
 _SECTIONS = "bodies"
 #: Nodes and weights of Gauss's rule on 0 to 1: exact to rounding for elements that turn by less than half a turn.
-_PLACES, _WEIGHTS = (numbers.copy() for numbers in np.polynomial.legendre.leggauss(16))
+_PLACES, _WEIGHTS = (numbers[0] for numbers in gauss_legendre(np.array([0.0, 1.0]), 16))
 _LOADS = ("moment x", "moment y", "moment z", "force x", "force y", "force z")
 _NOTHING: Rows = ((ZERO,) * 6,) * 6
 
@@ -222,10 +223,7 @@ def _balance(beams: _Beams) -> Claim:
 def _mean(beams: _Beams) -> Claim:
     def second(engine: Engine, state: Blocks) -> Array:
         twists, first = beams.twists(engine, state), _ends(engine, state)[0]
-        along = [
-            0.5 * weight * _moved(0.5 * (1.0 + place) * twists, first)
-            for place, weight in zip(_PLACES, _WEIGHTS, strict=True)
-        ]
+        along = [weight * _moved(place * twists, first) for place, weight in zip(_PLACES, _WEIGHTS, strict=True)]
         return _flat(np.sum(along, axis=0))
 
     return Claim(
