@@ -5,8 +5,8 @@ Python's own errors (TypeError, KeyError, AttributeError) name the fault and no 
 are ``UsageError``; for names and attributes also the class that Python would raise, which ``hasattr`` and callers may
 rely on.
 
-Attributes of models, solutions, simulators and linear models in other tools stand in one table, by public classes (the key
-``""`` is the package itself), and so do names of terms.
+Attributes of models, solutions, simulators and linear models in other tools stand in one table, by public classes (the
+key ``""`` is the package itself), and so do names of terms.
 """
 
 from __future__ import annotations
