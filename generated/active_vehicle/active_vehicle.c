@@ -38,30 +38,8 @@ EG_APART void active_vehicle_partials_part1(const active_vehicle_parameters *p, 
     const real *a, real *restrict w, real *restrict K, real *restrict C, real *restrict M)
 {
     int i;
-    K[25] = K(0.0);
-    K[26] = K(0.0);
-    K[27] = K(0.0);
-    K[31] = K(0.0);
-    K[33] = K(0.0);
-    K[34] = K(0.0);
-    K[38] = K(0.0);
-    K[39] = K(0.0);
-    K[41] = K(0.0);
-    K[45] = K(0.0);
-    K[46] = K(0.0);
-    K[47] = K(0.0);
-    C[25] = K(0.0);
-    C[26] = K(0.0);
-    C[27] = K(0.0);
-    C[31] = K(0.0);
-    C[33] = K(0.0);
-    C[34] = K(0.0);
-    C[38] = K(0.0);
-    C[39] = K(0.0);
-    C[41] = K(0.0);
-    C[45] = K(0.0);
-    C[46] = K(0.0);
-    C[47] = K(0.0);
+    K[25] = K[26] = K[27] = K[31] = K[33] = K[34] = K[38] = K[39] = K[41] = K[45] = K[46] = K[47] = K(0.0);
+    C[25] = C[26] = C[27] = C[31] = C[33] = C[34] = C[38] = C[39] = C[41] = C[45] = C[46] = C[47] = K(0.0);
     for (i = 0; i < 49; ++i) {
         M[i] = K(0.0);
     }
@@ -1059,11 +1037,7 @@ void active_vehicle_mass(const active_vehicle_parameters *p, const real *q, real
 void active_vehicle_coupling(const active_vehicle_parameters *p, const real *q, const real *v, real *restrict h)
 {
     (void)p;
-    h[0] = K(0.0);
-    h[3] = K(0.0);
-    h[4] = K(0.0);
-    h[5] = K(0.0);
-    h[6] = K(0.0);
+    h[0] = h[3] = h[4] = h[5] = h[6] = K(0.0);
 
     /* Rotation of link body */
     real sin_roll, cos_roll;

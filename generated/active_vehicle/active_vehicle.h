@@ -226,7 +226,8 @@ typedef struct active_vehicle_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    /* of each unknown, its value at a kinetic energy of 1/2 alone, and its inverse; 0: none */
+    /* for each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, and 1 by this value; 0: no
+     * inertia */
     eomgen_real unit[7], per_unit[7];
     /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[7], rounding_decay;
@@ -241,18 +242,19 @@ typedef struct active_vehicle_workspace {
     int pivot[7];
     eomgen_real matrix[49];
     active_vehicle_coefficients coefficients;
-    eomgen_real factored_step;       /* step that the factors belong to, 0 when there are none */
+    eomgen_real factored_step;       /* step size of the factors, 0 without factors */
     eomgen_real factored_rho_inf;
     eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
-    /* of the step with reused factors in which it was observed; steps since then, and those before with its factors */
+    /* data of the last step with reused factors and an observed contraction: its first increment, steps since then,
+     * and steps with the same factors before it */
     eomgen_real first_increment;
     long unobserved_steps, observed_reuse;
-    long fresh_iterations;       /* iterations of the last step with factors of its own */
-    long reused_factorizations;  /* steps since then, which took these factors */
+    long fresh_iterations;       /* iterations of the last step with fresh factors */
+    long reused_factorizations;  /* steps since then with these factors reused */
     eomgen_real cycle_iterations; /* iterations of all these steps */
     /* iterations beyond fresh_iterations: of all these steps, and of the last one */
     eomgen_real extra_iterations, last_extra_iterations;
-    /* steps with factors of their own before reuse is tried again: in all, and left */
+    /* steps with fresh factors before reuse is tried again: total, and left */
     long refactor_interval, refactor_steps_left;
     eomgen_real u[4];
     eomgen_real q[7];

@@ -21,7 +21,7 @@
 #else
 #define active_vehicle_EPSILON K(2.220446049250313e-16)
 #define active_vehicle_NOTHING K(1e-300) /* keeps quotients finite */
-#define active_vehicle_FAR K(4096.0) /* away, in corrections, in the search for rounding; and near: */
+#define active_vehicle_FAR K(4096.0) /* distances of corrections in the search for rounding: far and near */
 #endif
 #define active_vehicle_NEAR K(0.015625)
 
@@ -86,8 +86,8 @@ static int active_vehicle_finite(const real *x, int size)
     return 1;
 }
 
-/* Inputs and base at time t into the workspace. first and last are input rows between which u is linear, fraction
- * the place between them; NULL: formulas. */
+/* Inputs and base at time t, stored in the workspace. first and last are rows of inputs, between which u is linear;
+ * fraction: position between the rows. NULL: formulas of the scene. */
 static active_vehicle_status active_vehicle_prepare(const active_vehicle_parameters *p, real t, const real *first,
     const real *last,
     real fraction, active_vehicle_workspace *work)
@@ -655,7 +655,7 @@ static void active_vehicle_harmonics_about1(real middle, active_vehicle_harmonic
     }
 }
 
-/* Inputs at origin + count * step. Values in the workspace save work and change no bit. */
+/* Inputs at origin + count * step. Values stored in the workspace save work and have no effect on the bits. */
 static void active_vehicle_inputs_on_grid(real origin, real step, long count, active_vehicle_harmonics *held, real *u)
 {
     const long block = count / 16;
@@ -675,7 +675,7 @@ static void active_vehicle_inputs_on_grid(real origin, real step, long count, ac
         u[i] = held->u[(count - 16 * block) * 4 + i];
 }
 
-/* Note the inputs that the accelerations of a state were evaluated with; row: those there, NULL for formulas. */
+/* Store the inputs used for the accelerations of a state; row: inputs at this time, NULL for formulas. */
 static void active_vehicle_remember_inputs(active_vehicle_state *state, const real *row)
 {
     int i;
@@ -683,14 +683,14 @@ static void active_vehicle_remember_inputs(active_vehicle_state *state, const re
         state->conditions.u[i] = row != NULL ? row[i] : (real)NAN;
 }
 
-/* Note all that the accelerations of a state were evaluated with. */
+/* Store inputs and parameters used for the accelerations of a state. */
 static void active_vehicle_remember(const active_vehicle_parameters *p, active_vehicle_state *state, const real *row)
 {
     active_vehicle_remember_inputs(state, row);
     state->conditions.parameters = *p;
 }
 
-/* Whether parameters and a row of inputs are the ones of the accelerations of a state. */
+/* Whether parameters and a row of inputs equal the values used for the accelerations of a state. */
 static int active_vehicle_same_conditions(const active_vehicle_parameters *p, const active_vehicle_state *state,
     const real *row)
 {
@@ -1006,14 +1006,15 @@ static int active_vehicle_factorize(active_vehicle_workspace *work)
     return active_vehicle_factor(work->matrix, work->pivot);
 }
 
-/* Factors of the rows of the equations before they are solved for a correction, and of its parts in v,
- * vdot and lam. */
+/* Factors that scale the rows of the equations before the solution for a correction, and factors of the correction's
+ * parts in v, vdot and lam. */
 typedef struct active_vehicle_scale {
     real r, phi, w;
     real v, vdot, lam;
 } active_vehicle_scale;
 
-/* As below, with the pivots chosen beforehand. Values computed last come last in every sum. */
+/* As below, with the pivots chosen beforehand. Values computed last come last in every sum, so that they are not
+ * waited for. */
 static real active_vehicle_correct_quickly(const active_vehicle_scale *scale, active_vehicle_workspace *work)
 {
     const real *F = work->factors, *r = work->right, *weight = work->per_tolerance;
@@ -1090,7 +1091,7 @@ static real active_vehicle_size_of_correction(const active_vehicle_workspace *wo
     return sum;
 }
 
-/* Add a part of a correction to the unknowns, and its effect to v,
+/* Add a part of a correction to the unknowns, with the changes of v,
  * vdot and lam. */
 static void active_vehicle_add(const active_vehicle_scale *scale, const real *correction, real part,
     active_vehicle_workspace *work)
@@ -1131,8 +1132,8 @@ static void active_vehicle_partial_numbers(const active_vehicle_parameters *p, r
     (void)p; (void)t; (void)work;
 }
 
-/* Of each unknown, its value at a kinetic energy of 1/2 alone, by the diagonal of
- * M at the state that is prepared in work. */
+/* For each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, by the diagonal of
+ * M at the state prepared in work. */
 static void active_vehicle_measure(const active_vehicle_parameters *p, real t,
     active_vehicle_workspace *work)
 {
@@ -1154,7 +1155,7 @@ static void active_vehicle_measure(const active_vehicle_parameters *p, real t,
     }
 }
 
-/* Size of a configuration in the same units: the scale of its changes. A radian is large; a length is one
+/* Size of a configuration in the same units: the scale of its changes. For angles 1 rad, for lengths the distance
  * from the origin. */
 static real active_vehicle_extent(const real *q, const active_vehicle_workspace *work)
 {
@@ -1243,14 +1244,14 @@ static real active_vehicle_size_by_inertia(const active_vehicle_parameters *p, r
     return EG_SQRT(active_vehicle_larger(sum, K(0.0)));
 }
 
-/* How many times the accelerations of a start may change on their way through a step: 4 for a damping c with
- * step c/m = 4, or for a spring k with step^2 k/m = 8. */
+/* Largest ratio of changes of the accelerations of a start within a step: 4 for a damping c with step c/m = 4, or
+ * for a spring k with step^2 k/m = 8. */
 #define active_vehicle_CHANGE_OF_START K(4.0)
 
-/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
- * make more velocity than there is, and differ by far at the place that they lead to within the step. Overdamped joints
- * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep these
- * oscillations. */
+/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: these
+ * accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
+ * predicted position within the step. Examples are overdamped joints in motion, and stiff springs away from rest.
+ * Methods without numerical damping keep such oscillations. */
 static int active_vehicle_too_fast(const active_vehicle_parameters *p, const active_vehicle_coefficients *c,
     active_vehicle_state *state, real step,
     const real *vdot, active_vehicle_workspace *work)
@@ -1344,7 +1345,7 @@ static active_vehicle_status active_vehicle_start(const active_vehicle_parameter
     return active_vehicle_finite(state->a, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
 }
 
-/* Measure the unknowns at a state, unless that has been done. */
+/* Compute the units of the unknowns at a state, unless known. */
 static active_vehicle_status active_vehicle_know_units(const active_vehicle_parameters *p, active_vehicle_state *state,
     const real *first,
     const real *last, active_vehicle_workspace *work)
@@ -1446,7 +1447,7 @@ static void active_vehicle_move(const active_vehicle_state *from, real step, act
     (void)from;
 }
 
-/* 1 when some rotation of the step is so large that T is about to become singular, at a full turn. */
+/* 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
 static int active_vehicle_rotation_too_large(real step, const active_vehicle_workspace *work)
 {
     (void)step; (void)work;
@@ -1456,8 +1457,9 @@ static int active_vehicle_rotation_too_large(real step, const active_vehicle_wor
 /* Cost of forming and factoring the matrix, in iterations. */
 #define active_vehicle_FACTORS_COST K(3.7065972222222223)
 
-/* A step ends with its first iteration if factors and increment are as in a step in which the contraction
- * was observed, and the remaining error is this part of the tolerance; for so many steps, then it is observed again. */
+/* A step may end with its first iteration if factors and increment are as in a step with an observed contraction,
+ * and the remaining error is this part of the tolerance; after this number of such steps, the contraction is
+ * observed again. */
 #define active_vehicle_KNOWN_PART K(0.1)
 #define active_vehicle_UNOBSERVED 15
 
@@ -1501,8 +1503,8 @@ static int active_vehicle_only_rounding(const active_vehicle_workspace *work)
     return 1;
 }
 
-/* How far corrections from an iterate moved by a part of `moved` end from the end of the correction from the iterate
- * itself. */
+/* Distance between the end of a correction from an iterate moved by a part of `moved`, and the end of the correction
+ * from the iterate. */
 static real active_vehicle_correction_error(const active_vehicle_parameters *p, const active_vehicle_scale *scale,
     const active_vehicle_state *from, real t, real step, const real *correction, const real *moved, real part,
         real *error,
@@ -1657,10 +1659,10 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
-        if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
+        if (error > K(0.0)) /* an increment of 0 is rounding and has no rate of convergence */
             work->rate_of_convergence = rate;
-        /* accept when the remaining error is small, as the contraction promises: very small if the increment was not
-         * small itself */
+        /* accept if the remaining error, predicted by the contraction, is small: very small if the increment was not
+         * small */
         known = iteration == 0 && !fresh && work->unobserved_steps < active_vehicle_UNOBSERVED
             && work->unobserved_steps <= work->observed_reuse && error <= K(4.0) * work->first_increment;
         converged = error == K(0.0)
@@ -1675,7 +1677,7 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
         if (iteration == 0)
             first = error;
         if (converged) {
-            if (iteration > 0) { /* fresh factors contract as no others do */
+            if (iteration > 0) { /* the contraction with fresh factors does not hold for reused factors */
                 work->first_increment = fresh ? K(0.0) : first;
                 work->unobserved_steps = 0;
                 work->observed_reuse = work->reused_factorizations;
@@ -1895,8 +1897,8 @@ static active_vehicle_status active_vehicle_take_step(const active_vehicle_param
     return ACTIVE_VEHICLE_OK;
 }
 
-/* A step that begins with the accelerations of the last one, if parameters and inputs are still the same; else it
- * evaluates them anew. */
+/* A step that begins with the accelerations of the last step, if parameters and inputs are unchanged; otherwise
+ * accelerations are evaluated anew. */
 static active_vehicle_status active_vehicle_first_step(const active_vehicle_parameters *p,
     const active_vehicle_settings *settings,
     active_vehicle_state *state, active_vehicle_workspace *work, const real *u_table)
@@ -1928,7 +1930,7 @@ active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, co
     return status;
 }
 
-/* A row of the record. inputs: the ones at the time of the state, NULL for formulas. */
+/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void active_vehicle_write_row(const active_vehicle_parameters *p, const active_vehicle_state *state,
     const real *inputs,
     active_vehicle_workspace *work, real *row)
@@ -1940,7 +1942,7 @@ static void active_vehicle_write_row(const active_vehicle_parameters *p, const a
     (void)p; (void)inputs; (void)work;
 }
 
-/* Rows of inputs for step k of many, on the straight line from u to u_end; u alone, held, if that is NULL. */
+/* Rows of inputs for step k of `steps`, linear from u to u_end; constant u if u_end is NULL. */
 static const real *active_vehicle_rows_of_inputs(const real *u, const real *u_end, long k, long steps, real *rows)
 {
     static const double at[2] = { 0.0, 1.0 };
@@ -2008,7 +2010,7 @@ active_vehicle_status active_vehicle_run_inputs(const active_vehicle_parameters 
     active_vehicle_workspace *work, long steps, const real *u, const real *u_end)
 {
     if (u != NULL && u_end != NULL && state->t == state->origin)
-        /* the start may have held its inputs: it is renewed with their rates */
+        /* the start may have held its inputs: it is repeated with the rates of inputs */
         active_vehicle_remember_inputs(state, NULL);
     return active_vehicle_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
 }
@@ -2034,7 +2036,7 @@ static void active_vehicle_note_simulator(active_vehicle_simulator *simulator, c
         memcpy(simulator->end.u, u, sizeof simulator->end.u);
 }
 
-/* Whether the state was written since then. */
+/* Whether the state was changed by the caller since then. */
 static int active_vehicle_simulator_is_written(const active_vehicle_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
@@ -2073,7 +2075,7 @@ active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *si
     status = active_vehicle_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
         &simulator->work,
         steps, u, u_end);
-    /* steps that fail, or that events end, have come a part of the way from u to u_end */
+    /* steps that fail, or end at an event, have covered only a part of the way from u to u_end */
     share = (simulator->state.t - begin) / (simulator->settings.step * (real)steps);
     if (status == ACTIVE_VEHICLE_OK && share > K(1.0) - K(0.5) / (real)steps)
         share = K(1.0);

@@ -513,7 +513,8 @@ static inline eomgen_real eg_cos(eomgen_real x)
     eg_sincos(x, &s, &c);
     return c;
 }
-/* Not a number stays so through each of these: a curve that is left must stop the run, not vanish in max(0, curve). */
+/* NaN is kept by each of these macros: an argument outside of a curve must stop the run, not vanish in max(0,
+ * curve). */
 static inline eomgen_real eg_sign(eomgen_real x) { return eg_lt(EG_C(0.0), x) - eg_lt(x, EG_C(0.0)); }
 static inline eomgen_real eg_min(eomgen_real x, eomgen_real y) { return eg_select(eg_lt(y, x), y, x); }
 static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_select(eg_lt(x, y), y, x); }

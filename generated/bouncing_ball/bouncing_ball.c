@@ -27,8 +27,7 @@ void bouncing_ball_mass(const bouncing_ball_parameters *p, const real *q, real *
     (void)p;
     (void)q;
     M[0] = K(0.2);
-    M[1] = K(0.0);
-    M[2] = K(0.0);
+    M[1] = M[2] = K(0.0);
     M[3] = K(0.2);
 }
 
@@ -37,8 +36,7 @@ void bouncing_ball_coupling(const bouncing_ball_parameters *p, const real *q, co
     (void)p;
     (void)q;
     (void)v;
-    h[0] = K(0.0);
-    h[1] = K(0.0);
+    h[0] = h[1] = K(0.0);
 }
 
 void bouncing_ball_force(const bouncing_ball_parameters *p, real t, const real *q, const real *v, real *restrict Q)
@@ -82,14 +80,10 @@ void bouncing_ball_partials(const bouncing_ball_parameters *p, real t, const rea
     (void)q;
     (void)v;
     (void)a;
-    K[0] = K(0.0);
-    K[1] = K(0.0);
-    K[2] = K(0.0);
-    C[1] = K(0.0);
-    C[2] = K(0.0);
+    K[0] = K[1] = K[2] = K(0.0);
+    C[1] = C[2] = K(0.0);
     M[0] = K(0.2);
-    M[1] = K(0.0);
-    M[2] = K(0.0);
+    M[1] = M[2] = K(0.0);
     M[3] = K(0.2);
 
     /* Effort sand */
@@ -177,8 +171,7 @@ void bouncing_ball_event_impulse(const bouncing_ball_parameters *p, real t, cons
     (void)t;
     (void)q;
     M[0] = K(0.2);
-    M[1] = K(0.0);
-    M[2] = K(0.0);
+    M[1] = M[2] = K(0.0);
     M[3] = K(0.2);
     gradient[0] = K(0.0);
     gradient[1] = K(1.0);

@@ -249,7 +249,7 @@ typedef struct bouncing_ball_workspace {
     long order;               /* of the series, 0 when there is none */
     bouncing_ball_parameters parameters;
     eomgen_real length;              /* for which the series is good, s */
-    eomgen_real verified_length;     /* up to which it was found to agree with the equations, from its start */
+    eomgen_real verified_length;     /* time from the start up to which the series agrees with the equations */
     eomgen_real previous_length;     /* length of the series before, 0 when there is none */
     eomgen_real tolerance, spacing;  /* that it was made for; coefficients refer to the time in spacings */
     /* error of the square of a quaternion's length at the last evaluation of the series */
@@ -258,7 +258,7 @@ typedef struct bouncing_ball_workspace {
     eomgen_real q[2];
     eomgen_real v[2];
     eomgen_real vdot[2];
-    /* events of the last call of bouncing_ball_step or bouncing_ball_run, and how many they are */
+    /* events of the last call of bouncing_ball_step or bouncing_ball_run, and their number */
     bouncing_ball_event found[64];
     long found_count;
 } bouncing_ball_workspace;

@@ -308,9 +308,9 @@ bouncing_ball_status bouncing_ball_initialize(const bouncing_ball_parameters *p,
     return status;
 }
 
-/* Moves to a time after the start of the series and evaluates accelerations there; *agrees tells whether they are
- * the ones of the series, as far as the tolerance lets expect. Only forces felt at its start are in its coefficients:
- * one may have been trusted for too long. */
+/* Moves to a time after the start of the series and evaluates accelerations there; *agrees: whether they equal the
+ * accelerations of the series, within the tolerance. The coefficients only contain forces that act at the start, so
+ * a series may have been used too long. */
 static bouncing_ball_status bouncing_ball_move(const bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings,
     bouncing_ball_workspace *work, real time, const real *u, bouncing_ball_statistics *statistics, int *agrees)
@@ -344,15 +344,16 @@ static bouncing_ball_status bouncing_ball_move(const bouncing_ball_parameters *p
     return BOUNCING_BALL_OK;
 }
 
-/* A shorter length for a series that disagrees with the equations at a time: half of it, or up to the last row at which
- * they agreed. */
+/* A shorter length for a series that disagrees with the equations at a time: half of the length, or up to the last
+ * row of agreement. */
 static void bouncing_ball_shorten(bouncing_ball_workspace *work, real time, bouncing_ball_statistics *statistics)
 {
     work->length = bouncing_ball_larger(K(0.5) * time, work->verified_length);
     ++statistics->rejections;
 }
 
-/* The next series, from the end of the one before, or from earlier if that does not hold so far. */
+/* The next series, from the end of the previous series, or from an earlier time if the previous series is not valid
+ * up to its end. */
 static bouncing_ball_status bouncing_ball_advance(const bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings,
     bouncing_ball_workspace *work, const real *u, bouncing_ball_statistics *statistics)
@@ -378,8 +379,8 @@ static bouncing_ball_status bouncing_ball_advance(const bouncing_ball_parameters
     return status != BOUNCING_BALL_OK ? status : BOUNCING_BALL_NOT_CONVERGED;
 }
 
-/* Takes the state at a time within the series, which is not used beyond it, or not even so far, if it disagrees
- * with the equations: a force that is not felt at its start is in none of its coefficients. */
+/* Takes the state at a time within the series. The length of the series is reduced if it disagrees with the
+ * equations there: a force that does not act at the start is missing in all coefficients. */
 static int bouncing_ball_take(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
     bouncing_ball_workspace *work,
     real time, const real *u, bouncing_ball_state *state)
@@ -404,7 +405,7 @@ static int bouncing_ball_take(const bouncing_ball_parameters *p, const bouncing_
     return 1;
 }
 
-/* Whether the workspace holds the series that the state was taken from. */
+/* Whether the state was taken from the series in the workspace. */
 static int bouncing_ball_goes_on(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
     const bouncing_ball_state *state,
     const bouncing_ball_workspace *work)
@@ -455,7 +456,7 @@ static bouncing_ball_status bouncing_ball_take_step(const bouncing_ball_paramete
     }
     if (status == BOUNCING_BALL_OK && !(bouncing_ball_finite(next.q, 2) && bouncing_ball_finite(next.v, 2)))
         status = BOUNCING_BALL_NOT_FINITE;
-    /* bringing quaternions to unit length would hide anything */
+    /* normalisation of quaternions would hide any error */
     if (status == BOUNCING_BALL_OK && work->quaternion_error > K(0.1))
         status = BOUNCING_BALL_NOT_CONVERGED;
     if (status != BOUNCING_BALL_OK) {
@@ -518,7 +519,7 @@ static bouncing_ball_status bouncing_ball_sample_events(const bouncing_ball_para
         : BOUNCING_BALL_EVENT_WITHOUT_VALUE;
 }
 
-/* How far a function may be from zero at a root: its change within the rounding of time. */
+/* Limit of the value of a function at a root: the change within the rounding of time. */
 static real bouncing_ball_near_root(real t, real step, real rate)
 {
     return K(16.0) * bouncing_ball_EVENT_EPSILON * (EG_ABS(t) + step) * EG_ABS(rate);
@@ -539,7 +540,7 @@ static bouncing_ball_status bouncing_ball_part_of_step(const bouncing_ball_param
     if (length > K(1e-08) * settings->step && from->t + length > from->t) {
         real *rows = NULL;
         part.step = length;
-        to->step = K(0.0); /* from its own accelerations, on a grid of its own */
+        to->step = K(0.0); /* from the accelerations of the state, on a separate grid */
         status = bouncing_ball_take_step(p, &part, to, work, bouncing_ball_rows_of_part(u_table, begin, begin
             + length / settings->step,
             rows));
@@ -564,8 +565,8 @@ static real bouncing_ball_cubic(real a, real a_rate, real b, real b_rate, real l
         + length * x * y * (a_rate * y - b_rate * x);
 }
 
-/* The share of an interval at which that cubic, which begins above zero, is least, or, of one that begins on zero,
- * largest; sense: 1 or -1. By golden sections. */
+/* Position in an interval of the minimum of this cubic, for a cubic that begins above zero, or of the maximum, for a
+ * cubic that begins at zero; sense: 1 or -1. By golden sections. */
 static real bouncing_ball_extreme(real sense, real a, real a_rate, real b, real b_rate, real length)
 {
     real low = K(0.0), high = K(1.0);
@@ -581,7 +582,7 @@ static real bouncing_ball_extreme(real sense, real a, real a_rate, real b, real 
     return K(0.5) * (low + high);
 }
 
-/* The share of an interval at which that cubic first falls to zero from above, by halving. */
+/* Position in an interval of the first fall of this cubic from above to zero, by bisection. */
 static real bouncing_ball_first_root(real a, real a_rate, real b, real b_rate, real length)
 {
     real low = K(0.0), high = K(1.0);
@@ -596,11 +597,11 @@ static real bouncing_ball_first_root(real a, real a_rate, real b, real b_rate, r
     return K(0.5) * (low + high);
 }
 
-/* A stretch of a step in which events are looked for: a state at its beginning, from which parts are stepped; how far
- * it has been looked at, and its end. */
+/* A stretch of a step in the search for events: the state at the beginning, from which parts are stepped; the part
+ * examined so far, and the end. */
 typedef struct bouncing_ball_stretch {
     bouncing_ball_state from, end;
-    real begin; /* share of the step at which it begins */
+    real begin; /* share of the step at the beginning of the stretch */
     real seen, length; /* s, from there */
     bouncing_ball_event_sample at_seen, at_end;
 } bouncing_ball_stretch;
@@ -621,8 +622,8 @@ static bouncing_ball_status bouncing_ball_probe(const bouncing_ball_parameters *
     return bouncing_ball_sample_events(p, to, bouncing_ball_rows_of_part(u_table, share, share, rows), sample);
 }
 
-/* Brings the end of a stretch closer until no function has passed zero and come back within it, as far as values and
- * rates at its ends tell. */
+/* Shortens the stretch until no function has passed zero and returned within it, as far as values and rates at the
+ * ends tell. */
 static bouncing_ball_status bouncing_ball_shorten_stretch(const bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings,
     bouncing_ball_stretch *stretch, const long *side, bouncing_ball_workspace *work, const real *u_table,
@@ -658,7 +659,7 @@ static bouncing_ball_status bouncing_ball_shorten_stretch(const bouncing_ball_pa
 }
 
 /* The first root of a function in the rest of a stretch, to the rounding of time: regula falsi (Illinois), with a
- * halving wherever three steps have not halved the bracket. The stretch then ends there. */
+ * bisection after three steps that have not halved the bracket. The stretch then ends at the root. */
 static bouncing_ball_status bouncing_ball_locate(const bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings,
     bouncing_ball_stretch *stretch, int event, real s, bouncing_ball_workspace *work, const real *u_table,
@@ -673,7 +674,7 @@ static bouncing_ball_status bouncing_ball_locate(const bouncing_ball_parameters 
     bouncing_ball_event_sample sample;
     bouncing_ball_status status;
     int k, side = 0;
-    if (!(a > K(0.0))) { /* it has just left a root: from its maximum on */
+    if (!(a > K(0.0))) { /* a function that has just left a root: search from its maximum on */
         time = bouncing_ball_event_has_rate[event] && a_rate > K(0.0)
             ? bouncing_ball_extreme(K(-1.0), K(0.0), a_rate, b, b_rate, length) * length : K(0.5) * length;
         for (k = 0; k < 16 && !(at_low > K(0.0)) && time > finest; ++k) {
@@ -752,9 +753,9 @@ static int bouncing_ball_is_due(int event, long side, const bouncing_ball_event_
         || (bouncing_ball_event_has_rate[event] && rate < K(0.0) && value <= bouncing_ball_near_root(t, step, rate));
 }
 
-/* v := v + dv, the change with the least dv . M dv for which C dv = d (Gauss): M dv + C^T s = 0, s impulses. C: count
- * rows. 0 if M or the rows are singular. Elimination with partial pivoting; velocities are measured by their inertia
- * and rows by their largest coefficient, so that no unit decides which pivot counts as zero. */
+/* v := v + dv, the change with the least dv . M dv for which C dv = d (Gauss): M dv + C^T s = 0, s impulses. C:
+ * count rows. 0 if M or the rows are singular. Elimination with partial pivoting; velocities are scaled by inertia
+ * and rows by their largest coefficient, so that the test for zero pivots is independent of units. */
 static int bouncing_ball_impulse(const real *M, const real *C, const real *d, int count, real *v)
 {
     real A[12], unit[2]; /* rows of 4 */
@@ -848,7 +849,7 @@ static bouncing_ball_status bouncing_ball_act(const bouncing_ball_parameters *p,
         : BOUNCING_BALL_EVENT_NOT_FINITE;
 }
 
-/* Counts an event at a state; its place in the log, -1 if it is only counted. */
+/* Counts an event at a state; returns the place in the log, -1 for an event that is only counted. */
 static long bouncing_ball_count_event(int event, bouncing_ball_state *state, bouncing_ball_workspace *work)
 {
     long place = -1;
@@ -868,7 +869,7 @@ static long bouncing_ball_count_event(int event, bouncing_ball_state *state, bou
     return place;
 }
 
-/* The state behind an event, at its place in the log; -1: none. */
+/* The state after an event, at its place in the log; -1: no place. */
 static void bouncing_ball_complete_entry(const bouncing_ball_state *state, long place, bouncing_ball_workspace *work)
 {
     int i;
@@ -882,7 +883,7 @@ static void bouncing_ball_complete_entry(const bouncing_ball_state *state, long 
         work->found[place].mode[i] = state->event_state.mode[i];
 }
 
-/* The sign of a function; on a root, or as near to one as `near`, the sign of its rate, or the last sign. */
+/* The sign of a function; at a root, or within `near` of a root, the sign of the rate, or the last sign. */
 static long bouncing_ball_side_of(int event, const bouncing_ball_event_sample *sample, real t, real step, real near,
     long otherwise)
 {
@@ -894,8 +895,10 @@ static long bouncing_ball_side_of(int event, const bouncing_ball_event_sample *s
     return otherwise;
 }
 
-/* The events at the end of a stretch, in the order of the scene: known, and all that are due there. *acted: whether
- * one has changed the motion; rest: of the step behind it, s. On BOUNCING_BALL_EVENT_STOP it is the state behind it. */
+/* The events at the end of a stretch, in the order of the scene: the known event, and all other events due at this
+ * time. *acted: whether an event has changed the motion; rest: of the step after the event, s. On
+ * BOUNCING_BALL_EVENT_STOP
+ * the state is the state after the event. */
 static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings,
     bouncing_ball_stretch *stretch, int known, real rest, long *here, bouncing_ball_workspace *work,
@@ -915,7 +918,7 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
     const real *row = bouncing_ball_rows_of_part(u_table, share, share, rows);
     for (i = 0; i < 4; ++i)
         due[i] = i == known || bouncing_ball_is_due(i, state->event_state.side[i], &before, state->t, settings->step);
-    for (i = 0; i < 4 && !stopped; ++i) { /* none comes behind one that ends the run */
+    for (i = 0; i < 4 && !stopped; ++i) { /* no event follows an event that ends the run */
         const long side = state->event_state.side[i];
         const real shortest = least[i] > 0.0 ? K(least[i]) : K(1e-09) * settings->step;
         const int soon = state->event_state.count[i] > 0 && state->t - state->event_state.time[i] < shortest;
@@ -934,13 +937,13 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
             changed = 1;
             bouncing_ball_take_modes(state, p);
             if (status != BOUNCING_BALL_OK) {
-                work->found_count -= place >= 0; /* it has left nothing */
+                work->found_count -= place >= 0; /* the event left the state unchanged */
                 return status;
             }
             stopped = stopped || bouncing_ball_event_stops[i];
         }
         bouncing_ball_complete_entry(state, place, work);
-        if (bouncing_ball_event_acts[i]) { /* the start of the next one */
+        if (bouncing_ball_event_acts[i]) { /* start of the next event */
             status = bouncing_ball_sample_events(p, state, row, &stretch->at_end);
             if (status != BOUNCING_BALL_OK)
                 return status;
@@ -962,11 +965,11 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
     for (i = 0; i < 4 && changed; ++i) {
         const long side = state->event_state.side[i], was = due[i] ? -side : side;
         const int moved = due[i] && bouncing_ball_event_moves[i];
-        if (moved && bouncing_ball_event_impacts[i]) /* in spite of rounding, it is in front of the obstacle */
+        if (moved && bouncing_ball_event_impacts[i]) /* in spite of rounding, the body is in front of the obstacle */
             state->event_state.side[i] = bouncing_ball_event_sign[i] != 0 ? -bouncing_ball_event_sign[i] : was;
         else if (moved && EG_ABS(stretch->at_end.value[i]) <= K(2.0) * EG_ABS(before.value[i])
             && EG_ABS(stretch->at_end.rate[i]) <= K(64.0) * bouncing_ball_EVENT_EPSILON * EG_ABS(before.rate[i]))
-            state->event_state.side[i] = was; /* it is left on its root, at rest */
+            state->event_state.side[i] = was; /* the body stays on the root, at rest */
         else
             state->event_state.side[i] = bouncing_ball_side_of(i, &stretch->at_end, state->t, settings->step,
                 moved ? K(2.0) * EG_ABS(before.value[i]) : K(0.0), moved ? was : side);
@@ -974,7 +977,7 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
     return stopped ? BOUNCING_BALL_EVENT_STOP : BOUNCING_BALL_OK;
 }
 
-/* The event whose function passes zero first in a stretch, by the cubics through its ends; -1 if none does. */
+/* The event whose function passes zero first in a stretch, by cubics through the ends; -1 without such an event. */
 static int bouncing_ball_first_event(const bouncing_ball_stretch *stretch, const long *side)
 {
     real first = K(2.0);
@@ -997,7 +1000,7 @@ static int bouncing_ball_first_event(const bouncing_ball_stretch *stretch, const
     return found;
 }
 
-/* Ends a stretch at the first of its events; *event: the one that is first by the cubics, and then by the motion. */
+/* Ends a stretch at its first event; *event: first by the cubics, then confirmed by the motion. */
 static bouncing_ball_status bouncing_ball_locate_first(const bouncing_ball_parameters *p,
     const bouncing_ball_settings *settings,
     bouncing_ball_stretch *stretch, real t, int *event, bouncing_ball_workspace *work, const real *u_table,
@@ -1012,15 +1015,15 @@ static bouncing_ball_status bouncing_ball_locate_first(const bouncing_ball_param
         if (i == *event || sides[i] == bouncing_ball_event_sign[i]
             || !bouncing_ball_has_passed(sides[i], stretch->at_end.value[i])
                 || EG_ABS(stretch->at_end.value[i]) <= near)
-            continue; /* else it comes before the one that was thought to be first */
+            continue; /* otherwise it precedes the event that was first by the cubics */
         status = bouncing_ball_locate(p, settings, stretch, i, (real)sides[i], work, u_table, statistics);
         *event = i;
     }
     return status;
 }
 
-/* Signs of functions behind a stretch without events: some have passed zero in the direction that does not count, or
- * have left a root that they were on. */
+/* Signs of functions after a stretch without events: some functions have passed zero in the direction that does not
+ * count, or have left a root. */
 static void bouncing_ball_note_sides(const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch)
 {
     long *side = stretch->from.event_state.side;
@@ -1033,7 +1036,7 @@ static void bouncing_ball_note_sides(const bouncing_ball_settings *settings, bou
     }
 }
 
-/* Sides at the start of a run. A function that leaves a root is no event, but an impact is one there, too. */
+/* Signs at the start of a run. A function that leaves a root is no event, except an impact. */
 static void bouncing_ball_find_sides(const bouncing_ball_settings *settings, const bouncing_ball_event_sample *sample,
     bouncing_ball_state *state)
 {
@@ -1049,8 +1052,8 @@ static void bouncing_ball_find_sides(const bouncing_ball_settings *settings, con
     state->event_state.known = 1;
 }
 
-/* One step of the grid with the events in it. Events that only count or record leave the step as it is; behind one that
- * changes the motion it goes on in a part of its own. */
+/* One step of the grid with events. Events that only count or record do not change the step; after an event that
+ * changes the motion a separate part of the step begins. */
 static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_parameters *given,
     const bouncing_ball_settings *settings,
     bouncing_ball_state *state, bouncing_ball_workspace *work, const real *u_table)
@@ -1157,7 +1160,7 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
         behind.t = origin + settings->step * (real)(count + 1);
         if (bouncing_ball_initialize(p, settings, &behind, work, row) == BOUNCING_BALL_OK)
             whole.end = behind;
-        else /* tables may end here: whether there is a next step, it will find out */
+        else /* tables may end here; the next step, if any, evaluates the values after the event */
             whole.end.step = -settings->step;
         whole.end.statistics = statistics;
         whole.end.t = origin + settings->step * (real)(count + 1);
@@ -1182,7 +1185,7 @@ bouncing_ball_status bouncing_ball_step(const bouncing_ball_parameters *p, const
     return bouncing_ball_step_with_events(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: the ones at the time of the state, NULL for formulas. */
+/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void bouncing_ball_write_row(const bouncing_ball_parameters *p, const bouncing_ball_state *state,
     const real *inputs,
     bouncing_ball_workspace *work, real *row)
@@ -1261,7 +1264,7 @@ static void bouncing_ball_note_simulator(bouncing_ball_simulator *simulator)
     memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
 }
 
-/* Whether the state was written since then. */
+/* Whether the state was changed by the caller since then. */
 static int bouncing_ball_simulator_is_written(const bouncing_ball_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t

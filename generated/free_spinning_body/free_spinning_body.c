@@ -63,12 +63,7 @@ void free_spinning_body_force(const real *q, const real *v, real *restrict Q)
 {
     (void)q;
     (void)v;
-    Q[0] = K(0.0);
-    Q[1] = K(0.0);
-    Q[2] = K(0.0);
-    Q[3] = K(0.0);
-    Q[4] = K(0.0);
-    Q[5] = K(0.0);
+    Q[0] = Q[1] = Q[2] = Q[3] = Q[4] = Q[5] = K(0.0);
 }
 
 void free_spinning_body_inverse_dynamics(const real *q, const real *v, const real *a, real *restrict tau)
@@ -115,24 +110,8 @@ void free_spinning_body_partials(const real *q, const real *v, const real *a, re
     for (i = 0; i < 36; ++i) {
         K[i] = K(0.0);
     }
-    C[0] = K(0.0);
-    C[3] = K(0.0);
-    C[4] = K(0.0);
-    C[5] = K(0.0);
-    C[7] = K(0.0);
-    C[9] = K(0.0);
-    C[10] = K(0.0);
-    C[11] = K(0.0);
-    C[14] = K(0.0);
-    C[15] = K(0.0);
-    C[16] = K(0.0);
-    C[17] = K(0.0);
-    C[18] = K(0.0);
-    C[21] = K(0.0);
-    C[25] = K(0.0);
-    C[28] = K(0.0);
-    C[32] = K(0.0);
-    C[35] = K(0.0);
+    C[0] = C[3] = C[4] = C[5] = C[7] = C[9] = C[10] = C[11] = C[14] = C[15] = C[16] = C[17] = C[18] = C[21] = C[25] =
+        C[28] = C[32] = C[35] = K(0.0);
     for (i = 0; i < 36; ++i) {
         M[i] = K(0.0);
     }
@@ -218,9 +197,7 @@ void free_spinning_body_outputs(const real *q, const real *v, real *restrict y)
 void free_spinning_body_energy(const real *q, const real *v, real *restrict energy)
 {
     (void)q;
-    energy[1] = K(0.0);
-    energy[2] = K(0.0);
-    energy[3] = K(0.0);
+    energy[1] = energy[2] = energy[3] = K(0.0);
 
     /* Energy of link nut */
     const real x1 = K(0.5) * (v[2] * v[2]);

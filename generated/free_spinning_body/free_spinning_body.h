@@ -181,7 +181,8 @@ typedef struct free_spinning_body_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    /* of each unknown, its value at a kinetic energy of 1/2 alone, and its inverse; 0: none */
+    /* for each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, and 1 by this value; 0: no
+     * inertia */
     eomgen_real unit[6], per_unit[6];
     /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[6], rounding_decay;
@@ -196,15 +197,15 @@ typedef struct free_spinning_body_workspace {
     int pivot[6];
     eomgen_real matrix[36];
     free_spinning_body_coefficients coefficients;
-    eomgen_real factored_step;       /* step that the factors belong to, 0 when there are none */
+    eomgen_real factored_step;       /* step size of the factors, 0 without factors */
     eomgen_real factored_rho_inf;
     eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
-    long fresh_iterations;       /* iterations of the last step with factors of its own */
-    long reused_factorizations;  /* steps since then, which took these factors */
+    long fresh_iterations;       /* iterations of the last step with fresh factors */
+    long reused_factorizations;  /* steps since then with these factors reused */
     eomgen_real cycle_iterations; /* iterations of all these steps */
     /* iterations beyond fresh_iterations: of all these steps, and of the last one */
     eomgen_real extra_iterations, last_extra_iterations;
-    /* steps with factors of their own before reuse is tried again: in all, and left */
+    /* steps with fresh factors before reuse is tried again: total, and left */
     long refactor_interval, refactor_steps_left;
     eomgen_real u[1];
     eomgen_real q[7];

@@ -21,7 +21,7 @@
 #else
 #define free_spinning_body_EPSILON K(2.220446049250313e-16)
 #define free_spinning_body_NOTHING K(1e-300) /* keeps quotients finite */
-#define free_spinning_body_FAR K(4096.0) /* away, in corrections, in the search for rounding; and near: */
+#define free_spinning_body_FAR K(4096.0) /* distances of corrections in the search for rounding: far and near */
 #endif
 #define free_spinning_body_NEAR K(0.015625)
 
@@ -166,8 +166,8 @@ static int free_spinning_body_finite(const real *x, int size)
     return 1;
 }
 
-/* Inputs and base at time t into the workspace. first and last are input rows between which u is linear, fraction
- * the place between them; NULL: formulas. */
+/* Inputs and base at time t, stored in the workspace. first and last are rows of inputs, between which u is linear;
+ * fraction: position between the rows. NULL: formulas of the scene. */
 static free_spinning_body_status free_spinning_body_prepare(const free_spinning_body_parameters *p, real t,
     const real *first, const real *last,
     real fraction, free_spinning_body_workspace *work)
@@ -411,14 +411,15 @@ static int free_spinning_body_factorize(free_spinning_body_workspace *work)
     return free_spinning_body_factor(work->matrix, work->pivot);
 }
 
-/* Factors of the rows of the equations before they are solved for a correction, and of its parts in v,
- * vdot and lam. */
+/* Factors that scale the rows of the equations before the solution for a correction, and factors of the correction's
+ * parts in v, vdot and lam. */
 typedef struct free_spinning_body_scale {
     real r, phi, w;
     real v, vdot, lam;
 } free_spinning_body_scale;
 
-/* As below, with the pivots chosen beforehand. Values computed last come last in every sum. */
+/* As below, with the pivots chosen beforehand. Values computed last come last in every sum, so that they are not
+ * waited for. */
 static real free_spinning_body_correct_quickly(const free_spinning_body_scale *scale,
     free_spinning_body_workspace *work)
 {
@@ -488,7 +489,7 @@ static real free_spinning_body_size_of_correction(const free_spinning_body_works
     return sum;
 }
 
-/* Add a part of a correction to the unknowns, and its effect to v,
+/* Add a part of a correction to the unknowns, with the changes of v,
  * vdot and lam. */
 static void free_spinning_body_add(const free_spinning_body_scale *scale, const real *correction, real part,
     free_spinning_body_workspace *work)
@@ -530,8 +531,8 @@ static void free_spinning_body_partial_numbers(const free_spinning_body_paramete
     (void)p; (void)t; (void)work;
 }
 
-/* Of each unknown, its value at a kinetic energy of 1/2 alone, by the diagonal of
- * M at the state that is prepared in work. */
+/* For each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, by the diagonal of
+ * M at the state prepared in work. */
 static void free_spinning_body_measure(const free_spinning_body_parameters *p, real t,
     free_spinning_body_workspace *work)
 {
@@ -553,7 +554,7 @@ static void free_spinning_body_measure(const free_spinning_body_parameters *p, r
     }
 }
 
-/* Size of a configuration in the same units: the scale of its changes. A radian is large; a length is one
+/* Size of a configuration in the same units: the scale of its changes. For angles 1 rad, for lengths the distance
  * from the origin. */
 static real free_spinning_body_extent(const real *q, const free_spinning_body_workspace *work)
 {
@@ -642,14 +643,14 @@ static real free_spinning_body_size_by_inertia(const free_spinning_body_paramete
     return EG_SQRT(free_spinning_body_larger(sum, K(0.0)));
 }
 
-/* How many times the accelerations of a start may change on their way through a step: 4 for a damping c with
- * step c/m = 4, or for a spring k with step^2 k/m = 8. */
+/* Largest ratio of changes of the accelerations of a start within a step: 4 for a damping c with step c/m = 4, or
+ * for a spring k with step^2 k/m = 8. */
 #define free_spinning_body_CHANGE_OF_START K(4.0)
 
-/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
- * make more velocity than there is, and differ by far at the place that they lead to within the step. Overdamped joints
- * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep these
- * oscillations. */
+/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: these
+ * accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
+ * predicted position within the step. Examples are overdamped joints in motion, and stiff springs away from rest.
+ * Methods without numerical damping keep such oscillations. */
 static int free_spinning_body_too_fast(const free_spinning_body_parameters *p,
     const free_spinning_body_coefficients *c, free_spinning_body_state *state, real step,
     const real *vdot, free_spinning_body_workspace *work)
@@ -746,7 +747,7 @@ static free_spinning_body_status free_spinning_body_start(const free_spinning_bo
     return free_spinning_body_finite(state->a, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
 }
 
-/* Measure the unknowns at a state, unless that has been done. */
+/* Compute the units of the unknowns at a state, unless known. */
 static free_spinning_body_status free_spinning_body_know_units(const free_spinning_body_parameters *p,
     free_spinning_body_state *state, const real *first,
     const real *last, free_spinning_body_workspace *work)
@@ -845,7 +846,7 @@ static void free_spinning_body_move(const free_spinning_body_state *from, real s
     (void)from;
 }
 
-/* 1 when some rotation of the step is so large that T is about to become singular, at a full turn. */
+/* 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
 static int free_spinning_body_rotation_too_large(real step, const free_spinning_body_workspace *work)
 {
     const real *w;
@@ -900,8 +901,8 @@ static int free_spinning_body_only_rounding(const free_spinning_body_workspace *
     return 1;
 }
 
-/* How far corrections from an iterate moved by a part of `moved` end from the end of the correction from the iterate
- * itself. */
+/* Distance between the end of a correction from an iterate moved by a part of `moved`, and the end of the correction
+ * from the iterate. */
 static real free_spinning_body_correction_error(const free_spinning_body_parameters *p,
     const free_spinning_body_scale *scale,
     const free_spinning_body_state *from, real t, real step, const real *correction, const real *moved, real part,
@@ -1060,10 +1061,10 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
-        if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
+        if (error > K(0.0)) /* an increment of 0 is rounding and has no rate of convergence */
             work->rate_of_convergence = rate;
-        /* accept when the remaining error is small, as the contraction promises: very small if the increment was not
-         * small itself */
+        /* accept if the remaining error, predicted by the contraction, is small: very small if the increment was not
+         * small */
         converged = error == K(0.0)
             || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate)
                 || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
@@ -1287,7 +1288,7 @@ free_spinning_body_status free_spinning_body_step(const free_spinning_body_param
     return free_spinning_body_take_step(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: the ones at the time of the state, NULL for formulas. */
+/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void free_spinning_body_write_row(const free_spinning_body_parameters *p, const free_spinning_body_state *state,
     const real *inputs,
     free_spinning_body_workspace *work, real *row)
@@ -1364,7 +1365,7 @@ static void free_spinning_body_note_simulator(free_spinning_body_simulator *simu
     memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
 }
 
-/* Whether the state was written since then. */
+/* Whether the state was changed by the caller since then. */
 static int free_spinning_body_simulator_is_written(const free_spinning_body_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t

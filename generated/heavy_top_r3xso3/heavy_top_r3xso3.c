@@ -47,10 +47,7 @@ void heavy_top_r3xso3_mass(const real *q, real *restrict M)
 void heavy_top_r3xso3_coupling(const real *q, const real *v, real *restrict h)
 {
     (void)q;
-    h[1] = K(0.0);
-    h[3] = K(0.0);
-    h[4] = K(0.0);
-    h[5] = K(0.0);
+    h[1] = h[3] = h[4] = h[5] = K(0.0);
 
     /* Inertia forces of link top */
     h[0] = -(K(0.234375) * (v[1] * v[2]));
@@ -61,11 +58,7 @@ void heavy_top_r3xso3_force(const real *q, const real *v, real *restrict Q)
 {
     (void)q;
     (void)v;
-    Q[0] = K(0.0);
-    Q[1] = K(0.0);
-    Q[2] = K(0.0);
-    Q[3] = K(0.0);
-    Q[4] = K(0.0);
+    Q[0] = Q[1] = Q[2] = Q[3] = Q[4] = K(0.0);
     Q[5] = K(-147.15);
 }
 
@@ -146,15 +139,7 @@ void heavy_top_r3xso3_partials(const real *q, const real *v, const real *a, cons
 {
     (void)a;
     int i;
-    K[21] = K(0.0);
-    K[22] = K(0.0);
-    K[23] = K(0.0);
-    K[27] = K(0.0);
-    K[28] = K(0.0);
-    K[29] = K(0.0);
-    K[33] = K(0.0);
-    K[34] = K(0.0);
-    K[35] = K(0.0);
+    K[21] = K[22] = K[23] = K[27] = K[28] = K[29] = K[33] = K[34] = K[35] = K(0.0);
     for (i = 0; i < 36; ++i) {
         C[i] = K(0.0);
     }
@@ -1122,8 +1107,7 @@ void heavy_top_r3xso3_outputs(const real *q, const real *v, real *restrict y)
 
 void heavy_top_r3xso3_energy(const real *q, const real *v, real *restrict energy)
 {
-    energy[2] = K(0.0);
-    energy[3] = K(0.0);
+    energy[2] = energy[3] = K(0.0);
 
     /* Rotation of body top */
     const real x1 = q[2] * q[2];

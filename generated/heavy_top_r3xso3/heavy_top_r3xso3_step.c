@@ -21,7 +21,7 @@
 #else
 #define heavy_top_r3xso3_EPSILON K(2.220446049250313e-16)
 #define heavy_top_r3xso3_NOTHING K(1e-300) /* keeps quotients finite */
-#define heavy_top_r3xso3_FAR K(4096.0) /* away, in corrections, in the search for rounding; and near: */
+#define heavy_top_r3xso3_FAR K(4096.0) /* distances of corrections in the search for rounding: far and near */
 #endif
 #define heavy_top_r3xso3_NEAR K(0.015625)
 
@@ -176,8 +176,8 @@ static int heavy_top_r3xso3_finite(const real *x, int size)
     return 1;
 }
 
-/* Inputs and base at time t into the workspace. first and last are input rows between which u is linear, fraction
- * the place between them; NULL: formulas. */
+/* Inputs and base at time t, stored in the workspace. first and last are rows of inputs, between which u is linear;
+ * fraction: position between the rows. NULL: formulas of the scene. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_prepare(const heavy_top_r3xso3_parameters *p, real t,
     const real *first, const real *last,
     real fraction, heavy_top_r3xso3_workspace *work)
@@ -942,14 +942,15 @@ static int heavy_top_r3xso3_factorize(heavy_top_r3xso3_workspace *work)
     return heavy_top_r3xso3_factor(work->matrix, work->pivot);
 }
 
-/* Factors of the rows of the equations before they are solved for a correction, and of its parts in v,
- * vdot and lam. */
+/* Factors that scale the rows of the equations before the solution for a correction, and factors of the correction's
+ * parts in v, vdot and lam. */
 typedef struct heavy_top_r3xso3_scale {
     real r, phi, w;
     real v, vdot, lam;
 } heavy_top_r3xso3_scale;
 
-/* As below, with the pivots chosen beforehand. Values computed last come last in every sum. */
+/* As below, with the pivots chosen beforehand. Values computed last come last in every sum, so that they are not
+ * waited for. */
 static real heavy_top_r3xso3_correct_quickly(const heavy_top_r3xso3_scale *scale, heavy_top_r3xso3_workspace *work)
 {
     const real *F = work->factors, *r = work->right, *weight = work->per_tolerance;
@@ -1059,7 +1060,7 @@ static real heavy_top_r3xso3_size_of_correction(const heavy_top_r3xso3_workspace
     return sum;
 }
 
-/* Add a part of a correction to the unknowns, and its effect to v,
+/* Add a part of a correction to the unknowns, with the changes of v,
  * vdot and lam. */
 static void heavy_top_r3xso3_add(const heavy_top_r3xso3_scale *scale, const real *correction, real part,
     heavy_top_r3xso3_workspace *work)
@@ -1120,8 +1121,8 @@ static void heavy_top_r3xso3_measure_rows(const heavy_top_r3xso3_parameters *p, 
     (void)p; (void)t; (void)extent;
 }
 
-/* Of each unknown, its value at a kinetic energy of 1/2 alone, by the diagonal of
- * M and the rows of B at the state that is prepared in work. */
+/* For each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, by the diagonal of
+ * M and the rows of B at the state prepared in work. */
 static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real t,
     const real *inverse_inertia, heavy_top_r3xso3_workspace *work)
 {
@@ -1165,7 +1166,7 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
     heavy_top_r3xso3_measure_rows(p, t, work);
 }
 
-/* Size of a configuration in the same units: the scale of its changes. A radian is large; a length is one
+/* Size of a configuration in the same units: the scale of its changes. For angles 1 rad, for lengths the distance
  * from the origin. */
 static real heavy_top_r3xso3_extent(const real *q, const heavy_top_r3xso3_workspace *work)
 {
@@ -1193,8 +1194,8 @@ static real heavy_top_r3xso3_size(const real *x, const heavy_top_r3xso3_workspac
     return EG_SQRT(sum);
 }
 
-/* Weigh the columns of B at the start of a step by the change of positions per eta: 1/M_ii, so that no unit of length
- * makes a difference. */
+/* Weights of the columns of B at the start of a step, by the change of positions per eta: 1/M_ii, so that results
+ * are independent of the unit of length. */
 static void heavy_top_r3xso3_weigh_jacobian(heavy_top_r3xso3_workspace *work)
 {
     {
@@ -1397,14 +1398,14 @@ static real heavy_top_r3xso3_size_by_inertia(const heavy_top_r3xso3_parameters *
     return EG_SQRT(heavy_top_r3xso3_larger(sum, K(0.0)));
 }
 
-/* How many times the accelerations of a start may change on their way through a step: 4 for a damping c with
- * step c/m = 4, or for a spring k with step^2 k/m = 8. */
+/* Largest ratio of changes of the accelerations of a start within a step: 4 for a damping c with step c/m = 4, or
+ * for a spring k with step^2 k/m = 8. */
 #define heavy_top_r3xso3_CHANGE_OF_START K(4.0)
 
-/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
- * make more velocity than there is, and differ by far at the place that they lead to within the step. Overdamped joints
- * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep these
- * oscillations. */
+/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: these
+ * accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
+ * predicted position within the step. Examples are overdamped joints in motion, and stiff springs away from rest.
+ * Methods without numerical damping keep such oscillations. */
 static int heavy_top_r3xso3_too_fast(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_coefficients *c,
     heavy_top_r3xso3_state *state, real step,
     const real *vdot, heavy_top_r3xso3_workspace *work)
@@ -1501,7 +1502,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_par
     return heavy_top_r3xso3_finite(state->a, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
 }
 
-/* Measure the unknowns at a state, unless that has been done. */
+/* Compute the units of the unknowns at a state, unless known. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_know_units(const heavy_top_r3xso3_parameters *p,
     heavy_top_r3xso3_state *state, const real *first,
     const real *last, heavy_top_r3xso3_workspace *work)
@@ -1619,7 +1620,7 @@ static void heavy_top_r3xso3_move(const heavy_top_r3xso3_state *from, real step,
     (void)from;
 }
 
-/* 1 when some rotation of the step is so large that T is about to become singular, at a full turn. */
+/* 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
 static int heavy_top_r3xso3_rotation_too_large(real step, const heavy_top_r3xso3_workspace *work)
 {
     const real *w;
@@ -1702,9 +1703,9 @@ static int heavy_top_r3xso3_only_rounding(const heavy_top_r3xso3_coefficients *c
     return 1;
 }
 
-/* Make w(q, v, t) as small as is asked at the configuration that the iterate leads to, with the factors in hand: the
- * weighted RMS does not look at it, and velocities within their tolerance are still 1e-10 off the constraints. 0: it
- * takes a full iteration. */
+/* Reduce w(q, v, t) to the requested size at the configuration of the iterate, with the present factors: the
+ * weighted RMS does not contain w, and velocities within their tolerance may still violate the constraints by 1e-10.
+ * 0: a full iteration is required. */
 static int heavy_top_r3xso3_keep_rates(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_scale *scale,
     const heavy_top_r3xso3_state *from,
     real t, real step, heavy_top_r3xso3_workspace *work)
@@ -1731,8 +1732,8 @@ static int heavy_top_r3xso3_keep_rates(const heavy_top_r3xso3_parameters *p, con
     }
 }
 
-/* How far corrections from an iterate moved by a part of `moved` end from the end of the correction from the iterate
- * itself. */
+/* Distance between the end of a correction from an iterate moved by a part of `moved`, and the end of the correction
+ * from the iterate. */
 static real heavy_top_r3xso3_correction_error(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_scale *scale,
     const heavy_top_r3xso3_state *from, real t, real step, const real *correction, const real *moved, real part,
         real *error,
@@ -1792,7 +1793,7 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
     memcpy(moved, correction, sizeof moved);
     for (i = 0; i < 12; ++i)
         largest = heavy_top_r3xso3_larger(largest, EG_ABS(work->per_tolerance[i] * correction[i]));
-    /* known well, they stay: an error small for eta may be large for velocities */
+    /* well-known components are not corrected: an error small for eta may be large for velocities */
     for (i = 9; i < 12; ++i)
         if (!(EG_ABS(work->per_tolerance[i] * correction[i]) > K(0.1) * largest))
             moved[i] = work->solution[i] = K(0.0);
@@ -1911,10 +1912,10 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
-        if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
+        if (error > K(0.0)) /* an increment of 0 is rounding and has no rate of convergence */
             work->rate_of_convergence = rate;
-        /* accept when the remaining error is small, as the contraction promises: very small if the increment was not
-         * small itself */
+        /* accept if the remaining error, predicted by the contraction, is small: very small if the increment was not
+         * small */
         converged = error == K(0.0)
             || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate)
                 || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
@@ -2151,13 +2152,13 @@ static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy
     state->statistics.max_constraint = heavy_top_r3xso3_larger(state->statistics.max_constraint, position);
     state->statistics.max_constraint_velocity = heavy_top_r3xso3_larger(state->statistics.max_constraint_velocity,
         velocity);
-    /* at rest there are no impulses to be part of */
+    /* at rest impulses are zero and no reference */
     if (work->speed[0] > K(4.0) * work->position_rounding)
         state->statistics.max_rounding = heavy_top_r3xso3_larger(state->statistics.max_rounding,
             work->rounding_share < K(1.0) ? work->rounding_share : K(1.0));
 }
 
-/* Largest by smallest pivot of the last factors: a cheap sign of ill conditioning. */
+/* Ratio of the largest to the smallest pivot of the last factors: a cheap measure of ill conditioning. */
 static real heavy_top_r3xso3_pivot_ratio(const heavy_top_r3xso3_workspace *work)
 {
     static const int place[12] = { 0, 8, 17, 27, 36, 46, 53, 63, 73, 83, 93, 103 };
@@ -2172,7 +2173,7 @@ static real heavy_top_r3xso3_pivot_ratio(const heavy_top_r3xso3_workspace *work)
     return largest / smallest;
 }
 
-/* The same at the end of a run, and how far apart pivots are. */
+/* The same at the end of a run, with the ratio of pivots. */
 static void heavy_top_r3xso3_finish(const heavy_top_r3xso3_parameters *p, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work)
 {
@@ -2190,7 +2191,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters 
     return heavy_top_r3xso3_take_step(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: the ones at the time of the state, NULL for formulas. */
+/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void heavy_top_r3xso3_write_row(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_state *state,
     const real *inputs,
     heavy_top_r3xso3_workspace *work, real *row)
@@ -2270,7 +2271,7 @@ static void heavy_top_r3xso3_note_simulator(heavy_top_r3xso3_simulator *simulato
     memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
 }
 
-/* Whether the state was written since then. */
+/* Whether the state was changed by the caller since then. */
 static int heavy_top_r3xso3_simulator_is_written(const heavy_top_r3xso3_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t

@@ -84,10 +84,7 @@ void pendulum_on_shaking_base_partials(const real *q, const real *v, const real 
 
 void pendulum_on_shaking_base_poses(const real *q, const pendulum_on_shaking_base_base_state *base, real *restrict pose)
 {
-    pose[1] = K(0.0);
-    pose[3] = K(0.0);
-    pose[4] = K(0.0);
-    pose[5] = K(0.0);
+    pose[1] = pose[3] = pose[4] = pose[5] = K(0.0);
     pose[6] = base->position[2];
     real x1, x2;
     EG_SINCOS(K(0.5) * q[0], &x1, &x2);
@@ -100,8 +97,7 @@ void pendulum_on_shaking_base_twists(const real *q, const real *v, const pendulu
 {
     twist[0] = K(0.0);
     twist[1] = -v[0];
-    twist[2] = K(0.0);
-    twist[4] = K(0.0);
+    twist[2] = twist[4] = K(0.0);
 
     /* Rotation of link bob */
     real sin_hinge, cos_hinge;
@@ -157,21 +153,9 @@ void pendulum_on_shaking_base_energy(const real *q, const real *v, const real *a
 void pendulum_on_shaking_base_base(real t, pendulum_on_shaking_base_base_state *restrict base)
 {
     base->quaternion[0] = K(1.0);
-    base->quaternion[1] = K(0.0);
-    base->quaternion[2] = K(0.0);
-    base->quaternion[3] = K(0.0);
-    base->position[0] = K(0.0);
-    base->position[1] = K(0.0);
-    base->omega[0] = K(0.0);
-    base->omega[1] = K(0.0);
-    base->omega[2] = K(0.0);
-    base->velocity[0] = K(0.0);
-    base->velocity[1] = K(0.0);
-    base->omega_dot[0] = K(0.0);
-    base->omega_dot[1] = K(0.0);
-    base->omega_dot[2] = K(0.0);
-    base->velocity_dot[0] = K(0.0);
-    base->velocity_dot[1] = K(0.0);
+    base->quaternion[1] = base->quaternion[2] = base->quaternion[3] = base->position[0] = base->position[1] =
+        base->omega[0] = base->omega[1] = base->omega[2] = base->velocity[0] = base->velocity[1] = base->omega_dot[0] =
+        base->omega_dot[1] = base->omega_dot[2] = base->velocity_dot[0] = base->velocity_dot[1] = K(0.0);
     real x1, x2;
     EG_SINCOS(K(150.0) * t, &x1, &x2);
     base->position[2] = K(0.02) * x2;

@@ -212,7 +212,8 @@ typedef struct pendulum_on_shaking_base_workspace {
     int units_valid;          /* unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    /* of each unknown, its value at a kinetic energy of 1/2 alone, and its inverse; 0: none */
+    /* for each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, and 1 by this value; 0: no
+     * inertia */
     eomgen_real unit[1], per_unit[1];
     /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[1], rounding_decay;
@@ -227,15 +228,15 @@ typedef struct pendulum_on_shaking_base_workspace {
     int pivot[1];
     eomgen_real matrix[1];
     pendulum_on_shaking_base_coefficients coefficients;
-    eomgen_real factored_step;       /* step that the factors belong to, 0 when there are none */
+    eomgen_real factored_step;       /* step size of the factors, 0 without factors */
     eomgen_real factored_rho_inf;
     eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
-    long fresh_iterations;       /* iterations of the last step with factors of its own */
-    long reused_factorizations;  /* steps since then, which took these factors */
+    long fresh_iterations;       /* iterations of the last step with fresh factors */
+    long reused_factorizations;  /* steps since then with these factors reused */
     eomgen_real cycle_iterations; /* iterations of all these steps */
     /* iterations beyond fresh_iterations: of all these steps, and of the last one */
     eomgen_real extra_iterations, last_extra_iterations;
-    /* steps with factors of their own before reuse is tried again: in all, and left */
+    /* steps with fresh factors before reuse is tried again: total, and left */
     long refactor_interval, refactor_steps_left;
     eomgen_real u[1];
     pendulum_on_shaking_base_base_state base;

@@ -21,7 +21,7 @@
 #else
 #define pendulum_on_shaking_base_EPSILON K(2.220446049250313e-16)
 #define pendulum_on_shaking_base_NOTHING K(1e-300) /* keeps quotients finite */
-#define pendulum_on_shaking_base_FAR K(4096.0) /* away, in corrections, in the search for rounding; and near: */
+#define pendulum_on_shaking_base_FAR K(4096.0) /* distances of corrections in the search for rounding: far and near */
 #endif
 #define pendulum_on_shaking_base_NEAR K(0.015625)
 
@@ -84,7 +84,7 @@ static int pendulum_on_shaking_base_finite(const real *x, int size)
     return 1;
 }
 
-/* The parts of the base's state at time t that the equations of a step read, into the workspace. */
+/* Components of the base state at time t that the equations of a step read, stored in the workspace. */
 static void pendulum_on_shaking_base_base_of_step(const pendulum_on_shaking_base_parameters *p, real t,
     pendulum_on_shaking_base_workspace *work)
 {
@@ -92,8 +92,8 @@ static void pendulum_on_shaking_base_base_of_step(const pendulum_on_shaking_base
     work->base.velocity_dot[2] = -(K(450.0) * EG_COS(K(150.0) * t));
 }
 
-/* Inputs and base at time t into the workspace. first and last are input rows between which u is linear, fraction
- * the place between them; NULL: formulas. */
+/* Inputs and base at time t, stored in the workspace. first and last are rows of inputs, between which u is linear;
+ * fraction: position between the rows. NULL: formulas of the scene. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_prepare(const pendulum_on_shaking_base_parameters *p,
     real t, const real *first, const real *last,
     real fraction, pendulum_on_shaking_base_workspace *work)
@@ -221,14 +221,15 @@ static int pendulum_on_shaking_base_factorize(pendulum_on_shaking_base_workspace
     return pendulum_on_shaking_base_factor(work->matrix, work->pivot);
 }
 
-/* Factors of the rows of the equations before they are solved for a correction, and of its parts in v,
- * vdot and lam. */
+/* Factors that scale the rows of the equations before the solution for a correction, and factors of the correction's
+ * parts in v, vdot and lam. */
 typedef struct pendulum_on_shaking_base_scale {
     real r, phi, w;
     real v, vdot, lam;
 } pendulum_on_shaking_base_scale;
 
-/* As below, with the pivots chosen beforehand. Values computed last come last in every sum. */
+/* As below, with the pivots chosen beforehand. Values computed last come last in every sum, so that they are not
+ * waited for. */
 static real pendulum_on_shaking_base_correct_quickly(const pendulum_on_shaking_base_scale *scale,
     pendulum_on_shaking_base_workspace *work)
 {
@@ -258,7 +259,7 @@ static real pendulum_on_shaking_base_size_of_correction(const pendulum_on_shakin
     return sum;
 }
 
-/* Add a part of a correction to the unknowns, and its effect to v,
+/* Add a part of a correction to the unknowns, with the changes of v,
  * vdot and lam. */
 static void pendulum_on_shaking_base_add(const pendulum_on_shaking_base_scale *scale, const real *correction,
     real part, pendulum_on_shaking_base_workspace *work)
@@ -301,8 +302,8 @@ static void pendulum_on_shaking_base_partial_numbers(const pendulum_on_shaking_b
     (void)p; (void)t; (void)work;
 }
 
-/* Of each unknown, its value at a kinetic energy of 1/2 alone, by the diagonal of
- * M at the state that is prepared in work. */
+/* For each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, by the diagonal of
+ * M at the state prepared in work. */
 static void pendulum_on_shaking_base_measure(const pendulum_on_shaking_base_parameters *p, real t,
     pendulum_on_shaking_base_workspace *work)
 {
@@ -324,7 +325,7 @@ static void pendulum_on_shaking_base_measure(const pendulum_on_shaking_base_para
     }
 }
 
-/* Size of a configuration in the same units: the scale of its changes. A radian is large; a length is one
+/* Size of a configuration in the same units: the scale of its changes. For angles 1 rad, for lengths the distance
  * from the origin. */
 static real pendulum_on_shaking_base_extent(const real *q, const pendulum_on_shaking_base_workspace *work)
 {
@@ -415,14 +416,14 @@ static real pendulum_on_shaking_base_size_by_inertia(const pendulum_on_shaking_b
     return EG_SQRT(pendulum_on_shaking_base_larger(sum, K(0.0)));
 }
 
-/* How many times the accelerations of a start may change on their way through a step: 4 for a damping c with
- * step c/m = 4, or for a spring k with step^2 k/m = 8. */
+/* Largest ratio of changes of the accelerations of a start within a step: 4 for a damping c with step c/m = 4, or
+ * for a spring k with step^2 k/m = 8. */
 #define pendulum_on_shaking_base_CHANGE_OF_START K(4.0)
 
-/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
- * make more velocity than there is, and differ by far at the place that they lead to within the step. Overdamped joints
- * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep these
- * oscillations. */
+/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: these
+ * accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
+ * predicted position within the step. Examples are overdamped joints in motion, and stiff springs away from rest.
+ * Methods without numerical damping keep such oscillations. */
 static int pendulum_on_shaking_base_too_fast(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real step,
     const real *vdot, pendulum_on_shaking_base_workspace *work)
@@ -522,7 +523,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
         : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
 }
 
-/* Measure the unknowns at a state, unless that has been done. */
+/* Compute the units of the unknowns at a state, unless known. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_know_units(
     const pendulum_on_shaking_base_parameters *p, pendulum_on_shaking_base_state *state, const real *first,
     const real *last, pendulum_on_shaking_base_workspace *work)
@@ -617,7 +618,7 @@ static void pendulum_on_shaking_base_move(const pendulum_on_shaking_base_state *
     (void)from;
 }
 
-/* 1 when some rotation of the step is so large that T is about to become singular, at a full turn. */
+/* 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
 static int pendulum_on_shaking_base_rotation_too_large(real step, const pendulum_on_shaking_base_workspace *work)
 {
     (void)step; (void)work;
@@ -668,8 +669,8 @@ static int pendulum_on_shaking_base_only_rounding(const pendulum_on_shaking_base
     return 1;
 }
 
-/* How far corrections from an iterate moved by a part of `moved` end from the end of the correction from the iterate
- * itself. */
+/* Distance between the end of a correction from an iterate moved by a part of `moved`, and the end of the correction
+ * from the iterate. */
 static real pendulum_on_shaking_base_correction_error(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_scale *scale,
     const pendulum_on_shaking_base_state *from, real t, real step, const real *correction, const real *moved,
@@ -828,10 +829,10 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
-        if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
+        if (error > K(0.0)) /* an increment of 0 is rounding and has no rate of convergence */
             work->rate_of_convergence = rate;
-        /* accept when the remaining error is small, as the contraction promises: very small if the increment was not
-         * small itself */
+        /* accept if the remaining error, predicted by the contraction, is small: very small if the increment was not
+         * small */
         converged = error == K(0.0)
             || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate)
                 || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
@@ -1059,7 +1060,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_
     return pendulum_on_shaking_base_take_step(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: the ones at the time of the state, NULL for formulas. */
+/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void pendulum_on_shaking_base_write_row(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_state *state, const real *inputs,
     pendulum_on_shaking_base_workspace *work, real *row)
@@ -1136,7 +1137,7 @@ static void pendulum_on_shaking_base_note_simulator(pendulum_on_shaking_base_sim
     memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
 }
 
-/* Whether the state was written since then. */
+/* Whether the state was changed by the caller since then. */
 static int pendulum_on_shaking_base_simulator_is_written(const pendulum_on_shaking_base_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t

@@ -27,13 +27,9 @@ void spherical_pendulum_mass(const real *q, real *restrict M)
 {
     (void)q;
     M[0] = K(1.0099999999999998);
-    M[1] = K(0.0);
-    M[2] = K(0.0);
-    M[3] = K(0.0);
+    M[1] = M[2] = M[3] = K(0.0);
     M[4] = K(1.0099999999999998);
-    M[5] = K(0.0);
-    M[6] = K(0.0);
-    M[7] = K(0.0);
+    M[5] = M[6] = M[7] = K(0.0);
     M[8] = K(0.008000000000000007);
 }
 
@@ -99,24 +95,12 @@ void spherical_pendulum_partials(const real *q, const real *v, const real *a, re
     real *restrict M)
 {
     (void)a;
-    K[1] = K(0.0);
-    K[3] = K(0.0);
-    K[6] = K(0.0);
-    K[7] = K(0.0);
-    K[8] = K(0.0);
-    C[0] = K(0.0);
-    C[4] = K(0.0);
-    C[6] = K(0.0);
-    C[7] = K(0.0);
-    C[8] = K(0.0);
+    K[1] = K[3] = K[6] = K[7] = K[8] = K(0.0);
+    C[0] = C[4] = C[6] = C[7] = C[8] = K(0.0);
     M[0] = K(1.0099999999999998);
-    M[1] = K(0.0);
-    M[2] = K(0.0);
-    M[3] = K(0.0);
+    M[1] = M[2] = M[3] = K(0.0);
     M[4] = K(1.0099999999999998);
-    M[5] = K(0.0);
-    M[6] = K(0.0);
-    M[7] = K(0.0);
+    M[5] = M[6] = M[7] = K(0.0);
     M[8] = K(0.008000000000000007);
 
     /* Weight carried by joint ball */
@@ -140,9 +124,7 @@ void spherical_pendulum_poses(const real *q, real *restrict pose)
     pose[1] = q[1];
     pose[2] = q[2];
     pose[3] = q[3];
-    pose[4] = K(0.0);
-    pose[5] = K(0.0);
-    pose[6] = K(0.0);
+    pose[4] = pose[5] = pose[6] = K(0.0);
 }
 
 void spherical_pendulum_twists(const real *q, const real *v, real *restrict twist)
@@ -151,9 +133,7 @@ void spherical_pendulum_twists(const real *q, const real *v, real *restrict twis
     twist[0] = v[0];
     twist[1] = v[1];
     twist[2] = v[2];
-    twist[3] = K(0.0);
-    twist[4] = K(0.0);
-    twist[5] = K(0.0);
+    twist[3] = twist[4] = twist[5] = K(0.0);
 }
 
 void spherical_pendulum_outputs(const real *q, const real *v, real *restrict y)
@@ -176,8 +156,7 @@ void spherical_pendulum_outputs(const real *q, const real *v, real *restrict y)
 
 void spherical_pendulum_energy(const real *q, const real *v, real *restrict energy)
 {
-    energy[2] = K(0.0);
-    energy[3] = K(0.0);
+    energy[2] = energy[3] = K(0.0);
 
     /* Partials, joint ball */
     energy[1] = -(K(13.734) * (K(1.0) - K(2.0) * (q[2] * q[2] + q[1] * q[1])));

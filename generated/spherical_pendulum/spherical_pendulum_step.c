@@ -21,7 +21,7 @@
 #else
 #define spherical_pendulum_EPSILON K(2.220446049250313e-16)
 #define spherical_pendulum_NOTHING K(1e-300) /* keeps quotients finite */
-#define spherical_pendulum_FAR K(4096.0) /* away, in corrections, in the search for rounding; and near: */
+#define spherical_pendulum_FAR K(4096.0) /* distances of corrections in the search for rounding: far and near */
 #endif
 #define spherical_pendulum_NEAR K(0.015625)
 
@@ -171,8 +171,8 @@ static int spherical_pendulum_finite(const real *x, int size)
     return 1;
 }
 
-/* Inputs and base at time t into the workspace. first and last are input rows between which u is linear, fraction
- * the place between them; NULL: formulas. */
+/* Inputs and base at time t, stored in the workspace. first and last are rows of inputs, between which u is linear;
+ * fraction: position between the rows. NULL: formulas of the scene. */
 static spherical_pendulum_status spherical_pendulum_prepare(const spherical_pendulum_parameters *p, real t,
     const real *first, const real *last,
     real fraction, spherical_pendulum_workspace *work)
@@ -334,14 +334,15 @@ static int spherical_pendulum_factorize(spherical_pendulum_workspace *work)
     return spherical_pendulum_factor(work->matrix, work->pivot);
 }
 
-/* Factors of the rows of the equations before they are solved for a correction, and of its parts in v,
- * vdot and lam. */
+/* Factors that scale the rows of the equations before the solution for a correction, and factors of the correction's
+ * parts in v, vdot and lam. */
 typedef struct spherical_pendulum_scale {
     real r, phi, w;
     real v, vdot, lam;
 } spherical_pendulum_scale;
 
-/* As below, with the pivots chosen beforehand. Values computed last come last in every sum. */
+/* As below, with the pivots chosen beforehand. Values computed last come last in every sum, so that they are not
+ * waited for. */
 static real spherical_pendulum_correct_quickly(const spherical_pendulum_scale *scale,
     spherical_pendulum_workspace *work)
 {
@@ -387,7 +388,7 @@ static real spherical_pendulum_size_of_correction(const spherical_pendulum_works
     return sum;
 }
 
-/* Add a part of a correction to the unknowns, and its effect to v,
+/* Add a part of a correction to the unknowns, with the changes of v,
  * vdot and lam. */
 static void spherical_pendulum_add(const spherical_pendulum_scale *scale, const real *correction, real part,
     spherical_pendulum_workspace *work)
@@ -428,8 +429,8 @@ static void spherical_pendulum_partial_numbers(const spherical_pendulum_paramete
     (void)p; (void)t; (void)work;
 }
 
-/* Of each unknown, its value at a kinetic energy of 1/2 alone, by the diagonal of
- * M at the state that is prepared in work. */
+/* For each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, by the diagonal of
+ * M at the state prepared in work. */
 static void spherical_pendulum_measure(const spherical_pendulum_parameters *p, real t,
     spherical_pendulum_workspace *work)
 {
@@ -451,7 +452,7 @@ static void spherical_pendulum_measure(const spherical_pendulum_parameters *p, r
     }
 }
 
-/* Size of a configuration in the same units: the scale of its changes. A radian is large; a length is one
+/* Size of a configuration in the same units: the scale of its changes. For angles 1 rad, for lengths the distance
  * from the origin. */
 static real spherical_pendulum_extent(const real *q, const spherical_pendulum_workspace *work)
 {
@@ -540,14 +541,14 @@ static real spherical_pendulum_size_by_inertia(const spherical_pendulum_paramete
     return EG_SQRT(spherical_pendulum_larger(sum, K(0.0)));
 }
 
-/* How many times the accelerations of a start may change on their way through a step: 4 for a damping c with
- * step c/m = 4, or for a spring k with step^2 k/m = 8. */
+/* Largest ratio of changes of the accelerations of a start within a step: 4 for a damping c with step c/m = 4, or
+ * for a spring k with step^2 k/m = 8. */
 #define spherical_pendulum_CHANGE_OF_START K(4.0)
 
-/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
- * make more velocity than there is, and differ by far at the place that they lead to within the step. Overdamped joints
- * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep these
- * oscillations. */
+/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: these
+ * accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
+ * predicted position within the step. Examples are overdamped joints in motion, and stiff springs away from rest.
+ * Methods without numerical damping keep such oscillations. */
 static int spherical_pendulum_too_fast(const spherical_pendulum_parameters *p,
     const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real step,
     const real *vdot, spherical_pendulum_workspace *work)
@@ -644,7 +645,7 @@ static spherical_pendulum_status spherical_pendulum_start(const spherical_pendul
     return spherical_pendulum_finite(state->a, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
 }
 
-/* Measure the unknowns at a state, unless that has been done. */
+/* Compute the units of the unknowns at a state, unless known. */
 static spherical_pendulum_status spherical_pendulum_know_units(const spherical_pendulum_parameters *p,
     spherical_pendulum_state *state, const real *first,
     const real *last, spherical_pendulum_workspace *work)
@@ -745,7 +746,7 @@ static void spherical_pendulum_move(const spherical_pendulum_state *from, real s
     (void)from;
 }
 
-/* 1 when some rotation of the step is so large that T is about to become singular, at a full turn. */
+/* 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
 static int spherical_pendulum_rotation_too_large(real step, const spherical_pendulum_workspace *work)
 {
     const real *w;
@@ -800,8 +801,8 @@ static int spherical_pendulum_only_rounding(const spherical_pendulum_workspace *
     return 1;
 }
 
-/* How far corrections from an iterate moved by a part of `moved` end from the end of the correction from the iterate
- * itself. */
+/* Distance between the end of a correction from an iterate moved by a part of `moved`, and the end of the correction
+ * from the iterate. */
 static real spherical_pendulum_correction_error(const spherical_pendulum_parameters *p,
     const spherical_pendulum_scale *scale,
     const spherical_pendulum_state *from, real t, real step, const real *correction, const real *moved, real part,
@@ -960,10 +961,10 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
-        if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
+        if (error > K(0.0)) /* an increment of 0 is rounding and has no rate of convergence */
             work->rate_of_convergence = rate;
-        /* accept when the remaining error is small, as the contraction promises: very small if the increment was not
-         * small itself */
+        /* accept if the remaining error, predicted by the contraction, is small: very small if the increment was not
+         * small */
         converged = error == K(0.0)
             || (rate < K(1.0) && ((error <= K(1.0) && error * rate <= K(1.0) - rate)
                 || (since >= 2 && error * rate <= (fresh ? K(0.3) : K(0.001)) * (K(1.0) - rate))))
@@ -1187,7 +1188,7 @@ spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_param
     return spherical_pendulum_take_step(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: the ones at the time of the state, NULL for formulas. */
+/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void spherical_pendulum_write_row(const spherical_pendulum_parameters *p, const spherical_pendulum_state *state,
     const real *inputs,
     spherical_pendulum_workspace *work, real *row)
@@ -1264,7 +1265,7 @@ static void spherical_pendulum_note_simulator(spherical_pendulum_simulator *simu
     memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
 }
 
-/* Whether the state was written since then. */
+/* Whether the state was changed by the caller since then. */
 static int spherical_pendulum_simulator_is_written(const spherical_pendulum_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t

@@ -6,9 +6,10 @@ Parentheses keep the order of evaluation of the tape, because floating-point sum
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, cast
 
 from eomgen.base.data import dataclass, field
@@ -139,6 +140,13 @@ _ROW = 16
 def counts(statement: Statement) -> bool:
     """Return whether the text of a statement is a loop over ``i``."""
     return statement.kind in _COUNTING and not (statement.kind == "circular" and statement.data[-1] == 1)
+
+
+def _zeroed(statement: Statement) -> int | None:
+    """Return the output in which a statement stores zero, None for other statements: such statements are joined."""
+    kind, data = statement.kind, statement.data
+    is_zero = kind == "out" and data[2] == ("K", 0.0) and math.copysign(1.0, data[2][1]) > 0.0
+    return data[0] if is_zero else None
 
 
 @dataclass
@@ -275,6 +283,16 @@ class Printer:
     def lines(self, statements: Sequence[Statement]) -> list[str]:
         """Return statements as lines of C, without indentation."""
         lines: list[str] = []
+        for output, group in itertools.groupby(statements, _zeroed):
+            if output is None:
+                lines += self._lines(group, first=not lines)
+            else:
+                targets = [self._target(output, statement.data[1]) for statement in group]
+                lines.append(f"{' = '.join(targets)} = K(0.0);")
+        return lines
+
+    def _lines(self, statements: Iterable[Statement], *, first: bool) -> list[str]:
+        lines: list[str] = []
         for statement in statements:
             kind, data = statement.kind, statement.data
             if kind == "let":
@@ -284,7 +302,7 @@ class Printer:
             elif kind == "save":
                 lines.append(f"w[{data[0]}] = {self._print(data[1])[0]};")
             elif kind == "label":
-                lines += [*([""] if lines else []), _headline(data[0])]
+                lines += [*([""] if lines or not first else []), _headline(data[0])]
             elif kind == "sincos":
                 sine, cosine = (self._local(number) for number in data[:2])
                 lines.append(f"real {sine}, {cosine};")
