@@ -21,9 +21,19 @@ _ROWS = 4096
 
 
 def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: str = "") -> None:
-    """Write a table as ``.csv``: one row of names, numbers that read back to the same bits. Raises FileError.
+    """Write a table as ``.csv``: one row of names, numbers that read back to the same bits.
 
-    ``numbered``: name of a first column with the number of each row, from 0 on; none if it is empty.
+    Parameters
+    ----------
+    path : of the file; an existing file is replaced
+    names : of the columns
+    columns : (rows, columns)
+    numbered : name of a first column with the number of each row, from 0 on; none if empty
+
+    Raises
+    ------
+    FileError
+        The file cannot be written.
     """
 
     def fill(stream: IO[bytes]) -> None:

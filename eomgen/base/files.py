@@ -136,7 +136,19 @@ _METADATA = "metadata"
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str, Any]) -> None:
-    """Write arrays and JSON metadata to an ``.npz`` file. Raises FileError."""
+    """Write arrays and metadata to an ``.npz`` file.
+
+    Parameters
+    ----------
+    path : of the file; an existing file is replaced
+    arrays : by name, of numbers, without object arrays
+    metadata : JSON types
+
+    Raises
+    ------
+    FileError
+        The file cannot be written.
+    """
     text = np.array(json.dumps(metadata, sort_keys=True))
     needed = sum(array.nbytes for array in arrays.values()) + text.nbytes
     write_file(path, needed, lambda stream: np.savez(stream, allow_pickle=False, **{**arrays, _METADATA: text}))
@@ -145,7 +157,24 @@ def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str,
 def read_arrays(
     path: Path, kind: str = "solution", hint: str = "a .npz file of Solution.save"
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Return arrays and metadata of an archive of ours; ``kind``, ``hint`` for messages. Raises FileError."""
+    """Return arrays and metadata of a file of ``write_arrays``.
+
+    Parameters
+    ----------
+    path : of the file
+    kind : noun of the contents, for messages
+    hint : remedy in messages
+
+    Returns
+    -------
+    arrays : by name
+    metadata : JSON types
+
+    Raises
+    ------
+    FileError
+        The file cannot be read, or was not written by ``write_arrays``.
+    """
     import zipfile  # noqa: PLC0415  # with its decompressors; a run reads no archive
 
     try:

@@ -41,7 +41,7 @@ def distinct(first: float, second: float, digits: int = 4) -> tuple[str, str]:
     return f"{first:.{digits}g}", f"{second:.{digits}g}"
 
 
-def told_apart(values: Sequence[float], digits: int = 6) -> list[str]:
+def distinct_texts(values: Sequence[float], digits: int = 6) -> list[str]:
     """Return numbers in as few digits as tell all different ones apart, and no fewer than these."""
     while digits < 17 and len({f"{value:.{digits}g}" for value in values}) < len(set(values)):
         digits += 1

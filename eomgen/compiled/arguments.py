@@ -63,7 +63,19 @@ def components(name: str, value: ArrayLike, size: int) -> Array:
 
 
 def check_finite(name: str, array: Array, labels: Sequence[str] = ()) -> None:
-    """Raise UsageError naming the first component (by ``labels`` of the last axis, if any) that is not finite."""
+    """Refuse an array with a component that is not finite.
+
+    Parameters
+    ----------
+    name : of the argument, for the message
+    array : of any shape
+    labels : names of the components of the last axis, for the message
+
+    Raises
+    ------
+    UsageError
+        With the name of the first component that is not finite.
+    """
     finite = np.isfinite(array)
     if finite.all():
         return
@@ -109,8 +121,20 @@ WHERE: Mapping[str, str] = {
 
 
 def check_name(kind: str, name: object, known: Sequence[str], fixed: Sequence[str] = ()) -> None:
-    """Raise UsageError for an unknown name, with the nearest known names, and for a name that is ``fixed``, with a
-    remedy."""
+    """Refuse a name that is unknown or fixed.
+
+    Parameters
+    ----------
+    kind : noun for the message: ``parameter``, ``input``
+    name : to be checked
+    known : admissible names
+    fixed : names whose values are fixed in the compiled code
+
+    Raises
+    ------
+    UsageError
+        With the nearest known names, or the remedy for a fixed name.
+    """
     if name in fixed and name not in known:
         problem = f"the {kind} {name} exists, but its value is fixed in the code"
         raise UsageError(
@@ -185,7 +209,19 @@ def measured(name: str, value: Any, units: Sequence[str], otherwise: str = "") -
 
 
 def number_of(name: str, value: object, kind: str = _SECONDS) -> float:
-    """Return a finite number; of seconds also from a text with a unit, ``5 ms``. Raises UsageError."""
+    """Return a finite number; of seconds also from a text with a unit, ``5 ms``.
+
+    Parameters
+    ----------
+    name : of the argument, for the message
+    value : a number, or a text with a unit of time
+    kind : of the number, for the message
+
+    Raises
+    ------
+    UsageError
+        Any other value, and numbers that are not finite.
+    """
     if isinstance(value, str) and kind == _SECONDS:
         value = in_label(name, value, "s")
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):

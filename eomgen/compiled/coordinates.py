@@ -57,9 +57,20 @@ def reaches(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> li
 
 
 def configuration_rate(factors: Sequence[Factor], q: Array, v: Array) -> Array:
-    """Return qdot (..., nq) of velocities v (..., nv): quaternions by p * (0, omega) / 2, positions by R xdot.
+    """Return the time derivative of configurations.
 
-    References of angles, which are no part of the factors, stay.
+    Quaternions change by p * (0, omega) / 2, positions by R xdot. References of angles, which are no part of the
+    factors, have zero rates.
+
+    Parameters
+    ----------
+    factors : of the configuration, a product of groups
+    q : (..., nq) configurations
+    v : (..., nv) velocities, body axes, angular first
+
+    Returns
+    -------
+    (..., nq)
     """
     result = np.zeros((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1]), q.shape[-1]))
     for factor in factors:

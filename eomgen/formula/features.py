@@ -26,10 +26,11 @@ _NAMED = 2
 
 
 def rough_operations(formulas: Iterable[Formula]) -> str:
-    """Return the first operations that have a value but no bounded slope somewhere, and the number of all further ones.
+    """Return the first operations with a value but an unbounded slope somewhere, as text, and the number of further
+    operations.
 
-    These are square roots, logarithms, asin, acos, atan2, and powers that are not numbers of at least 1; abs, min and
-    max are not among them. The text is empty for none.
+    Such operations are square roots, logarithms, asin, acos, atan2, and powers other than numbers of at least 1, but
+    not abs, min and max. The text is empty without such operations.
     """
     result = list(dict.fromkeys(text for formula in formulas for text in _rough(formula)))
     more = f" and {len(result) - _NAMED} more" if len(result) > _NAMED else ""

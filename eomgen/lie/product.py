@@ -37,7 +37,18 @@ class Factor:
 
 
 def update(factors: Sequence[Factor], q: Array, theta: Array) -> Array:
-    """Return q * exp(theta), quaternions scaled back to unit length; q is (..., nq), theta (..., nv)."""
+    """Return q * exp(theta), with quaternions normalised.
+
+    Parameters
+    ----------
+    factors : of the configuration, a product of groups
+    q : (..., nq) configurations; quaternions (w, x, y, z)
+    theta : (..., nv) increments in body axes, angular first, rad and m
+
+    Returns
+    -------
+    (..., nq), with the broadcast leading axes of q and theta
+    """
     result = np.array(q, dtype=np.result_type(q, theta, float))
     for group, of_q, of_v in _runs(factors, together=True):
         first, step = q[..., of_q], theta[..., of_v]
@@ -50,7 +61,17 @@ def update(factors: Sequence[Factor], q: Array, theta: Array) -> Array:
 
 
 def difference(factors: Sequence[Factor], first: Array, second: Array) -> Array:
-    """Return log(first^-1 * second), (..., nv): the increment that leads from first to second."""
+    """Return log(first^-1 * second): the increment that leads from first to second.
+
+    Parameters
+    ----------
+    factors : of the configuration, a product of groups
+    first, second : (..., nq) configurations
+
+    Returns
+    -------
+    (..., nv) increments in the body axes of ``first``, angular first, rad and m
+    """
     batch = np.broadcast_shapes(np.shape(first)[:-1], np.shape(second)[:-1])
     result = np.zeros((*batch, sum(factor.v_size for factor in factors)), dtype=np.result_type(first, second, float))
     for group, of_q, of_v in _runs(factors, together=True):

@@ -260,11 +260,20 @@ def splice(
     unrolled: bool = False,
     known: Mapping[int, Ref] | None = None,
 ) -> list[Ref]:
-    """Copy references, with all operations that the references depend on, from one tape to another and return the
-    copies.
+    """Copy references, with all operations on which the references depend, from one tape to another.
 
-    Inputs without a binding stay inputs. Maps stay Maps, unless ``unrolled`` is true. ``known``: nodes of the source
-    with known references on the target tape.
+    Parameters
+    ----------
+    target : tape of the copies
+    source : tape of the references
+    refs : references on the source tape
+    bindings : references on the target tape in place of inputs of the source; other inputs stay inputs
+    unrolled : whether Maps are recorded element by element in place of loops
+    known : nodes of the source with references on the target tape
+
+    Returns
+    -------
+    copies of ``refs``, references on the target tape
     """
     copy: dict[int, Ref] = {}
     of_maps: dict[int, list[Ref]] = {}

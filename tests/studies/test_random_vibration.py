@@ -17,7 +17,7 @@ from scipy.stats import norm
 import eomgen
 from eomgen import RandomVibration, random_vibration
 from eomgen.base.arrays import Array
-from eomgen.base.messages import told_apart
+from eomgen.base.messages import distinct_texts
 from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
 from eomgen.products.reliability.tails import JUMPING, MostProbablePoint, Unreached
@@ -431,8 +431,8 @@ def test_a_level_that_the_run_starts_at_or_above_is_noted(duffing: eomgen.Model)
 
 
 def test_numbers_of_tables_are_told_apart_and_plots_are_in_order(duffing: eomgen.Model) -> None:
-    assert told_apart([0.4883, 0.48830001, 2.0]) == ["0.4883", "0.48830001", "2"]
-    assert told_apart([1.0, 1.0]) == ["1", "1"]
+    assert distinct_texts([0.4883, 0.48830001, 2.0]) == ["0.4883", "0.48830001", "2"]
+    assert distinct_texts([1.0, 1.0]) == ["1", "1"]
     found = study(duffing, points=False, thresholds=[0.5], times=[12.0, 3.0, 7.5])
     (line, *_) = _covariance(found).axes[0].get_lines()
     assert list(line.get_xdata()) == [3.0, 7.5, 12.0]

@@ -116,7 +116,8 @@ def misplaced(label: str, unit: str) -> str:
 
 
 def to_si(quantity: Quantity) -> tuple[float, str]:
-    """Return the number of a quantity in SI, and the unit. Raises UnitError."""
+    """Return the number of a quantity (``units.parser``) in SI, and the SI unit. Raises UnitError if the number is not
+    finite."""
     size, _ = measure(quantity.factors)
     return _finite(quantity, quantity.number * size), coherent(quantity.factors)
 

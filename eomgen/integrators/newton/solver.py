@@ -87,12 +87,22 @@ def make_solver(
     at_start: bool = False,
     turned: bool = False,
 ) -> Solver:
-    """Choose the pivots by samples of the matrix with the given weights (see ``newton.matrix.WEIGHTS``).
+    """Choose the pivots by samples of the matrix.
 
-    The pivots must also serve for consistent accelerations. ``at_start``: the linearisation is about zero increments,
-    so T is 1, or with ``turned`` T(step v) for all rotations; accelerations are not required, so M may be singular;
-    inner unknowns have right sides; pivots are on the diagonal if the choice is free. ``groups``: see
-    ``newton.elimination``.
+    The pivots must also serve for consistent accelerations.
+
+    Parameters
+    ----------
+    unknowns : numbers of unknowns of each kind, and places of the equations
+    factors : of the configuration
+    samples : numbers of the partials, and velocities, at states of the system
+    weights : of the matrices, see ``newton.matrix.WEIGHTS``
+    step : s
+    owners : for each inner unknown of a long tree, a velocity component of its link
+    groups : unknowns joined by relative springs, see ``newton.elimination``
+    at_start : whether the linearisation is about zero increments, so that T is 1. Then accelerations are not required,
+        so M may be singular; inner unknowns have right sides; pivots are on the diagonal if the choice is free
+    turned : with ``at_start``, whether rotations have T(step v) in place of 1
     """
     moving = factors if turned or not at_start else ()
     terms = iteration_terms(unknowns, moving, samples.packing, groups, every_tangent=turned)
@@ -250,10 +260,16 @@ def sources_on_links(solver: Solver, links: Sequence[tuple[int, int]]) -> bool:
 def solver_data(
     solver: Solver, factors: Sequence[Factor], links: Sequence[tuple[int, int]] = (), *, plain: bool = False
 ) -> dict[str, Any]:
-    """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination.
+    """Return the solver as data of templates, JSON types: sizes, terms in the order of stored entries, and the
+    elimination.
 
-    ``plain``: right sides are taken unchanged, also of inner unknowns; else rows have scales, and inner unknowns have
-    no right side. ``links``: pairs of unknowns with sources on right sides, which follow the sources on unknowns.
+    Parameters
+    ----------
+    solver : terms and elimination of the matrix
+    factors : of the configuration
+    links : pairs of unknowns with sources on right sides, which follow the sources on unknowns
+    plain : whether right sides are taken unchanged, also of inner unknowns; else rows are scaled, and inner unknowns
+        have no right side
     """
     packing, terms = solver.packing, solver.terms
     indices = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)

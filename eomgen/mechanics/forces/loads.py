@@ -71,6 +71,13 @@ def push(wrenches: list[Wrench | None], quantities: Quantities, name: str, force
 
 
 def add_wrench(wrenches: list[Wrench | None], link: int, load: Wrench) -> None:
-    """Add a wrench about a link's origin, in link axes."""
+    """Add a wrench to the wrench on a link.
+
+    Parameters
+    ----------
+    wrenches : by link, None without load; changed
+    link : index of the link
+    load : moment, N m, about the link's origin, and force, N, in link axes
+    """
     present = wrenches[link]
     wrenches[link] = load if present is None else (plus(present[0], load[0]), plus(present[1], load[1]))

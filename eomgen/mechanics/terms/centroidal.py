@@ -168,7 +168,7 @@ def center_of_mass_jacobian_rate(derivation: Derivation) -> list[Block]:
 
 
 def center_of_mass_drift(derivation: Derivation) -> list[Block]:
-    """Return dJ/dt v, (3,)."""
+    """Return dJ/dt v, (3,), m/s^2, world axes: on a base at rest the centre of mass accelerates with J a + dJ/dt v."""
     values = Centroidal(derivation.kinematics).center_drift()
     return [derivation.block("drift", (3,), values, "dJ/dt v of the centre of mass")]
 
@@ -179,7 +179,7 @@ def centroidal_momentum(derivation: Derivation) -> list[Block]:
 
 
 def centroidal_momentum_rate(derivation: Derivation) -> list[Block]:
-    """Return dA/dt, (6, nv)."""
+    """Return dA/dt, (6, nv), the time derivative of the centroidal momentum matrix along the motion."""
     of_all = Centroidal(derivation.kinematics)
     return [_matrix(derivation, "A_dot", 6, of_all.rate(of_all.momentum()), "dA/dt of the centroidal momentum matrix")]
 

@@ -97,8 +97,15 @@ def added_masses(
 
 
 def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor: tuple[Scalar, ...]) -> Inertia:
-    """Return the shape integrals from mass, kg, centre, m, and inertia about the centre (xx, yy, zz, xy, xz, yz), kg
-    m^2."""
+    """Return the shape integrals of a rigid body from mass, centre of mass and inertia tensor.
+
+    Parameters
+    ----------
+    algebra : of the scalars
+    mass : kg
+    center : (3,) centre of mass, m, in body axes
+    tensor : inertia about the centre of mass, body axes, kg m^2: xx, yy, zz, xy, xz, yz, products as tensor entries
+    """
     xx, yy, zz, xy, xz, yz = tensor
     half_trace = (xx + yy + zz) * 0.5
     central = algebra.matrix([[half_trace - xx, -xy, -xz], [-xy, half_trace - yy, -yz], [-xz, -yz, half_trace - zz]])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.base.messages import told_apart
+from eomgen.base.messages import distinct_texts
 from eomgen.cli.info import InfoPart
 from eomgen.cli.options import (
     arguments_of,
@@ -132,7 +132,7 @@ def _print(study: RandomVibration) -> None:
 
 def _print_probabilities(study: RandomVibration) -> None:
     names = [name for name in _SHOWN if name in study.distributions]
-    table, texts = [], told_apart(study.thresholds.tolist())
+    table, texts = [], distinct_texts(study.thresholds.tolist())
     for k in range(len(texts)):
         cells = []
         upper = study.distributions[names[min(1, len(names) - 1)]].below[k] > 0.5
@@ -156,7 +156,7 @@ def _print_covariance(study: RandomVibration) -> None:
 
 
 def _print_passage(study: RandomVibration) -> None:
-    levels = told_apart(list(study.first_passage))
+    levels = distinct_texts(list(study.first_passage))
     passage = [
         (
             text,

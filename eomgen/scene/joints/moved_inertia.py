@@ -251,7 +251,7 @@ def check_motion(
     """
     if not any(joint.kind.moves or bodies[joint.child].beam is not None for joint in joints):
         values.report.add("joints", "no joint can move", "a revolute, prismatic, spherical or free joint")
-    _check_led(joints, bodies, values)
+    _check_leaders(joints, bodies, values)
     followers = _followers(joints)
     assemblies: dict[str, list[Joint]] = {joint.child: [] for joint in joints if joint.kind.moves}
     host = {child: child for child in assemblies}
@@ -327,7 +327,7 @@ def _followers(joints: Sequence[Joint]) -> dict[str, list[Joint]]:
     return result
 
 
-def led_or_following(joints: Sequence[Joint], values: Values) -> set[str]:
+def coupled_by_mimic(joints: Sequence[Joint], values: Values) -> set[str]:
     """Return mimic joints, and their leaders unless all multipliers are zero: the inertia of one depends on the
     other."""
     leaders = {
@@ -338,7 +338,7 @@ def led_or_following(joints: Sequence[Joint], values: Values) -> set[str]:
     return {*leaders, *(joint.name for joint in joints if joint.mimic is not None)}
 
 
-def _check_led(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
+def _check_leaders(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
     """Report leaders of mimic joints if all bodies moved by the leader and by its followers have neither mass nor
     inertia."""
     named = {joint.name: joint for joint in joints}

@@ -17,7 +17,7 @@ from eomgen.base.messages import listed
 from eomgen.scene.inertia import Inertia
 from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.joints.moved_inertia import led_or_following
+from eomgen.scene.joints.moved_inertia import coupled_by_mimic
 from eomgen.scene.joints.tree import displaced, twist_transform
 from eomgen.scene.reading.values import Values
 
@@ -56,7 +56,7 @@ def _motions(
     joints: Sequence[Joint], inertias: Mapping[str, Inertia], sections: Mapping[str, str], values: Values
 ) -> list[str]:
     rng = np.random.default_rng(0)
-    held = led_or_following(joints, values)
+    held = coupled_by_mimic(joints, values)
     places = [np.array([values.value(entry) for entry in joint.position]) for joint in joints]
     size = _size([*places, *(inertia.center for inertia in inertias.values())])
     own = {  # a body of unknown inertia, and a beam, resists every motion

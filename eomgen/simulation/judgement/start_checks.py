@@ -234,7 +234,7 @@ def _unresolved_states(run: FinishedRun) -> Iterator[Finding]:
 def _state_at_start(run: FinishedRun) -> tuple[CompiledModel, InitialState, float, Array | None, Array]:
     owner, t = run.run, run.run.grid.start
     u = owner.signals.rows(np.array([t]))[0] if owner.takes_rows else None
-    return owner.model, _begun(run).state, t, u, owner.parameters
+    return owner.model, _beginning_of(run).state, t, u, owner.parameters
 
 
 def _too_fast(run: FinishedRun, decay: Fastest | None) -> Iterator[Finding]:
@@ -245,7 +245,7 @@ def _too_fast(run: FinishedRun, decay: Fastest | None) -> Iterator[Finding]:
         yield Finding(value=decay.rate, time=run.run.grid.start, text=text, hint=hint)
 
 
-def _begun(run: FinishedRun) -> Beginning:
+def _beginning_of(run: FinishedRun) -> Beginning:
     if run.beginning is None:
         raise ValueError("a check of the start needs the fact begun")
     return run.beginning
@@ -257,7 +257,7 @@ def _lost_digits(run: FinishedRun) -> Iterator[Finding]:
     Methods that iterate on the residual are as accurate as inverse dynamics, except for the start by forward dynamics;
     tdg2 and rosenbrock also record accelerations of each step from forward dynamics.
     """
-    model, q = run.run.model, _begun(run).state.q
+    model, q = run.run.model, _beginning_of(run).state.q
     facts = model.library.layout["facts"]
     articulated = facts["ill_scaled"]
     terms = run.run.method.terms(False, facts["internal_states"], not articulated)
@@ -282,21 +282,21 @@ def _lost_digits(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _start_beyond_limits(run: FinishedRun) -> Iterator[Finding]:
-    beginning = _begun(run)
+    beginning = _beginning_of(run)
     if not beginning.equilibrium:
         yield from map(Finding.of, starts_beyond_limits(run.run.model, beginning.state.q, run.run.parameters))
 
 
 def _start_on_impact(run: FinishedRun) -> Iterator[Finding]:
-    yield from map(Finding.of, impacts_at_start(run.run, _begun(run).state))
+    yield from map(Finding.of, impacts_at_start(run.run, _beginning_of(run).state))
 
 
 def _turned_start(run: FinishedRun) -> Iterator[Finding]:
-    yield from map(Finding.of, _begun(run).notes)
+    yield from map(Finding.of, _beginning_of(run).notes)
 
 
 def _deep_start(run: FinishedRun) -> Iterator[Finding]:
-    beginning, owner = _begun(run), run.run
+    beginning, owner = _beginning_of(run), run.run
     if not beginning.equilibrium:
         signals = owner.signals if owner.takes_rows else None
         yield from map(
@@ -305,11 +305,11 @@ def _deep_start(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _doubtful_start(run: FinishedRun) -> Iterator[Finding]:
-    yield from map(Finding.of, _begun(run).doubts)
+    yield from map(Finding.of, _beginning_of(run).doubts)
 
 
 def _chosen_method(run: FinishedRun) -> Iterator[Finding]:
-    if choice := _begun(run).choice:
+    if choice := _beginning_of(run).choice:
         yield Finding.of(choice)
 
 

@@ -145,8 +145,8 @@ class StepParts:
     order: float
 
     def ratio(self, step: float, other: float, times: Array) -> Array:
-        """Return the ratio of the errors up to times (n,) of a run in steps of ``other`` to the errors of a run in
-        steps of ``step``, all in s; as a ratio of steps, 1 if both take the same parts."""
+        """Return at times (n,), s, the effective ratio of steps, (error with steps ``other`` / error with steps
+        ``step``)^(1/order); other/step without jumps, 1 if both runs have the same parts."""
         if not len(self.ends):
             return np.full(len(times), other / step)
         last = min(self.end, self.start + _MOST * min(step, other))

@@ -72,7 +72,19 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
 
 
 def jacobian_vector(tape: Tape, outputs: Sequence[Ref], direction: Mapping[Ref | InputSymbol, Ref]) -> list[Ref]:
-    """Differentiate outputs along one direction, {independent quantity: derivative}; all other inputs are constants."""
+    """Differentiate outputs along one direction.
+
+    Parameters
+    ----------
+    tape : of the outputs; derivatives are recorded here
+    outputs : references to be differentiated
+    direction : from each independent quantity, an input symbol or a node, to its derivative; all other inputs are
+        constants
+
+    Returns
+    -------
+    derivatives of the outputs; ``ZERO`` for structural zeros
+    """
     partials = forward_partials(tape, outputs, {key: {0: ref} for key, ref in direction.items()})
     return [partial.get(0, ZERO) for partial in partials]
 

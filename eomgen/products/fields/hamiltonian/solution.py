@@ -225,7 +225,8 @@ class HamiltonianSolution:
         return columns | {f"energy.{name}": column for name, column in self.energy.items()}
 
     def save(self, path: str | Path) -> Path:
-        """Write all attributes as ``.npz``, or the columns as ``.csv``; an existing file is replaced.
+        """Write columns, metadata and error estimate as ``.npz``, or the columns as ``.csv``; an existing file is
+        replaced.
 
         Raises
         ------

@@ -159,7 +159,7 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
     in normal random variables, SIAM J. Sci. Stat. Comput. 1 (1980).
     """
     y, shape = _flat(thresholds)
-    generating, saddles, below, above = _begun(forms, y)
+    generating, saddles, below, above = _saddle_points(forms, y)
     rows = np.flatnonzero(np.isfinite(saddles))
     if not rows.size:
         return Tails(below.reshape(shape), above.reshape(shape))
@@ -214,7 +214,7 @@ def lugannani_rice(forms: Forms, thresholds: ArrayLike) -> Tails:
     Appl. Prob. 12 (1980), eq. 2.
     """
     y, shape = _flat(thresholds)
-    generating, saddles, below, above = _begun(forms, y)
+    generating, saddles, below, above = _saddle_points(forms, y)
     rows = np.flatnonzero(np.isfinite(saddles))
     s0 = saddles[rows]
     w = np.sign(s0) * np.sqrt(np.maximum(-2.0 * np.real(generating(s0, rows)), 0.0))
@@ -241,7 +241,7 @@ def imhof(forms: Forms, thresholds: ArrayLike) -> Tails:
     Imhof: Computing the distribution of quadratic forms in normal variables, Biometrika 48 (1961), eq. 3.2.
     """
     y, shape = _flat(thresholds)
-    generating, saddles, below, above = _begun(forms, y)
+    generating, saddles, below, above = _saddle_points(forms, y)
     rows = np.flatnonzero(np.isfinite(saddles))
     with np.errstate(over="ignore", under="ignore"):
         for row in rows:
@@ -277,7 +277,7 @@ def _flat(thresholds: ArrayLike) -> tuple[Array, tuple[int, ...]]:
     return y.ravel(), y.shape
 
 
-def _begun(given: Forms, y: Array) -> tuple[_Generating, Array, Array, Array]:
+def _saddle_points(given: Forms, y: Array) -> tuple[_Generating, Array, Array, Array]:
     """Return the generating function, saddles, and the tails if a form has no spread or never comes."""
     forms = [given] if isinstance(given, QuadraticForm) else list(given)
     generating = _Generating(forms, y)

@@ -146,7 +146,7 @@ class RunResponse:
         """Derivatives at all rows about the mean if the state stays constant there, which takes no run."""
         if self._longer is not None:  # the longer run has the rows up to here
             return self._longer.stationary
-        return self._begun(np.zeros(self.size)).stationary([self.output])
+        return self._sensitivities_at(np.zeros(self.size)).stationary([self.output])
 
     def _still_at(self, point: Array) -> StationaryRun | None:
         """Return derivatives about a constant state, if a point is the mean and there is one."""
@@ -224,7 +224,7 @@ class RunResponse:
         """Return times (rows,) and the derivatives of the output in the values of random processes at these, (rows,)
         each, about the mean: by one run and one adjoint run."""
         self.spend(1, 1)
-        result = self._begun(np.zeros(self.size), by=self.variables[:1])  # any parameter does
+        result = self._sensitivities_at(np.zeros(self.size), by=self.variables[:1])  # any parameter does
         return result.t, result.input_gradient(self._functional)
 
     def ending(self, time: float) -> RunResponse:
@@ -237,11 +237,11 @@ class RunResponse:
     def _sensitivities(self, point: Array) -> Sensitivities:
         """Return derivatives of the run at a point; the previous derivatives if the point is the same."""
         if self._last is None or not np.array_equal(self._last[0], point):
-            self._last = np.array(point), self._begun(point)
+            self._last = np.array(point), self._sensitivities_at(point)
             self.spend(1)
         return self._last[1]
 
-    def _begun(self, point: Array, by: Sequence[str] = ()) -> Sensitivities:
+    def _sensitivities_at(self, point: Array, by: Sequence[str] = ()) -> Sensitivities:
         """Return derivatives of the run at a point, by default by all variables."""
         given = dict(self.options)
         parameters = {**(given.pop("parameters", None) or {}), **dict(zip(self.variables, point.tolist(), strict=True))}

@@ -120,8 +120,8 @@ class WaveField:
         return tuple(result.tolist())
 
     def value(self, name: str, component: int, *arguments: ArrayLike) -> NDArray[np.float64]:
-        """Return a quantity at x, y, z (if it depends on z), and t, with ``given`` parameters, of the common broadcast
-        shape, in numbers."""
+        """Return a quantity in numbers, of the common broadcast shape of the arguments: x, y, z (if the quantity
+        depends on z), t, and then the values of ``self.given``."""
         numbers = [np.asarray(argument, dtype=float) for argument in arguments]
         count = len(WORDS[name].arguments)
         place, t, given = numbers[:count], numbers[count], numbers[count + 1 :]

@@ -183,7 +183,7 @@ def kernels() -> Mapping[str, Kernel]:
     ArithmeticError
         A kernel that contradicts the equations.
     """
-    found = second_order()
+    terms = second_order()
     sums, half = W_I + W_J, Rational(1, 2)
     forced_plus = -(W_I * W_J * sums * (_Q - _LEAN * C_I * C_J) + half * (W_I**3 * _S_I + W_J**3 * _S_J))
     cubes = _S_J * _W * (W_I**2 + W_I * W_J + W_J**2) - W_I**3 * _DT * (C_I + C_J) * C_I * C_J
@@ -195,10 +195,10 @@ def kernels() -> Mapping[str, Kernel]:
     up_plus = half * (_LEAN * mixed - change * _LAG)
     both = CH_J * SH_I + SH_J * CH_I
     up_minus = half * (change * (1 - half * _LEAN) * both - half * (W_I * K_I + W_J * K_J) * _LEAN * _LAG)
-    _hold("forcing", (forced_plus, forced_minus), found["forcing"])
-    _hold("along", (east * plus, east * minus), found["along"])
-    _hold("across", (north * plus, north * minus), found["across"])
-    _hold("vertical", (up_plus, up_minus), found["vertical"])
+    _hold("forcing", (forced_plus, forced_minus), terms["forcing"])
+    _hold("along", (east * plus, east * minus), terms["along"])
+    _hold("across", (north * plus, north * minus), terms["across"])
+    _hold("vertical", (up_plus, up_minus), terms["vertical"])
 
     potential = sympy.symbols("potential")
     # integrals of the velocities cos and sin (k a - w t): -sin / w and cos / w

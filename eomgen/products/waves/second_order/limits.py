@@ -21,10 +21,10 @@ MOST_MEMORY = 2_000_000_000
 
 def check_points(where: str, points: ArrayLike) -> None:
     """Raise UsageError for values that are no points of the plane."""
-    found = np.asarray(points, dtype=float)
-    if found.ndim != 2 or found.shape[1] != 2 or not np.all(np.isfinite(found)):
-        finite = "" if np.all(np.isfinite(found)) else ", with numbers that are not finite"
-        fault = f"an array of shape {found.shape}{finite}"
+    array = np.asarray(points, dtype=float)
+    if array.ndim != 2 or array.shape[1] != 2 or not np.all(np.isfinite(array)):
+        finite = "" if np.all(np.isfinite(array)) else ", with numbers that are not finite"
+        fault = f"an array of shape {array.shape}{finite}"
         raise UsageError(Problem(where, fault, "finite numbers of shape (points, 2)"))
 
 

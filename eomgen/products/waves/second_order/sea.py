@@ -21,7 +21,7 @@ from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispers
 from eomgen.products.waves.second_order.profiles import Profile, harmonics, multiples
 from eomgen.products.waves.second_order.routines import Routines, Waves, geometry_of, kinematics_of, routines
 
-#: Labels that are found for points on the water are off by this part of the shortest wave length at most.
+#: Error of labels computed for points on the water, as this part of the shortest wave length at most.
 CLOSE = 1e-10
 _ROUNDS = 60
 #: Largest height of labels above the surface, in units of 1 over the highest wave number, for differences by c at the
@@ -194,10 +194,10 @@ class Sea:
         """
         own = self._own_labels(labels)
         columns, twice, table, level = self._surface_tables if c == 0.0 else self._tables(c)
-        found = self._of(surface=c == 0.0).kinematics(
+        kinematics = self._of(surface=c == 0.0).kinematics(
             columns, self._waves(time), twice, table, level, self._numbers(c), own
         )
-        row = dict(zip(kinematics_of(self.spread), found, strict=True))
+        row = dict(zip(kinematics_of(self.spread), kinematics, strict=True))
         moved, velocity, acceleration = (self._vectors(row, kind) for kind in "dva")
         moved[:, :2] += np.asarray(labels, dtype=float) + self.current * time
         moved[:, 2] += c
@@ -240,8 +240,8 @@ class Sea:
             raise UsageError(Problem("Sea.profile: count", f"{count} labels are too few", f"{least + 1} or more"))
         crest = self.amplitude * np.exp(1j * (self.phase - self.frequency * time))
         named = None if table is None else dict(zip(self._entries, table, strict=True))
-        found, (drift, lift) = harmonics(number, columns, crest, own, named, level)
-        k = unit * np.arange(len(found["x"]))
+        by_name, (drift, lift) = harmonics(number, columns, crest, own, named, level)
+        k = unit * np.arange(len(by_name["x"]))
         labels = 2.0 * math.pi / unit * np.arange(count) / count
 
         def over_labels(amplitudes: NDArray[np.complex128]) -> Array:
@@ -251,8 +251,8 @@ class Sea:
             spectrum[0] = count * amplitudes[0].real
             return np.fft.irfft(spectrum, count)
 
-        x, z, u, w = (over_labels(found[name]) for name in "xzuw")
-        xa, za, xaa, zaa = (over_labels(found[name] * (1j * k) ** n) for n in (1, 2) for name in "xz")
+        x, z, u, w = (over_labels(by_name[name]) for name in "xzuw")
+        xa, za, xaa, zaa = (over_labels(by_name[name] * (1j * k) ** n) for n in (1, 2) for name in "xz")
         current = float(self.current @ self._axes[:, 0])
         return Profile(
             labels, labels + x + (drift + current) * time, z + lift, u + drift + current, w, 1.0 + xa, za, xaa, zaa
@@ -348,8 +348,8 @@ class Sea:
         """
         own = self._own_labels(labels)
         columns, twice, table, _ = self._surface_tables if c == 0.0 else self._tables(c)
-        found = self._of(surface=c == 0.0).geometry(columns, self._waves(time), twice, table, own)
-        row = dict(zip(geometry_of(self.spread), found, strict=True))
+        geometry = self._of(surface=c == 0.0).geometry(columns, self._waves(time), twice, table, own)
+        row = dict(zip(geometry_of(self.spread), geometry, strict=True))
         zero, points = np.zeros(own.shape[1]), own.shape[1]
         cells = [[row.get(f"x{axis}{by}", zero) for by in ("a", "b", "aa", "ab", "bb")] for axis in "xyz"]
         all_of = np.moveaxis(np.array(cells), 2, 0)
@@ -410,12 +410,12 @@ class Sea:
             at, best = labels[open_], distance[open_]
             for _ in range(8):
                 tried = at - factor[:, None] * step
-                found = self.motion(tried, time).position[:, :2] - wanted[open_]
-                worse = np.hypot(*found.T) > best
+                distance = self.motion(tried, time).position[:, :2] - wanted[open_]
+                worse = np.hypot(*distance.T) > best
                 if not np.any(worse):
                     break
                 factor[worse] *= 0.5
-            labels[open_], off[open_] = tried, found
+            labels[open_], off[open_] = tried, distance
         bad = wanted[np.argmax(np.hypot(*off.T))]
         fault = f"no single particle of the surface is above x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g} s"
         hint = "waves that are less steep: water folds over with a negative Jacobian of surface(labels, t)"
