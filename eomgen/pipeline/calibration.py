@@ -42,9 +42,10 @@ if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
 
 
-#: Modal forces that miss their mode, as a share of those asked for, above which poles are elsewhere.
+#: Modal forces on other modes, as a share of requested modal forces, above which poles are not at their requested
+#: places.
 _MISSED = 1e-6
-#: Distance of an eigenvalue from its wanted place, as a share of its size, that is reported.
+#: Relative distance of an eigenvalue from its requested place above which the distance is reported.
 _OFF = 1e-3
 
 
@@ -85,9 +86,9 @@ def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:
     return f"damping couples the modes: {', '.join(differences)}; " if differences else ""
 
 
-#: Calibrated numbers are kept to so many digits: further digits depend on the machine.
+#: Number of digits of calibrated numbers: further digits depend on the machine.
 _DIGITS = 12
-#: Feedback that signals cannot give, as a share of all of it, above which they are said to miss something.
+#: Part of the feedback that signals cannot represent, above which this part is reported.
 _MISSING = 1e-8
 #: Accelerations, m/s^2 or rad/s^2, above which an initial state is not in balance.
 _BALANCED = 1e-6
@@ -104,7 +105,7 @@ def calibrated(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scen
     Raises
     ------
     DescriptionError, ModelError, NumericalError
-        If a calibration fails; names its place in the scene file.
+        If a calibration fails; with the place in the scene file.
     """
     if not any(item.calibration for item in scene.feedback):
         return scene
@@ -140,12 +141,12 @@ def gains(
 
 @dataclass(frozen=True)
 class _Opened:
-    """A scene with inputs beside the outputs of its controllers.
+    """A scene with inputs in addition to the outputs of controllers.
 
     Attributes
     ----------
     calibrated : names of the parameters that calibrations fill.
-    rows : by output of the opened scene, its rows among all.
+    rows : by output of the opened scene, the rows of the output among all rows.
     """
 
     scene: Scene
@@ -193,7 +194,7 @@ def _input_of(output: str) -> str:
 def _one(
     opened: _Opened, item: StateFeedback, calibration: Calibration, model: Model, values: Mapping[str, float]
 ) -> tuple[dict[str, float], str]:
-    """Return the parameters of one controller, and a note on them."""
+    """Return the parameters of one controller, and a note on the parameters."""
     rest = model.equilibrium(parameters=values, any_kind=True) if calibration.at == "equilibrium" else None
     linear = model.linearize(at=rest or "initial", parameters=values)
     _check_balance(linear)
@@ -234,7 +235,7 @@ def _one(
 
 @dataclass(frozen=True)
 class _State:
-    """The fed-back state: its scaling T, x^ = T x, the inverse, and the names of its components."""
+    """The fed-back state: scaling T, x^ = T x, the inverse, and names of components."""
 
     there: Array
     back: Array
@@ -252,7 +253,7 @@ def _whole_state(space: StateSpace) -> _State:
 def _feedback_of_whole_state(
     space: StateSpace, names: Sequence[str], opened: _Opened, item: StateFeedback, calibration: Calibration
 ) -> tuple[Array, str]:
-    """Return the gains of coordinates, velocities and internal states, (m, ns), and a description of them."""
+    """Return the gains of coordinates, velocities and internal states, (m, ns), and a description of the gains."""
     if calibration.poles:
         law = place(space, calibration.poles, inputs=names)
     else:
@@ -285,7 +286,7 @@ def _check_second_order(linear: Linearization) -> None:
 def _feedback(
     plant: Plant, opened: _Opened, item: StateFeedback, calibration: Calibration, C: Array, D: Array
 ) -> tuple[Array, str]:
-    """Return the gains of the state [q, v], (m, 2n), and a description of them."""
+    """Return the gains of the state [q, v], (m, 2n), and a description of the gains."""
     if calibration.method == "lqr":
         start = Weights.of(plant, effort=_each(calibration.effort_weights or (0.0,), plant.m))
         weights = _weights(start, opened, item, calibration, C, D)

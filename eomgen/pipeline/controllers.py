@@ -21,7 +21,7 @@ from eomgen.linear.state_space import StateSpace
 from eomgen.scene.load import data_of
 
 Sections = dict[str, dict[str, Any]]
-#: Sections whose entries formulas call by their bare names.
+#: Sections whose entries are called by bare names in formulas.
 _NAMES = ("parameters", "inputs", "random", "states", "controllers", "curves")
 #: Quantities that formulas of controllers cannot use.
 _OF_ACCELERATIONS = re.compile(r"\b(?:a|acceleration|reaction|drive_effort)\.")
@@ -32,7 +32,7 @@ _QUANTITIES = ("position", "velocity")
 def with_controller(
     scene: str | os.PathLike[str] | Mapping[str, Any], law: Regulator | OutputFeedback, *, prefix: str = "estimate"
 ) -> dict[str, Any]:
-    """Return nested data of a scene whose inputs are driven by a controller that was designed for it.
+    """Return nested data of a scene with inputs driven by a controller that was designed for the scene.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ class _Writer:
         signals = {name: formula for name, formula, _, _ in row}
         gains = {name: gain for name, _, _, gain in row}
         references = {name: reference for name, _, reference, _ in row if reference}
-        if rest or not row:  # its output at rest is feedback of a constant
+        if rest or not row:  # the output at rest is feedback of a constant
             signals["rest"], gains["rest"] = _number(rest), -1.0
         entry = {
             "type": "state_feedback",
@@ -197,7 +197,7 @@ class _Writer:
         return _fitting(f"{self.prefix}_{_legal(state)}")
 
     def _state(self, name: str) -> tuple[str, float]:
-        """Return the formula of a state, and its value at the reference of the linear model."""
+        """Return the formula of a state, and the value of the state at the reference of the linear model."""
         reference = self.space.reference("states", name)
         if name in self.space.waiting:
             return name, reference
@@ -212,7 +212,7 @@ class _Writer:
         return f"q.{name}" if not dot else rest if kind == "z" else name, reference
 
     def _measured(self, name: str, number: int, controller: StateSpace) -> tuple[str, float]:
-        """Return the formula of a measured signal, and its value at the reference of the linear model."""
+        """Return the formula of a measured signal, and the value of the signal at the reference of the linear model."""
         if name not in self.space.outputs:
             return self._state(name)
         reference = float(controller.references["inputs"][number])

@@ -22,10 +22,10 @@ from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
 
-#: Elements of the smallest scene that is derived, at least, and by how many the next one has more: fewer elements have
-#: loops that are written out, and loops that take several elements side by side.
+#: Least number of elements of the smallest derived scene, and increment to the next scene: fewer elements have loops
+#: that are written out, and loops that take several elements side by side.
 _FEW, _MORE = 80, 4
-#: From so many equal elements on, three scenes with few are derived faster.
+#: Number of equal elements above which three scenes with few elements are derived faster.
 _MANY = 400
 #: Sections of a scene that hold no numbers of elements and no places along a beam.
 _PLAIN = frozenset({"beams", "forces", "springs", "torsion_springs", "bushings", "efforts"})
@@ -43,8 +43,7 @@ class Run:
     count: int
 
     def shortened(self, removed: int) -> tuple[Cosserat, dict[str, str | None]]:
-        """Return the beam without some elements of the run, and the new names of its nodes, None for one that is
-        removed."""
+        """Return the beam without some elements of the run, and the new names of nodes, None for removed nodes."""
         parts, middle = self.beam.parts, self.first + 2
         shorter = replace(self.beam, parts=parts[:middle] + parts[middle + removed :])
         nodes = self.beam.nodes
@@ -64,7 +63,7 @@ class EqualElements:
         return self.runs[0].count
 
     def fewer(self, count: int) -> Scene:
-        """Return the scene with so many elements in each run."""
+        """Return the scene with ``count`` elements in each run."""
         beams: dict[str, Cosserat] = {}
         names: dict[str, str | None] = {}
         for run in self.runs:
@@ -85,7 +84,7 @@ class EqualElements:
         return cast("Scene", _renamed(kept, {old: new for old, new in names.items() if new is not None}))
 
     def program(self, derived: Derived) -> tuple[Program, str] | None:
-        """Return the Program of the scene, and the reason if it has no stepper; None if the Programs of the derived
+        """Return the Program of the scene, and the reason for a missing stepper; None if the Programs of the derived
         scenes do not grow evenly.
 
         Parameters
@@ -119,8 +118,8 @@ class EqualElements:
 
 
 def equal_elements(scene: Scene) -> EqualElements | None:
-    """Return the longest runs of equal elements of a scene; None if they are short, or if the scene names elements by
-    number or place, constrains bodies, or carries one beam by another."""
+    """Return the longest runs of equal elements of a scene; None if the runs are short, or if the scene names elements
+    by number or place, constrains bodies, or carries one beam by another."""
     beams = [item.beam for item in scene.elements if isinstance(item, CosseratBeam)]
     if max((beam.elements for beam in beams), default=0) < _MANY or scene.constraints or scene.coordinates != "joint":
         return None
@@ -180,7 +179,7 @@ def _runs(scene: Scene, beam: Cosserat, mentioned: set[str]) -> Iterator[Run]:
 
 
 def _middles(scene: Scene) -> tuple[float, ...]:
-    """Return the places of the elements' middles at rest, as the term ``section_loads`` gives them."""
+    """Return the places of the elements' middles at rest, in the order of the term ``section_loads``."""
     beams = [item.beam for item in scene.elements if isinstance(item, CosseratBeam)]
     return tuple(0.5 * (start + end) for beam in beams for start, end in pairwise(beam.places))
 

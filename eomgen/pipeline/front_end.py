@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 #: Builds the model of a document with some terms, the same bits everywhere.
 Build = Callable[[Any, Sequence[str]], "Model"]
-#: Derives a document: its Program, and the reason if it has no stepper.
+#: Function that derives a document: its Program, and the reason for a missing stepper.
 Programs = Callable[[Any], tuple["Program", str]]
 
 
@@ -47,18 +47,20 @@ class FrontEnd:
     Attributes
     ----------
     name : of the front end, part of the key of the cache
-    document : class of its documents, each a ``Document``
+    document : class of the documents, each a ``Document``
     describe : description of a document; called at every build, also of a cached model, so it should import no
         slow modules
-    derive : the System with the wanted terms, all that a run may need if that is None; terms that it cannot derive are
+    derive : the System with the wanted terms, None: all terms that a run may need; terms that cannot be derived are
         left out
     prepared : the document with values found by a compiled model of it, before it is derived
-    start : returns q and v of the initial state at other values of tunable parameters, if they depend on them
-    gains : finds parameters that ``prepared`` fills at other values of the others, if there are any
+    start : returns q and v of the initial state at other values of tunable parameters, if the state depends on
+        parameters
+    gains : finds parameters filled by ``prepared`` at other values of the remaining parameters; None without such
+        parameters
     every_row : evaluates the constraints with the rows that were left out as redundant, if there are any
-    content : all data that determine the equations of a document; by default its ``content``
-    program : the Program of a document with many equal parts, and why it has no stepper, by a function that derives
-        documents with few of them; None for other documents
+    content : all data that determine the equations of a document; by default ``content`` of the document
+    program : the Program of a document with many equal parts, and the reason for a missing stepper, by a function that
+        derives documents with few such parts; None for other documents None for other documents
     """
 
     name: str
@@ -75,13 +77,13 @@ class FrontEnd:
 
 @dataclass(frozen=True)
 class FileKind(OtherKind):
-    """A kind of file with the functions of its documents.
+    """A kind of file with the functions of the kind's documents.
 
     Attributes
     ----------
     front_end : of the documents of such files
-    read : returns the document of a path, of nested data or of itself; None for anything else. Raises
-        DescriptionError, and UsageError for options of mechanical scenes
+    read : returns the document of a path, of nested data or of itself; None for anything else. Raises DescriptionError,
+        and UsageError for options of mechanical scenes
     build : returns the compiled model of a document, for a method and a profile
     generate : writes a document with a method as a folder of C, and returns the paths
     show : prints the answer of ``info`` to a path, for a method, options and whether as JSON; False for other files
@@ -105,12 +107,12 @@ def file_kinds() -> tuple[FileKind, ...]:
 
 
 def other_document(described: object, options: Mapping[str, Any] | None = None) -> tuple[FileKind, Any] | None:
-    """Return kind and document of a description that is no mechanical scene; None for others.
+    """Return kind and document of a description that is no mechanical scene; None for mechanical scenes.
 
     Raises
     ------
     DescriptionError
-        With all faults of its content.
+        With all faults of the content.
     UsageError
         An option of mechanical scenes.
     """

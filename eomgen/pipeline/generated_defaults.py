@@ -30,13 +30,13 @@ def with_parameters(document: Document, described: Description, parameters: Mapp
 
     Parameters
     ----------
-    document : prepared by its front end, so that calibrated gains follow the scene's own values
+    document : prepared by the front end, so that calibrated gains follow the scene's values
     parameters : numbers, or texts with units
 
     Raises
     ------
     UsageError
-        Unknown or fixed names, values that the scene would refuse as its own, and documents of other front ends.
+        Unknown or fixed names, values that the scene would refuse, and documents of other front ends.
     """
     if not isinstance(document, Scene):
         fault = f"{described.name} is no scene, and only scenes are written with other values of their parameters"
@@ -57,7 +57,7 @@ def with_parameters(document: Document, described: Description, parameters: Mapp
     return replace(document, parameters=changed)
 
 
-#: Parameters that are named with their values.
+#: Largest number of parameters listed with values.
 _LISTED = 12
 
 
@@ -66,7 +66,7 @@ def with_equilibrium_start(
     build: Callable[[Sequence[str]], Model],
     parameters: Mapping[str, float | str] | None = None,
 ) -> Program:
-    """Return a Program with the initial state of ``simulate`` at its parameters, documented in its README.
+    """Return a Program with the initial state of ``simulate`` at the program's parameters, documented in the README.
 
     Without an equilibrium the initial state is the joints' own; a RuntimeWarning and the README report it.
 

@@ -65,7 +65,7 @@ def with_initial_assembly(
     units = coordinate_units(system.factors, description.coordinates if description is not None else ())
     guess = np.array(system.initial_q), np.array(system.initial_v)
     corrections = [*assembly.corrections(), *corrected_start(assembly, guess, coordinate_names(system.factors), units)]
-    if rows.dependent:  # a small contradiction to other rows no longer prevents their solution
+    if rows.dependent:  # a small contradiction to other rows no longer prevents the solution of the rows
         assembly = assemble(equations.without(rows.dependent), assembly.q, assembly.v)
     left_out = _left_out(system, equations, assembly.q, rows)
     notes = [*left_out, *prescribed, *locked, *undetermined, *corrections, *assembly.deviations]
@@ -112,7 +112,8 @@ def _without_freedom(system: System, equations: Constrained, q: Array, rows: Red
 
 
 def _undetermined(system: System, equations: Constrained, q: Array, rows: Redundancy) -> list[str]:
-    """Return a sentence for each row that follows from the others at the start, and hardly anything new nearby."""
+    """Return a sentence for each row that follows from other rows at the start, and adds hardly any condition
+    nearby."""
     if not rows.hardly:
         return []
     here = Rows(equations.without(rows.dependent), q, 0.0)
@@ -130,10 +131,10 @@ def _undetermined(system: System, equations: Constrained, q: Array, rows: Redund
 
 
 def _sensitive(system: System, equations: Constrained, q: Array, v: Array, left_out: Sequence[int]) -> tuple[str, ...]:
-    """Return the rows that were left out if they follow from others at the default parameters only, as far as is seen
-    nearby.
+    """Return the rows left out that follow from other rows at the default parameters only, as far as nearby states
+    show.
 
-    Rows are analytic in their parameters: a dependence at arbitrary values nearby is a dependence everywhere.
+    Rows are analytic in parameters: a dependence at arbitrary values nearby is a dependence everywhere.
     """
     rows = [system.functions[name] for name in ("constraint", "constraint_velocity") if name in system.functions]
     refs = [ref for function in rows for ref in function.refs]
@@ -176,7 +177,7 @@ def constrained(system: System, parameters: Array | None = None, description: De
 
     def at(function: str, t: float, **state: Array) -> Array:
         inputs: dict[str, Any] = {"p": defaults, **state, "t": np.array([t])}
-        with np.errstate(all="ignore"):  # values that are not finite are reported by name at their use
+        with np.errstate(all="ignore"):  # values that are not finite are reported by name at use
             if "base" in system.functions[function].inputs:
                 inputs["base"] = evaluation("base").on_arrays(inputs)
             return np.array(evaluation(function).on_arrays(inputs), dtype=float)

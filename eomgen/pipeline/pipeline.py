@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from eomgen.toolchain.compiler import Running
     from eomgen.toolchain.library import LaneLibrary, Library
 
-    #: A scene, the path of one, nested data as a scene file holds them, or the document of another front end.
+    #: A scene, the path of a scene, nested data in the form of a scene file, or the document of another front end.
     Described = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
 
 _LOG = logging.getLogger(__name__)

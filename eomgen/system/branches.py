@@ -25,7 +25,7 @@ Values = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Branch:
-    """An operation with a value that may jump as its argument passes a number.
+    """An operation whose value may jump when its argument passes a number.
 
     Attributes
     ----------
@@ -63,13 +63,13 @@ class _Jumps:
 
 
 class Branches:
-    """The branches of a system's equations, and their sides at states.
+    """The branches of a system's equations, and the sides of the branches at states.
 
-    Comparisons within loops over alike elements are not among them.
+    Comparisons within loops over alike elements are left out.
 
     Parameters
     ----------
-    system : with its functions among ``OF_RUNS``
+    system : with functions among ``OF_RUNS``
     """
 
     def __init__(self, system: System) -> None:

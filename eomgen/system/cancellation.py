@@ -14,7 +14,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 
-#: Rounding of a number, and the relative error of accelerations from which it is reported.
+#: Rounding of a number, and the relative error of accelerations above which the error is reported.
 ROUNDING, LOST = float(np.finfo(float).eps), 1e-8
 
 
@@ -22,7 +22,7 @@ ROUNDING, LOST = float(np.finfo(float).eps), 1e-8
 def cancellation(M: Array, joints: Sequence[slice]) -> Array:
     """Return the largest ratio M_ii / D_i of each inertia matrix, at most 1 / eps; NaN for a non-finite matrix.
 
-    Components of the same joint stay free together: their coupling is the same in both inertias.
+    Components of the same joint stay free together: the coupling of these components is the same in both inertias.
 
     Parameters
     ----------
@@ -47,7 +47,8 @@ def cancellation(M: Array, joints: Sequence[slice]) -> Array:
 
 
 def largest_cancellation(M: Array) -> float:
-    """Return an upper bound of ``cancellation`` of one inertia matrix, by a Cholesky factorization; inf if it fails.
+    """Return an upper bound of ``cancellation`` of one inertia matrix, by a Cholesky factorization; inf if the
+    factorization fails.
 
     Components of a joint are eliminated one by one, so pivots are at most the inertias of ``cancellation``.
 

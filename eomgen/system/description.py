@@ -56,7 +56,7 @@ class Coordinates:
     ----------
     name : of the factor
     units : of each component of q; components of v have the same per second
-    reach : range of each component in random draws, in its own unit; empty if any value will do
+    reach : range of each component in random draws, in the unit of the component; empty for any value
     length : reference length of small deflections, m; 0 for coordinates that are no deflections
     linear : whether the equations hold for small values only
     """
@@ -75,7 +75,7 @@ class Limit:
     Attributes
     ----------
     subject : coordinate and joint, for messages: ``the travel of joint slider``
-    coordinate : its name among the coordinates q: ``q.slider``
+    coordinate : name among the coordinates q: ``q.slider`` ``q.slider``
     stiffness : of the stop, N/m or N m/rad
     """
 
@@ -110,14 +110,14 @@ class Rule(Protocol):
 
     Attributes
     ----------
-    stage : rules of a later stage are judged only if all rules of the earlier ones are met
+    stage : rules of a later stage are judged only if all rules of earlier stages are satisfied
     """
 
     @property
     def stage(self) -> int: ...
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
-        """Tell whether values break the rule: numbers, or arrays that broadcast. None of them is NaN."""
+        """Tell whether values break the rule: numbers, or arrays that broadcast. No value is NaN."""
         ...
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
@@ -154,7 +154,7 @@ class Point:
 class FixedFrame(Point):
     """A frame fixed in a body (or in the base, or in the world): a point with axes.
 
-    ``orientation``, (3, 3), and ``quaternion``, (w, x, y, z), both take its own axes to the body's.
+    ``orientation``, (3, 3), and ``quaternion``, (w, x, y, z), transform from frame axes to body axes.
     """
 
     orientation: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -182,7 +182,7 @@ class ElementStiffness:
     def matrices(self, values: Mapping[str, float]) -> Array:
         """Return the stiffness of each element at values of the parameters, (elements, 6, 6), N m/rad and N/m.
 
-        Its coordinates are changes of the logarithm of the relative pose. Forces and moments vary along an element: see
+        Strains are changes of the logarithm of the relative pose. Forces and moments vary along an element: see
         ``mechanics.forces.cosserat_beams``; the flexibility is S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape.
         """
         result = []
@@ -193,9 +193,10 @@ class ElementStiffness:
         return np.array(result)
 
     def bending_within(self, values: Mapping[str, float], forces: Array) -> Array:
-        """Return deflections within elements, (elements,), as parts of their lengths: Q l^2 / 12 EI for a force Q.
+        """Return deflections within elements, (elements,), relative to the lengths of elements: Q l^2 / 12 EI for a
+        force Q.
 
-        They are small against 1 if forces and moments vary along an element as in its initial shape.
+        The deflections are small compared with 1 if forces and moments vary along an element as in the initial shape.
 
         Parameters
         ----------
@@ -219,12 +220,13 @@ class ElementStiffness:
 
 @dataclass(frozen=True)
 class Solid:
-    """Drawing of a body moved by the term ``poses``: the homogeneous solid of its mass, centre and inertia.
+    """Drawing of a body moved by the term ``poses``: the homogeneous solid with the mass, centre and inertia of the
+    body.
 
     Attributes
     ----------
     inertia : xx, yy, zz, xy, xz, yz about the centre of mass, body axes
-    hub : start of lines to joints and forces on the body: its centre of mass (``center``) or its ``origin``
+    hub : start of lines to joints and forces on the body: the centre of mass (``center``) or the ``origin``
     """
 
     name: str
@@ -238,7 +240,7 @@ class Solid:
 class Hinge:
     """A joint: a pin (rotation) or a rail (translation) along ``axis``, at ``position`` in the parent.
 
-    ``tied`` tells whether the parent is drawn to reach to it.
+    ``tied``: whether the drawing of the parent extends to the joint.
     """
 
     name: str
@@ -288,11 +290,11 @@ class Wheel:
     axis: tuple[float, float, float] | None = None
 
     def deep(self, height: float, radius: float, road: float, stiffness: float) -> str:
-        """Return a note on a tyre with a road beyond a quarter of its radius; empty for others.
+        """Return a note on a tyre with a road beyond a quarter of its radius; empty for other tyres.
 
         Parameters
         ----------
-        height, road : of the centre and of the road under it, m
+        height, road : of the centre and of the road below the centre, m
         """
         depth = road + radius - height
         if not depth > 0.25 * radius > 0.0:
@@ -339,12 +341,12 @@ class Description:
 
     Attributes
     ----------
-    parameters : all of them; tunable ones are arguments of every call
+    parameters : tunable parameters, which are arguments of every call, and fixed parameters
     states, inputs, outputs : in the order of z, u and the outputs; inputs without formula and harmonics are driven
     motions : laws that a caller moves between steps, by tunable parameters
-    parts : by section of a product, the objects of its entries
-    coordinates : of the factors of group R; unlisted ones have no unit
-    joints : the factors that the joints between absolute bodies would have, which measure them; else empty
+    parts : by section of a product, the objects of the entries
+    coordinates : of the factors of group R; factors left out have no unit
+    joints : factors of joints between absolute bodies, which serve as measures; else empty
     base : names of the base's accelerations, which count as disturbances
     laws : values prescribed over time
     formulas : formulas that forces depend on, inputs excepted
@@ -352,7 +354,7 @@ class Description:
     requirements : conditions on values that depend on tunable parameters
     lengths : vectors, m, with norms of the order of the machine's size
     gravity : m/s^2
-    exact_beams : of geometrically exact beams: the bodies that are their nodes, by the order along the beam
+    exact_beams : of geometrically exact beams: the bodies of the nodes, in the order along the beam
     element_stiffness : of the elements of these beams, beam by beam
     frames : named frames of bodies
     linear_parameters : columns of the regressor, if the scene has one

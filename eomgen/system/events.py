@@ -19,7 +19,7 @@ class Assignment:
     Attributes
     ----------
     block, index : the number: of ``q``, ``v`` or ``z``
-    place : of its formula among the ``event_actions``
+    place : index of the formula among the ``event_actions``
     """
 
     block: str
@@ -34,11 +34,11 @@ class EventRow:
     Attributes
     ----------
     sign : of the rate at the roots that count: 1 rising, -1 falling, 0 both
-    has_rate : whether the term gives the rate of the function; else it is zero there
+    has_rate : whether the term gives the rate of the function; else the term's rate is zero
     assignments : of ``reset``
     restitution : place among the ``event_actions`` of an impact's restitution
     gradient : row of an impact in the term ``event_impulse``
-    mode, value : of ``switch``: number of the mode, place of its new value among the ``event_actions``
+    mode, value : of ``switch``: number of the mode, index of the new value among the ``event_actions``
     least_interval : s; an event that comes again sooner ends the run; 0: the stepper's own bound
     """
 
@@ -57,7 +57,7 @@ class EventRow:
 
 @dataclass(frozen=True)
 class Mode:
-    """A number that only events change; ``parameter``: the tunable parameter that holds its value at the start."""
+    """A number that only events change; ``parameter``: the tunable parameter for the value at the start."""
 
     name: str
     parameter: int

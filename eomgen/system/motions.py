@@ -16,7 +16,7 @@ DEGREE = 5
 
 
 def motion_parameters(name: str) -> tuple[str, ...]:
-    """Return the names of the tunable parameters of a motion: the start of a piece, s, then its coefficients."""
+    """Return the names of the tunable parameters of a motion: the start of a piece, s, then the coefficients."""
     return (f"{name}_begin", *(f"{name}_{k}" for k in range(DEGREE + 1)))
 
 
@@ -31,7 +31,7 @@ class Motion:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of its tunable parameters."""
+        """Names of the tunable parameters."""
         return motion_parameters(self.name)
 
 
@@ -59,8 +59,8 @@ def piece(start: Array, end: Array, duration: float | Array) -> Array:
 
 
 def at_time(coefficients: Array, since: float | Array) -> Array:
-    """Return position, rate and acceleration, (3, ...), of pieces with coefficients (6, ...), times (...) in s after
-    they began."""
+    """Return position, rate and acceleration, (3, ...), of pieces with coefficients (6, ...), at times (...) in s after
+    the beginnings of the pieces."""
     value, rate, acceleration = np.zeros((3, *np.shape(since)))
     for coefficient in coefficients[::-1]:
         acceleration = acceleration * since + 2.0 * rate

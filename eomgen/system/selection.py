@@ -15,8 +15,8 @@ class Selection:
 
     Attributes
     ----------
-    terms : wanted by name; None: the scene's own list, or all that it can use
-    start : ``initial`` or ``equilibrium``: only functions called by runs that start so; empty: all of them
+    terms : wanted by name; None: the scene's list, or all functions that the scene can use
+    start : ``initial`` or ``equilibrium``: only functions called by runs with this start; empty: all functions
     """
 
     terms: tuple[str, ...] | None = None
@@ -33,9 +33,8 @@ class Selection:
         Parameters
         ----------
         called : by the steps of the method
-        implicit : whether these are implicit: motions that they do not resolve are then found by partials of the
-            residual, of which steps have nonzeros or the whole; else states that decay too fast, by partials of the
-            internal states
+        implicit : whether these steps are implicit: unresolved motions are then found by partials of the residual, of
+            which steps have nonzeros or the whole; else states that decay too fast, by partials of the internal states
         """
         if not self.start:
             return list(derived)

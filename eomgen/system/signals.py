@@ -11,12 +11,12 @@ from eomgen.base.data import dataclass, field
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Formula, Symbol
 
-#: Prefix of the number of a variable in the name of its parameter.
+#: Prefix of the number of a variable in the name of the variable's parameter.
 _VARIABLE = "z"
 
 
 def variables_of(name: str, count: int) -> tuple[str, ...]:
-    """Return the names of the tunable parameters of an entry: its standard normal variables."""
+    """Return the names of the tunable parameters of an entry, which are standard normal variables."""
     return tuple(f"{name}_{_VARIABLE}{k}" for k in range(1, count + 1))
 
 
@@ -27,18 +27,18 @@ class NormalSeries:
 
     Attributes
     ----------
-    name : of its input
-    kind : of its covariance, by name in scenes
+    name : of the input
+    kind : of the covariance, by the name in scenes
     mean : of g
     variables : names of the tunable parameters that the z_i are
     weights : w_i
     modes : m_i = sqrt(lambda_i) phi_i, phi_i orthonormal over the window, the largest lambda first
     eigenvalues : w_i^2 lambda_i
     total : the sum of all eigenvalues, also of those left out: variance of g times length of the window
-    seed : of the values that its own variables have by default
+    seed : of the default values of the process's independent variables
     speed, lag : x(t) = speed t - lag, m/s and m; over time, with speed 0, x(t) = t - lag, s
     follows : the repeated process; empty if none
-    correlation : correlation coefficients with other processes; it has some of their variables
+    correlation : correlation coefficients with other processes, which have variables in common with this process
     coherent_with : processes coherent with this process over frequencies, of which one holds the variables
     translation : T, a formula of the symbol of kind ``gaussian``, which is g; None if X is g
     covariance : R at lags of x, of g with all modes and weights of 1; None if the covariance of the modes depends
@@ -64,7 +64,8 @@ class NormalSeries:
 
     @property
     def own_variables(self) -> tuple[str, ...]:
-        """Independent standard normal variables of this process; none if it follows or is correlated with another."""
+        """Independent standard normal variables of this process; none if the process follows or is correlated with
+        another process."""
         own = variables_of(self.name, len(self.modes))
         return tuple(variable for variable in self.variables if variable in own)
 
@@ -75,7 +76,7 @@ class NormalSeries:
 
     @property
     def standard_deviation(self) -> float:
-        """Of g, with all its modes, also those left out."""
+        """Of g, with all modes, including modes left out."""
         start, end = self.window
         return math.sqrt(self.total / (end - start))
 
@@ -91,11 +92,11 @@ class NormalSeries:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named number. Tunable ones are arguments of every call; the others are folded into the code.
+    """A named number. Tunable parameters are arguments of every call; fixed parameters are folded into the code.
 
     Attributes
     ----------
-    standard_normal : whether it is a standard normal variable, of which runs by default have one draw
+    standard_normal : whether the parameter is a standard normal variable, of which runs by default have one draw
     """
 
     name: str
@@ -119,7 +120,7 @@ class RoadUnderWheel:
 
 @dataclass(frozen=True)
 class Input:
-    """A named input u_k; its default value is a formula plus a sum of harmonics.
+    """A named input u_k; the default value is a formula plus a sum of harmonics.
 
     Attributes
     ----------
@@ -139,7 +140,7 @@ class Input:
 
     @property
     def given(self) -> bool:
-        """Whether the scene itself specifies the input."""
+        """Whether the scene specifies the input."""
         return self.formula is not None or bool(self.harmonics)
 
 
@@ -151,8 +152,8 @@ class Sampling:
     ----------
     formula : of everything but accelerations
     period, offset : s; samples are at offset + k period, k = 0, 1, ...
-    quantum : values are rounded to whole multiples of it; 0: they are not
-    register : whether it takes the values of other states from before they are sampled at the same time
+    quantum : values are rounded to whole multiples of the quantum; 0: no rounding
+    register : whether the state takes values of other states from before samples at the same time
     place : file and line, for messages
     controller : the sampled controller that gives the value in place of the formula; empty: none
     """
@@ -170,7 +171,7 @@ class Sampling:
 class State:
     """An internal state z_k: zdot_k = ``rate``, a formula of everything but accelerations, from ``initial`` on.
 
-    A sampled one has rate 0 and keeps its value between samples.
+    A sampled state has rate 0 and is constant between samples.
     """
 
     name: str
@@ -207,7 +208,7 @@ class Output:
 
     @property
     def quantity(self) -> str:
-        """``position``, ``velocity`` or ``acceleration`` if the values are exactly one of them, else empty."""
+        """``position``, ``velocity`` or ``acceleration`` if the values are exactly this quantity, else empty."""
         kinds = {value.kind if isinstance(value, Symbol) else "" for value in self.values}
         kind = kinds.pop() if len(kinds) == 1 else ""
         return kind if kind in ("position", "velocity", "acceleration") else ""
@@ -219,9 +220,9 @@ class SampleRow:
 
     Attributes
     ----------
-    state : its number in z
+    state : index in z
     period, offset : s; samples are at offset + k period, k = 0, 1, ...
-    quantum : values are rounded to whole multiples of it; 0: they are not
+    quantum : values are rounded to whole multiples of the quantum; 0: no rounding
     level : of states sampled at the same time, lower levels are set first
     controller : number of the controller that returns the value in place of the term; -1: none
     """
@@ -240,8 +241,8 @@ class CSource:
 
     Attributes
     ----------
-    name : of the file, without its folder
-    text : all of it
+    name : of the file, without the folder
+    text : contents of the file
     """
 
     name: str
@@ -250,15 +251,16 @@ class CSource:
 
 @dataclass(frozen=True)
 class SampledController:
-    """A function called at samples: maps signals and its own memory to values that are held.
+    """A function called at samples: maps signals and private memory to values that are held.
 
     Attributes
     ----------
-    name : of its entry
-    signals, outputs : their names in the scene
-    signal_states, value_states, memory_states : names of the internal states that hold them; all are sampled together
-    declared : whether its memory is declared to be all that it keeps
-    function : name of its C function; empty: its caller gives one
+    name : of the entry
+    signals, outputs : names in the scene
+    signal_states, value_states, memory_states : names of the internal states for signals, outputs and memory; all are
+        sampled together
+    declared : whether the declared memory is the whole memory of the function
+    function : name of the C function; empty: the caller gives a function
     source : the file with that
     """
 

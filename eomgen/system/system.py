@@ -31,7 +31,7 @@ from eomgen.system.terms import TERMS, nearest_term
 if TYPE_CHECKING:
     import sympy
 
-#: Input blocks in the order in which every function takes them.
+#: Input blocks in the order of the arguments of every function.
 INPUT_BLOCKS = (
     "p", "t", "q", "v", "a", "j", "s", "a_higher", "z", "lam", "u", "u_dot", "u_ddot", "u_higher", "base", "base_rates",
     "weights", "direction",
@@ -53,15 +53,15 @@ BASE_LAYOUT: tuple[tuple[str, int, str], ...] = (
 #: Numbers in the base struct.
 BASE_SIZE = sum(size for _, size, _ in BASE_LAYOUT)
 
-#: Functions of a motion that is known: no stepper calls them at each step.
+#: Functions of a known motion: no stepper calls these functions at each step.
 OBSERVED = frozenset({"joint_angles", *(name for name, term in TERMS.items() if term.observed)})
 
-#: Terms of the separated form, and their symbols.
+#: Terms of the separated form, with symbols.
 _SYMBOLS = {"mass": "M", "coupling": "h", "base_motion": "b", "force": "Q"}
-#: Operations up to which a notebook shows a term: more of them fill a page.
+#: Largest number of operations of a term shown in a notebook: more operations fill a page.
 _READABLE = 120
-#: How inputs without a name of their own, the time and intermediates are called in SymPy: no name of a scene may look
-#: like that.
+#: Names in SymPy of inputs without a name in the scene, of time and of intermediates: no name of a scene may have this
+#: form.
 _TAKEN = re.compile(r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+")
 
 
@@ -104,14 +104,14 @@ class SecondBlocks(NamedTuple):
 def second_blocks(
     *, nv: int, nz: int, nu: int, holonomic: int, rows: int, outputs: int, parameters: int
 ) -> SecondBlocks:
-    """Return the blocks of a system with so many of each; ``rows``: of all constraints."""
+    """Return the blocks of a system with given numbers of components; ``rows``: of all constraints."""
     weights = {"r": nv, "zdot": nz, "Phi": holonomic, "w": rows, "wdot": rows, "y": outputs}
     return SecondBlocks(weights, {"q": nv, "v": nv, "a": nv, "z": nz, "lam": rows, "p": parameters, "u": nu})
 
 
 @dataclass(frozen=True)
 class Block:
-    """One named output of a function, its references row by row."""
+    """One named output of a function, with references row by row."""
 
     name: str
     shape: tuple[int, ...]
@@ -121,7 +121,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Function:
-    """A named function of the System: its input blocks (ordered as INPUT_BLOCKS) and its outputs."""
+    """A named function of the System: input blocks (ordered as INPUT_BLOCKS) and outputs."""
 
     name: str
     description: str
@@ -170,10 +170,10 @@ class Facts:
 
 @dataclass(frozen=True)
 class Discontinuity:
-    """A time at which forces are not smooth, and again every ``period`` after it unless that is 0.
+    """A time at which forces are not smooth, repeated after every ``period`` unless that is 0.
 
-    ``order``: the lowest derivative of forces that jumps, 0 for themselves. ``blur``: the time is known to this many
-    times the precision of the numbers in use. ``constraint``: it is one of a law that a constraint follows.
+    ``order``: the lowest derivative of forces that jumps, 0 for forces. ``blur``: the time is known to this many times
+    the precision of the numbers in use. ``constraint``: whether the time belongs to a law that a constraint follows.
     """
 
     time: float
@@ -239,32 +239,32 @@ class System:
         The configuration, a product of groups.
     angles : tuple of str
         Numbers of q behind the factors, by name: references of angles that the factors tell up to whole turns only.
-        Each is within half a turn of its angle, which the function ``joint_angles`` gives; whoever moves q lets it
-        follow.
+        Each reference is within half a turn of its angle, which the function ``joint_angles`` gives; callers that
+        change q adapt the reference.
     functions : mapping from name to Function
         ``residual`` is always there: r(q, v, a, z, lam, t, u, p), zero along motions.
     dof_parent : (nv,) tuple
-        For each velocity component the nearest one it depends on towards the root, -1 at the root: the block sparsity
+        For each velocity component the nearest coupled component towards the root, -1 at the root: the block sparsity
         of M.
     multipliers : tuple of str
-        Name of each constraint row: the ``holonomic`` first ones Phi(q, t) = 0, then rows at velocity level.
+        Name of each constraint row: first the ``holonomic`` rows Phi(q, t) = 0, then rows at velocity level.
     row_units : tuple of str
         Unit of each constraint row: ``m``, ``1`` or, at velocity level, ``m/s``.
     angular : (nv,) tuple
-        For each velocity component whether it turns something, rad/s; else it is a travel or a deflection.
+        For each velocity component whether it is an angular velocity, rad/s; else a travel or a deflection.
     states : tuple of Quantity
-        Internal states, with their initial values.
+        Internal states, with initial values.
     patterns : mapping from K, C, M, B, Z, Rz, Fq, Fv, Fz to (row, column) pairs
         Positions of the nonzeros given by ``iteration`` and ``jacobian_values``, in order.
     inner_owners : tuple of int
-        For each unknown that ``iteration`` of a long tree keeps besides the velocity, the first velocity component of
-        its link.
+        For each unknown that ``iteration`` of a long tree has besides velocities, the first velocity component of the
+        unknown's link.
     frames : tuple of str
         Bodies and named frames that the terms of frames give, in order.
     extent : tuple of Ref
         Size of the machine, m, and of gravity, m/s^2: functions of the parameters.
     events : tuple of EventRow
-        Actions at the roots of the functions of the term ``events``, in its order.
+        Actions at the roots of the functions of the term ``events``, in the order of the term.
     modes : tuple of Mode
         Numbers that only events change.
     sampled : tuple of SampleRow
@@ -286,21 +286,21 @@ class System:
     warnings : tuple of str
         Warnings repeated by every run.
     left_out : tuple of str
-        Constraint rows that follow from others at the default parameters, and may not at others.
+        Constraint rows that follow from other rows at the default parameters, and may not at other parameters.
     asked_q, asked_v : tuples of float
-        The initial state before it was moved onto the constraints; empty if it was not moved.
+        The requested initial state before a correction onto the constraints; empty without a correction.
     kept, dropped : tuples of str
-        Terms that the scene made necessary, and terms that it did not.
+        Terms that the scene made necessary, and terms that the scene did not.
     base_zeros : tuple of int
-        Components of the base struct that are zero at all times by the base's law: no function reads them.
+        Components of the base struct that are zero at all times by the base's law, so that no function reads them.
     relative : tuple of tuples of int
         Velocity components joined by relative springs and dampers, group by group, if a method needs these groups; the
         function ``row_sums`` gives nonzero row sums of K and C over the groups, ``patterns`` the positions.
     links : tuple of pairs of ints
         Pairs of these components with mutual forces that ``relative_forces`` gives apart from the residual.
     order : int
-        Highest time derivative that a function gives: how many derivatives of inputs and of the base's acceleration it
-        takes.
+        Highest time derivative given by a function, which determines the number of derivatives of inputs and of the
+        base's acceleration in its arguments.
     """
 
     name: str
@@ -409,7 +409,7 @@ class System:
 
     @property
     def second_sizes(self) -> dict[str, int]:
-        """Numbers in the blocks of ``second_partials``; none if it was not asked for."""
+        """Numbers in the blocks of ``second_partials``; none unless requested."""
         if "second_partials" not in self.functions:
             return {}
         return {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
@@ -482,9 +482,9 @@ class System:
     def symbol_names(self) -> dict[InputSymbol, str]:
         """Names from the scene of components of p, u, z, q, v and a, as ``sympy`` uses them.
 
-        Parameters, inputs and states have their own names; coordinates are ``q_hinge``, ``v_hinge``, ``a_hinge``, or
-        ``q_ball_0`` and so on for joints of several. A name that two components would share, or that looks like a
-        component's place in its array (``q0``, ``p_1``), is left out: such a component is called by its place.
+        Parameters, inputs and states have the names in the scene; coordinates are ``q_hinge``, ``v_hinge``,
+        ``a_hinge``, or ``q_ball_0`` and so on for joints of several. A name shared by two components, or in the form of
+        an index in an array (``q0``, ``p_1``), is left out: such a component is named by its index.
         """
         names = {InputSymbol("p", index): item.name for index, item in enumerate(self.parameters)}
         names |= {InputSymbol("u", index): item.name for index, item in enumerate(self.inputs)}
@@ -530,7 +530,7 @@ class System:
         >>> system.sympy("mass")
         Matrix([[0.01875]])
         """
-        # SymPy is imported only when it is asked for
+        # SymPy is imported at first use only
         from eomgen.symbolic.reading import block_to_sympy  # noqa: PLC0415
 
         block = self._block("sympy", term)
@@ -568,7 +568,7 @@ class System:
         >>> print(system.latex("mass", "M"))
         M = \left[\begin{matrix}0.01875\end{matrix}\right]
         """
-        # SymPy is imported only when it is asked for
+        # SymPy is imported at first use only
         from eomgen.symbolic.reading import to_latex  # noqa: PLC0415
 
         block = self._block("latex", term)

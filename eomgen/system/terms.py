@@ -24,26 +24,26 @@ class Term:
     Attributes
     ----------
     inputs : tuple of str
-        Input blocks that it may depend on.
+        Input blocks on which the term may depend.
     exists : tuple of str
         Facts of a system of which one must hold; a term without any exists in all systems. Facts: ``constraints``,
         ``unconstrained``, ``states``, ``moving_base``, ``outputs``, ``absolute``, ``elastic``, ``rigid``, ``large``,
         ``exact_beams``, ``events``, ``event_actions``, ``event_impulse``, ``tunable`` (parameters), ``tunable_outputs``
         (both), ``rigid_tree`` (in joint coordinates).
     on_request : bool
-        Recorded only when it is asked for by name.
+        Recorded only by request, by name.
     quadratic : bool
-        A whole matrix, which in large trees is recorded only when it is asked for by name.
+        A whole matrix, which in large trees is recorded only by request, by name.
     of_motion : bool
-        May do without accelerations and multipliers, and then does not take them.
+        May be without accelerations and multipliers, and then has no such arguments.
     observed : bool
-        A function of a motion that is known: no equation of a step calls it.
+        A function of a known motion: no equation of a step calls this function.
     of_events : bool
-        Steppers find and treat the scene's events by it: it is always present.
+        Steppers find and treat the scene's events by this term, so it is always present.
     source : str
         For time derivatives and matrices of the closed form: the quantity that is differentiated.
     first, order : int
-        The lowest and the highest time derivative of ``source`` that it gives.
+        The lowest and the highest time derivative of ``source`` in the outputs.
     """
 
     name: str
@@ -70,7 +70,7 @@ _MOTION: Inputs = ("p", "t", "q", "v", "a", "z", "u", "base")
 _ALL: Inputs = ("p", "t", "q", "v", "a", "z", "lam", "u", "base")
 _CONSTRAINED = ("constraints",)
 
-#: Axes and point in which twists of frames are given: the ending of their terms, and words.
+#: Axes and point of twists of frames: the suffix of the term's name, and words.
 REFERENCES: Mapping[str, tuple[str, str]] = {
     "body": ("", "its own axes"),
     "local_world_aligned": ("_aligned", "world axes, about its own origin"),
@@ -322,7 +322,7 @@ _CLOSED: dict[str, tuple[str, int]] = {
     "coriolis": ("C with C v = h, J^T (M J' - b^T M J)", 0),
     "coriolis_skew": ("C with C v = h for which M' - 2 C is skew", 0),
 }
-#: Matrices of the closed form, each a term with its time derivatives.
+#: Matrices of the closed form, each a term with time derivatives.
 CLOSED_MATRICES = tuple(_CLOSED)
 _SECOND_WAY = "by the closed matrix form: a second derivation, for checks"
 
@@ -330,7 +330,7 @@ _SECOND_WAY = "by the closed matrix form: a second derivation, for checks"
 def _rate(
     name: str, source: str, orders: tuple[int, int], accelerations: int, inputs: Inputs, description: str
 ) -> Term:
-    """Return the row of derivatives of ``source``; ``accelerations``: orders of a that they need, -1 for none."""
+    """Return the row of derivatives of ``source``; ``accelerations``: orders of a in the arguments, -1 for none."""
     first, order = orders
     blocks = [*inputs, *("a", "j", "s")[: accelerations + 1], *(("a_higher",) if accelerations > 2 else ())]
     if "u" in inputs:
@@ -344,7 +344,7 @@ def _rates() -> Iterator[Term]:
     """Yield all terms that are time derivatives along a motion, and the matrices of the closed form.
 
     A name ending in ``_rates`` gives first and second derivatives, in ``_rates_1`` the first only. ``rates``, of
-    inverse dynamics to any order, and ``forward_rates`` start with the quantity itself.
+    inverse dynamics to any order, and ``forward_rates`` start with the quantity.
     """
     for order in range(1, HIGHEST_RATE + 1):
         meaning = {1: "time derivative", 2: "first and second time derivative"}.get(
@@ -382,7 +382,7 @@ def _rates() -> Iterator[Term]:
         yield replace(term, exists=("unconstrained",))
 
 
-#: All terms by name, in the order in which they are recorded.
+#: All terms by name, in the order of recording.
 TERMS: Mapping[str, Term] = {term.name: term for term in (*_PLAIN, *_rates())}
 
 #: Terms of constraints that bring a state onto the constraints.
@@ -392,7 +392,7 @@ _LINEAR = (
     *("mass", "residual", "partials", "linearization", "outputs", "output_partials", "poses", "forward_dynamics"),
     *KINEMATIC,
 )
-#: Terms that are needed for a purpose, as far as they exist.
+#: Terms that are needed for a purpose, if present.
 PURPOSES: Mapping[str, tuple[str, ...]] = {
     "run": ("mass", "force", "internal_rate", "poses", "outputs", "energy", "section_loads", *KINEMATIC),
     "initial_assembly": ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size"),
@@ -403,6 +403,7 @@ PURPOSES: Mapping[str, tuple[str, ...]] = {
 
 
 def nearest_term(name: str) -> str:
-    """Return a hint for a name that is no term: the term that it stands for elsewhere, else the nearest names."""
-    plain = [term for term in TERMS if "rates" not in term]  # names of rates are near to the names of their terms
+    """Return a hint for an unknown term: the term with this name elsewhere, else the nearest names."""
+    # names of rates are near to the names of the differentiated terms
+    plain = [term for term in TERMS if "rates" not in term]
     return nearest(name, TERMS if "rate" in name else plain, TERMS_ELSEWHERE)
