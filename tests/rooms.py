@@ -2,7 +2,8 @@
 renews it.
 
 An arrow leads from a room to one that it imports; arrows that follow from others are left out (transitive reduction),
-and so are the rooms that everybody may import. A product has one arrow, to the highest room of the core that it
+and so are the rooms that everybody may import. The rooms of the core stand in one block, the trunk. A product registers
+itself with the trunk, hence one arrow from its box to the block; the box lists the rooms and the products that it
 imports.
 """
 
@@ -22,25 +23,32 @@ PRODUCTS = "products."
 WIDTH, HEIGHT, GAP, RISE, MARGIN, LETTER = 1120.0, 40.0, 18.0, 48.0, 12.0, 6.3
 
 
-def arrows() -> dict[str, set[str]]:
-    """Return what each room imports, without what follows."""
+def imported() -> dict[str, set[str]]:
+    """Return the rooms and products that each room imports."""
     direct: dict[str, set[str]] = {room: set() for room in DOORS if room not in (*BASE, *APART)}
     for module, target, _ in _own():
         user, room = room_of(module), room_of(target)
-        if user in direct and room in direct and user != room and not room.startswith(PRODUCTS):
+        if user in direct and room in direct and user != room:
             direct[user].add(room)
+    return direct
+
+
+def arrows() -> dict[str, set[str]]:
+    """Return the rooms of the core that each of them imports, without imports that follow from others."""
+    every = imported()
+    direct = {
+        room: {to for to in targets if not to.startswith(PRODUCTS)}
+        for room, targets in every.items()
+        if not room.startswith(PRODUCTS)
+    }
 
     def reached(room: str) -> set[str]:
         return set().union(*({other} | reached(other) for other in direct[room])) if direct[room] else set()
 
     below = {room: reached(room) for room in direct}
-    graph = {
+    return {
         room: {to for to in targets if not any(to in below[other] for other in targets)}
         for room, targets in direct.items()
-    }
-    return {
-        room: {max(targets, key=lambda to: (len(below[to]), to))} if room.startswith(PRODUCTS) else targets
-        for room, targets in graph.items()
     }
 
 
@@ -66,14 +74,29 @@ def parts(room: str) -> str:
     return ", ".join(sorted(path.parent.name for path in PACKAGE.joinpath(*room.split(".")).glob("*/__init__.py")))
 
 
-def lines_of(room: str) -> list[str]:
-    """Return a room's inner rooms in lines of some 34 letters."""
+def broken(words: list[str], letters: int) -> list[str]:
+    """Return words in lines of at most some letters."""
     lines = [""]
-    for word in parts(room).split(", ") if parts(room) else []:
-        if lines[-1] and len(lines[-1]) + len(word) > 34:
+    for word in words:
+        if lines[-1] and len(lines[-1]) + len(word) > letters:
             lines.append("")
         lines[-1] += (", " if lines[-1] else "") + word
     return [line for line in lines if line]
+
+
+def lines_of(room: str) -> list[str]:
+    """Return a room's inner rooms in lines of some 34 letters."""
+    return broken(parts(room).split(", ") if parts(room) else [], 34)
+
+
+def product_lines(product: str) -> list[str]:
+    """Return the lines in the box of a product: its inner rooms, and the rooms and products that it imports."""
+    names = sorted(imported()[product])
+    core = [f"imports {names[0]}", *names[1:]]
+    others = [room.removeprefix(PRODUCTS) for room in names if room.startswith(PRODUCTS)]
+    core = [room for room in core if not room.startswith(PRODUCTS)]
+    inner = parts(product).split(", ") if parts(product) else []
+    return [line for words in (inner, core, [f"and {name}" for name in others]) for line in broken(words, 21)]
 
 
 def drawing() -> str:
@@ -85,12 +108,29 @@ def drawing() -> str:
         longest = max(map(len, (room, *lines_of(room))))
         sizes[room] = (max(24.0 + 1.05 * LETTER * longest, 84.0), HEIGHT + 12.0 * len(lines_of(room)))
     heights = [max(sizes[room][1] for room in row) for row in rows]
-    total = sum(heights) + RISE * len(rows) + HEIGHT + 2 * MARGIN
+    products = sorted(room for room in DOORS if room.startswith(PRODUCTS) and room not in APART)
+    across = (WIDTH - GAP * (len(products) - 1) - 2 * MARGIN) / len(products)
+    tall = max(HEIGHT + 12.0 * len(product_lines(product)) for product in products)
+    trunk = sum(heights) + RISE * (len(rows) - 0.5) + 2 * GAP
+    total = 2 * MARGIN + tall + RISE + trunk + 0.5 * RISE + HEIGHT
     boxes: dict[str, tuple[float, float, float, float]] = {}
     y = total - MARGIN - HEIGHT
     texts = [_box(MARGIN, y, WIDTH - 2 * MARGIN, HEIGHT, ", ".join(BASE), ["every room may import these"])]
+    top = MARGIN + tall + RISE
+    texts.append(
+        f'<rect x="{MARGIN:.0f}" y="{top:.0f}" width="{WIDTH - 2 * MARGIN:.0f}" height="{trunk:.0f}" rx="9" '
+        'fill="#f8fafb" stroke="#2f4858" stroke-dasharray="5 4"/>'
+        f'<text x="{MARGIN + 14:.0f}" y="{top + 20:.0f}" font-size="13" text-anchor="start" '
+        'fill="#12202b">the core</text>'
+    )
+    for number, product in enumerate(products):
+        x = MARGIN + number * (across + GAP)
+        name = product.removeprefix(PRODUCTS)
+        texts.append(_box(x, MARGIN, across, tall, name, product_lines(product)))
+        texts.append(_arrow(x + 0.5 * across, MARGIN + tall, x + 0.5 * across, top))
+    y -= 0.5 * RISE + GAP
     for row, height in zip(rows, heights, strict=True):
-        y -= height + RISE * (0.5 if row is rows[0] else 1.0)
+        y -= height + (0.0 if row is rows[0] else RISE)
         widths = [sizes[room][0] for room in row]
         gap = (WIDTH - sum(widths)) / (len(row) + 1)
         x = gap
@@ -99,17 +139,11 @@ def drawing() -> str:
             x += width + gap
     for room in sorted(graph):
         for number, to in enumerate(sorted(graph[room], key=lambda name: (boxes[name][0], name))):
-            x, top, width, height = boxes[room]
+            x, upper, width, height = boxes[room]
             share = (number + 1) / (len(graph[room]) + 1)
             users = sorted((name for name in graph if to in graph[name]), key=lambda name: boxes[name][0])
             at = (users.index(room) + 1) / (len(users) + 1)
-            x1, y1 = x + share * width, top + height
-            x2, y2 = boxes[to][0] + at * boxes[to][2], boxes[to][1]
-            bend = 0.5 * (y2 - y1)
-            texts.append(
-                f'<path d="M{x1:.0f} {y1:.0f} C{x1:.0f} {y1 + bend:.0f} {x2:.0f} {y2 - bend:.0f} {x2:.0f} {y2:.0f}" '
-                'fill="none" stroke="#5b7083" marker-end="url(#tip)"/>'
-            )
+            texts.append(_arrow(x + share * width, upper + height, boxes[to][0] + at * boxes[to][2], boxes[to][1]))
     texts += [_box(*boxes[room], room, lines_of(room)) for room in sorted(graph)]
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0f} {total:.0f}" '
@@ -119,6 +153,14 @@ def drawing() -> str:
         f'<rect width="{WIDTH:.0f}" height="{total:.0f}" fill="#ffffff"/>'
     )
     return "\n".join([head, *texts, "</svg>"]) + "\n"
+
+
+def _arrow(x1: float, y1: float, x2: float, y2: float) -> str:
+    bend = 0.5 * (y2 - y1)
+    return (
+        f'<path d="M{x1:.0f} {y1:.0f} C{x1:.0f} {y1 + bend:.0f} {x2:.0f} {y2 - bend:.0f} {x2:.0f} {y2:.0f}" '
+        'fill="none" stroke="#5b7083" marker-end="url(#tip)"/>'
+    )
 
 
 def _box(x: float, y: float, width: float, height: float, name: str, lines: list[str]) -> str:
