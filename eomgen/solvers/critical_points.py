@@ -235,7 +235,7 @@ def _modes(at: Examined, count: int) -> Array:
 #: First change of the load factor for the derivative of the stiffness, as a part of the reach, and later changes as a
 #: part of the lowest buckling load; number of trials.
 _FIRST, _PART, _TRIALS = 1e-2, 0.02, 3
-#: Number of loads among which the load is looked for that the caller has estimated by other means.
+#: Number of buckling factors computed half way, of which the factor nearest to the prediction of the start is taken.
 _NEIGHBOURS = 4
 #: Largest number of velocity components for dense eigenvalues.
 WHOLE = 60

@@ -359,8 +359,8 @@ def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
 
 
 def _of_rotor(algebra: Algebra, inertia: Inertia, k: int) -> Scalar:
-    """Return the second moment along axis k whose subtraction leaves a body of revolution only the moment of inertia
-    about its axis; zero for other bodies.
+    """Return the second moment along axis k, in addition to S_kk, whose subtraction leaves a body of revolution only
+    the moment of inertia about its axis; zero for other bodies.
 
     Such a link needs no angular acceleration across the axis.
     """

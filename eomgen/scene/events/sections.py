@@ -23,7 +23,7 @@ from eomgen.system.signals import Parameter
 
 #: Quantities that a reset may set.
 _TARGETS = Scope('coordinates, velocities and internal states: "q.joint", "v.joint"', frozenset({"q", "v", "state"}))
-#: Keys that belong to one action.
+#: Keys by the action to which they belong; each action requires its keys.
 _KEYS = {"reset": ("reset",), "impact": ("restitution",), "switch": ("mode", "to")}
 #: Of a restitution that parameters decide.
 _RESTITUTION = Row(

@@ -531,7 +531,8 @@ def _is_reaction(node: ast.expr) -> bool:
 
 
 def _before(node: ast.expr) -> tuple[str, str]:
-    """Return the word before the dot of a node such as ``position.tip``, and the name of the part after the dot."""
+    """Return quantity and part of a node such as ``position.tip.x``: ``position.tip`` and ``x``; of a plain name the
+    name and an empty part."""
     if isinstance(node, ast.Name):
         return node.id.removeprefix(PREFIX), ""
     if not (isinstance(node, ast.Attribute) and isinstance(node.value, ast.Attribute)):

@@ -24,7 +24,7 @@ from eomgen.toolchain.builder import REFUSED, Preprocess
 from eomgen.toolchain.library import LaneLibrary, Library
 
 _MOST_ROUNDS = 20
-#: Number of arrays written by a function above which a separate variant for all lanes is worth its text.
+#: Least number of stores in a function for which a second text, for all lanes active, is worth its size.
 _MANY_STORES = 6
 
 
