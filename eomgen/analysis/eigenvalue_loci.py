@@ -13,6 +13,7 @@ from eomgen.analysis.linearize import linearize
 from eomgen.analysis.operating_point import EquilibriumState
 from eomgen.analysis.steady_motion import motion_along
 from eomgen.analysis.symmetries import KnownSymmetries
+from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
 from eomgen.base.progress import Progress
 from eomgen.base.progress import shown as shown_progress
@@ -160,13 +161,7 @@ def campbell(
         As of ``linearize`` and ``steady_motion``, with the value in the message. Values without a linear model are left
         out with a warning as long as two are kept.
     """
-    array = numbers("values", values)
-    if array.ndim != 1 or len(array) < 2:
-        fault = f"the shape is {array.shape}, and two values and more are needed"
-        raise UsageError(Problem("values", fault, "numpy.linspace(0.0, 300.0, 61)"))
-    check_finite("values", array)
-    if (array[1:] <= array[:-1]).any():
-        raise UsageError(Problem("values", "they do not increase", "numpy.linspace(0.0, 300.0, 61)"))
+    array = _increasing(values)
     of_motion = [name.removeprefix("v.") for name in model.v_names]
     turning = {name for name, unit in zip(of_motion, model.v_units, strict=True) if unit == _SPEED}
     is_parameter = speed in model.parameters
@@ -181,13 +176,7 @@ def campbell(
     unit = units.get(speed, "") if is_parameter else _SPEED if speed in turning else "m/s"
     if orders is None:
         orders = ORDERS if unit == _SPEED else ()
-    bad = [order for order in orders if not order > 0.0]
-    if bad:
-        raise UsageError(Problem("orders", f"an order is {bad[0]:.6g}", "positive numbers such as (1, 2)"))
-    wrong = [pair for pair in whirl if isinstance(pair, str) or len(pair) != 2]
-    if wrong:
-        fault = f"{shown(wrong[0])} is no pair of deflections"
-        raise UsageError(Problem("whirl", fault, '[("x", "y")], the second a quarter turn from the first'))
+    _check_orders(orders, whirl)
     held = coordinates or {}
     found_once = KnownSymmetries()
 
@@ -210,3 +199,26 @@ def campbell(
 
     with shown_progress(progress, f"{model.name}: {speed}") as report:
         return diagram(speed, unit, array.tolist(), linearized, orders, whirl, report)
+
+
+def _increasing(values: Sequence[float]) -> Array:
+    """Return the values as an array (n,); raise UsageError unless there are two or more, finite and increasing."""
+    array = numbers("values", values)
+    if array.ndim != 1 or len(array) < 2:
+        fault = f"the shape is {array.shape}, and two values and more are needed"
+        raise UsageError(Problem("values", fault, "numpy.linspace(0.0, 300.0, 61)"))
+    check_finite("values", array)
+    if (array[1:] <= array[:-1]).any():
+        raise UsageError(Problem("values", "they do not increase", "numpy.linspace(0.0, 300.0, 61)"))
+    return array
+
+
+def _check_orders(orders: Sequence[float], whirl: Sequence[tuple[str, str]]) -> None:
+    """Raise UsageError for an order that is not positive, or a pair of deflections that is none."""
+    bad = [order for order in orders if not order > 0.0]
+    if bad:
+        raise UsageError(Problem("orders", f"an order is {bad[0]:.6g}", "positive numbers such as (1, 2)"))
+    wrong = [pair for pair in whirl if isinstance(pair, str) or len(pair) != 2]
+    if wrong:
+        fault = f"{shown(wrong[0])} is no pair of deflections"
+        raise UsageError(Problem("whirl", fault, '[("x", "y")], the second a quarter turn from the first'))

@@ -278,21 +278,11 @@ def about_motion(model: CompiledModel, state: RunState, u: Array | None, p: Arra
     return about(able, State("motion", q, v, state.z), OperatingPoint(t, p, u, None))
 
 
-def about(
-    model: CompiledModel, state: State, operating_point: OperatingPoint, independent: Sequence[str] = ()
-) -> Linearization:
-    """Return the linear model about a state of a model that has all terms that are needed.
-
-    Raises
-    ------
-    UsageError
-        A component that is to be independent and is not there, or that constraints do not leave free.
-    ModelError, NumericalError
-        Constraints depend on each other there, the inertia matrix is singular, or partials are not finite.
-    """
-    a, lam = _dynamics(model, state, operating_point)
-    measures, names = _measures(model, state, a, operating_point, independent)
-    of_inputs = model.nu or model.nz or names.disturbances
+def _finite_blocks(
+    model: CompiledModel, state: State, a: Array, lam: Array, operating_point: OperatingPoint, *, disturbed: bool
+) -> dict[str, Array]:
+    """Return the partials of the equations at a state; raise NumericalError if a partial is no finite number."""
+    of_inputs = model.nu or model.nz or disturbed
     # unless another force acts
     whole = "linearization" if "linearization" in model.functions or of_inputs else "partials"
     terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
@@ -309,6 +299,24 @@ def about(
     if bad:
         fault = f"partials are not finite numbers in this state: {', '.join(bad)}"
         raise NumericalError(Problem("linearize", fault, "a state in which forces and their slopes have a value"))
+    return blocks
+
+
+def about(
+    model: CompiledModel, state: State, operating_point: OperatingPoint, independent: Sequence[str] = ()
+) -> Linearization:
+    """Return the linear model about a state of a model that has all terms that are needed.
+
+    Raises
+    ------
+    UsageError
+        A component that is to be independent and is not there, or that constraints do not leave free.
+    ModelError, NumericalError
+        Constraints depend on each other there, the inertia matrix is singular, or partials are not finite.
+    """
+    a, lam = _dynamics(model, state, operating_point)
+    measures, names = _measures(model, state, a, operating_point, independent)
+    blocks = _finite_blocks(model, state, a, lam, operating_point, disturbed=bool(names.disturbances))
     holonomic = model.functions.sizes["holonomic"]
     partials = Partials.of(blocks, len(names.inputs), len(names.disturbances), len(names.outputs), holonomic)
     sampled = sampled_part(model, state.q, state.v, state.z, operating_point.given)

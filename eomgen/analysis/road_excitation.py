@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -109,6 +109,18 @@ def _passed(formula: Formula, values: Mapping[str, float]) -> _Passed | None:
     return None
 
 
+def _measured_road(curves: Sequence[Curve]) -> MeasuredRoad:
+    """Return the road under all wheels; raise UsageError if the wheels run over different profiles."""
+    first = curves[0]
+    if not all(_alike(curve, first) for curve in curves):
+        fault = "the wheels of the scene run over different profiles"
+        hint = "the spectrum of one of them: road=eomgen.spectra.MeasuredRoad.of_profile(distance, elevation)"
+        raise UsageError(Problem("road_excitation", fault, hint))
+    x = np.linspace(first.start, first.end, len(first.x))
+    gap = float(np.diff(first.breaks).max())
+    return MeasuredRoad.of_profile(x, first(x), widest=gap, source="measured")
+
+
 def _over_profile(measured: Mapping[str, _Passed], road: Road | None, speed: float | None) -> RoadExcitation:
     """Return the wheels on a measured road with the spectrum of the road."""
     wheels = {name: passed for name, passed in measured.items() if not passed.is_rate}
@@ -126,14 +138,7 @@ def _over_profile(measured: Mapping[str, _Passed], road: Road | None, speed: flo
     if speed is None and len(speeds) > 1:
         fault = f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s"
         raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
-    if road is None and not all(_alike(passed.curve, first.curve) for passed in wheels.values()):
-        fault = "the wheels of the scene run over different profiles"
-        hint = "the spectrum of one of them: road=eomgen.spectra.MeasuredRoad.of_profile(distance, elevation)"
-        raise UsageError(Problem("road_excitation", fault, hint))
-    if road is None:
-        x = np.linspace(first.curve.start, first.curve.end, len(first.curve.x))
-        gap = float(np.diff(first.curve.breaks).max())
-        road = MeasuredRoad.of_profile(x, first.curve(x), widest=gap, source="measured")
+    road = _measured_road([passed.curve for passed in wheels.values()]) if road is None else road
     tracks: dict[str, float] = {}
     known: list[Curve] = []
     for name, passed in wheels.items():

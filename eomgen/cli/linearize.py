@@ -229,11 +229,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         print_json({**data, "files": [file.name for file in files]})
     else:
         _print(lin, request.model.name)
-        if table is not None:
-            numeric = tuple(range(1, len(table.headings)))
-            print_table("root mean squares on random roads", table.headings, table.rows, numeric=numeric)
-        if diagram is not None:
-            print_table("crossings with orders", diagram.headings, diagram.rows, numeric=(0, 1, 2, 3, 4))
+        _print_tables(table, diagram)
     say(_said(lin) + (f"\nwritten to {folder}: {', '.join(file.name for file in files)}" if files else ""))
     if ends:
         say(ends)
@@ -347,6 +343,15 @@ class _Request:
         titles = [f"mode {k + 1}: {modes.frequency[k]:.4g} Hz" for k in shown]
         p = self.model.parameter_array(self.parameters)
         return draw_modes(self.model, lin.reference.q, lin.reference.t, p, modes.shapes[:, shown].real, titles, path)
+
+
+def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:
+    """Print the ride on random roads, and the crossings of a Campbell diagram with orders."""
+    if table is not None:
+        numeric = tuple(range(1, len(table.headings)))
+        print_table("root mean squares on random roads", table.headings, table.rows, numeric=numeric)
+    if diagram is not None:
+        print_table("crossings with orders", diagram.headings, diagram.rows, numeric=(0, 1, 2, 3, 4))
 
 
 def _print(lin: Linearization, name: str) -> None:

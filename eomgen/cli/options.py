@@ -330,20 +330,27 @@ def check_assigned(scene: Scene, changes: Mapping[str, object], signals: Mapping
     robot : whether the scene was read from a URDF, whose options make inputs and tunable parameters
     """
     inputs, tunable = [item.name for item in scene.inputs], [item.name for item in scene.parameters if item.tunable]
-    joints, links = [item.name for item in scene.joints], [item.name for item in scene.bodies]
+    _check_changes(changes, inputs, tunable, [item.name for item in scene.bodies] if robot else [])
+    joints = [item.name for item in scene.joints] if robot else []
+    for name, value in signals.items():
+        if name in tunable and name not in inputs:
+            raise UsageError(Problem(f"--input {name}", f"{name} is a parameter", f"--set {name}={_said(value)}"))
+        if name in joints and name not in inputs:
+            fault = f"{name} is a joint, which no input drives"
+            raise UsageError(Problem(f"--input {name}", fault, "--actuated, for an effort of every joint"))
+
+
+def _check_changes(
+    changes: Mapping[str, object], inputs: Sequence[str], tunable: Sequence[str], links: Sequence[str]
+) -> None:
+    """Raise UsageError for an input among the changed parameters, or for inertia of a robot's link that is fixed."""
     for name, value in changes.items():
         if name in inputs and name not in tunable:
             raise UsageError(Problem(f"--set {name}", f"{name} is an input", f"--input {name}={_said(value)}"))
         body = max((link for link in links if name == link or name.startswith(f"{link}_")), key=len, default="")
-        if robot and body and name not in tunable:
+        if body and name not in tunable:
             fault = f"the mass, the centre of mass and the inertia of {body} are fixed in the code"
             raise UsageError(Problem(f"--set {name}", fault, f"--tunable {body}, which makes them parameters"))
-    for name, value in signals.items():
-        if name in tunable and name not in inputs:
-            raise UsageError(Problem(f"--input {name}", f"{name} is a parameter", f"--set {name}={_said(value)}"))
-        if robot and name in joints and name not in inputs:
-            fault = f"{name} is a joint, which no input drives"
-            raise UsageError(Problem(f"--input {name}", fault, "--actuated, for an effort of every joint"))
 
 
 def _said(value: object) -> str:

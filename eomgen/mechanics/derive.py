@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.beam_axes import beam_axes
@@ -19,7 +19,7 @@ from eomgen.mechanics.terms.rates import rate_blocks
 from eomgen.mechanics.terms.recorders import RECORDERS
 from eomgen.mechanics.tree.base import base_law
 from eomgen.mechanics.tree.links import Tree
-from eomgen.scene.bodies.cosserat import CONSTRAINED
+from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
 from eomgen.scene.bodies.model import KINDS, Beam
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.joints.unresisted import UNRESISTED
@@ -38,51 +38,54 @@ def kept_and_dropped(
     kept: list[str] = [f"{name}: {function.description}" for name, function in functions.items()]
     dropped: list[str] = []
     kept += [f"curve {curve.name}: {curve}" for curve in scene.curves]
-
-    def note(present: bool, effect: str, why: str) -> None:
-        if not present:
-            dropped.append(f"{effect}: {why}")
-
     joints = scene.joints
     followers = [f"{joint.name} follows {joint.mimic.joint}" for joint in joints if joint.mimic is not None]
     if followers:
         dropped.append(f"coordinates of {len(followers)} joint(s) that follow others: {', '.join(followers)}")
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
-    for name, beam in beams.items():
-        kept.append(f"beam {name}: {_deformed(beam)}")
-        lacking = [kind for kind in KINDS if kind not in {item.kind for item in beam.deformations}]
-        note(not lacking, f"{', '.join(lacking)} of beam {name}", "the scene asks for none")
-    for element in scene.elements:
-        if isinstance(element, CosseratBeam):
-            strain_names = ", ".join(strain.replace("_", " along ") for strain in CONSTRAINED[element.beam.model])
-            without = f", without {strain_names}: {len(element.beam.constrained)} rows for each" if strain_names else ""
-            kept.append(
-                f"beam {element.beam.name}: model {element.beam.model}, {element.beam.elements} elements{without}"
-            )
+    kept += [f"beam {name}: {_deformed(beam)}" for name, beam in beams.items()]
+    dropped += _absent_deformations(beams)
+    kept += [_strains(element.beam) for element in scene.elements if isinstance(element, CosseratBeam)]
     fixed = [joint.name for joint in joints if not joint.kind.moves and joint.child not in beams]
     if fixed:
         dropped.append(f"{len(fixed)} fixed joint(s) merged into their parents: {', '.join(fixed)}")
-    note(facts.moving_base, "base_motion, base struct", "the base is at rest")
-    note(scene.base is None or bool(scene.base.rotations), "rotation of the base", "the base only translates")
-    note(bool(scene.springs), "springs between points", "the scene has none")
-    note(bool(scene.forces or scene.efforts), "forces and efforts by formula", "the scene has none")
-    note(bool(scene.inputs), "inputs", "the scene has none")
-    note(bool(scene.states), "internal states", "the scene has none")
-    note(
-        any(parameter.tunable for parameter in scene.parameters),
-        "parameter struct",
-        "all parameters are fixed and folded",
-    )
-    note(
-        any(not rotor.is_zero for link in tree.links for rotor in link.rotor_inertias),
-        "rotor inertia",
-        "no joint has any",
-    )
-    note(facts.velocity_forces, "damping in the iteration matrix", "no applied force depends on velocity")
-    note("outputs" in functions, "outputs", "not asked for" if scene.outputs else "the scene names none")
-    for term in ("partials", "energy"):
-        note(term in functions, term, "not asked for")
+    dropped += [f"{effect}: {why}" for present, effect, why in _effects(scene, tree, functions, facts) if not present]
     return tuple(kept), tuple(dropped)
+
+
+def _absent_deformations(beams: Mapping[str, Beam]) -> Iterator[str]:
+    """Yield a sentence on the kinds of deformation that each beam lacks."""
+    for name, beam in beams.items():
+        lacking = [kind for kind in KINDS if kind not in {item.kind for item in beam.deformations}]
+        if lacking:
+            yield f"{', '.join(lacking)} of beam {name}: the scene asks for none"
+
+
+def _strains(beam: Cosserat) -> str:
+    """Return a sentence on the elements and the constrained strains of a geometrically exact beam."""
+    strains = ", ".join(strain.replace("_", " along ") for strain in CONSTRAINED[beam.model])
+    without = f", without {strains}: {len(beam.constrained)} rows for each" if strains else ""
+    return f"beam {beam.name}: model {beam.model}, {beam.elements} elements{without}"
+
+
+def _effects(
+    scene: Scene, tree: Tree, functions: Mapping[str, Function], facts: Facts
+) -> Iterator[tuple[bool, str, str]]:
+    """Yield whether each effect is in the equations, its name, and the reason for its absence."""
+    yield facts.moving_base, "base_motion, base struct", "the base is at rest"
+    yield scene.base is None or bool(scene.base.rotations), "rotation of the base", "the base only translates"
+    yield bool(scene.springs), "springs between points", "the scene has none"
+    yield bool(scene.forces or scene.efforts), "forces and efforts by formula", "the scene has none"
+    yield bool(scene.inputs), "inputs", "the scene has none"
+    yield bool(scene.states), "internal states", "the scene has none"
+    tunable = any(parameter.tunable for parameter in scene.parameters)
+    yield tunable, "parameter struct", "all parameters are fixed and folded"
+    rotors = any(not rotor.is_zero for link in tree.links for rotor in link.rotor_inertias)
+    yield rotors, "rotor inertia", "no joint has any"
+    yield facts.velocity_forces, "damping in the iteration matrix", "no applied force depends on velocity"
+    yield "outputs" in functions, "outputs", "not asked for" if scene.outputs else "the scene names none"
+    for term in ("partials", "energy"):
+        yield term in functions, term, "not asked for"
 
 
 def _deformed(beam: Beam) -> str:

@@ -238,6 +238,39 @@ def fewest_operations(elimination: Elimination) -> int:
     return sum(rows * columns for shape in shapes for rows, columns in shape)
 
 
+def _rows_below(elimination: Elimination) -> list[list[int]]:
+    """Return the rows below each diagonal from which a multiple of the row is subtracted."""
+    below: list[list[int]] = [[] for _ in range(elimination.size)]
+    for row, across in enumerate(elimination.lower):
+        for column in across:
+            below[column].append(row)
+    return below
+
+
+def _with_right_side(elimination: Elimination, below: Sequence[Sequence[int]], sided: int | None) -> list[bool]:
+    """Return a flag for each position, whether its right side can differ from zero."""
+    live = [sided is None or row < sided for row in elimination.rows]
+    for position, rows in enumerate(below):
+        if live[position]:
+            for row in rows:
+                live[row] = True
+    return live
+
+
+def _kinds_of_work(works: Iterable[Mapping[str, Any]]) -> tuple[list[Mapping[str, Any]], list[int]]:
+    """Return the different descriptions of work, and the number of the description for each front."""
+    kinds: dict[str, int] = {}
+    descriptions: list[Mapping[str, Any]] = []
+    kind_of: list[int] = []
+    for work in works:
+        key = repr(work)
+        if key not in kinds:
+            kinds[key] = len(descriptions)
+            descriptions.append(work)
+        kind_of.append(kinds[key])
+    return descriptions, kind_of
+
+
 def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided: int | None = None) -> Fronts:
     """Split an elimination into fronts at the ends of its stages.
 
@@ -249,18 +282,11 @@ def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided:
     starts = [start for start in elimination.stages if start < elimination.size]
     ends = [*starts[1:], elimination.size]
     front_of = [number for number, (start, end) in enumerate(zip(starts, ends, strict=True)) for _ in range(start, end)]
-    below: list[list[int]] = [[] for _ in range(elimination.size)]
-    for row, across in enumerate(elimination.lower):
-        for column in across:
-            below[column].append(row)
+    below = _rows_below(elimination)
     row_at = {row: position for position, row in enumerate(elimination.rows)}
     column_at = {column: position for position, column in enumerate(elimination.columns)}
     at_positions = {(row_at[row], column_at[column]): (row, column) for row, column in entries}
-    live = [sided is None or row < sided for row in elimination.rows]
-    for position, rows in enumerate(below):
-        if live[position]:
-            for row in rows:
-                live[row] = True
+    live = _with_right_side(elimination, below, sided)
     fronts = [
         _Front(start, range(start, end), elimination, below, at_positions, starts, front_of, live)
         for start, end in zip(starts, ends, strict=True)
@@ -268,16 +294,7 @@ def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided:
     for front in fronts:
         for target in front.targets:
             fronts[front_of[min(target)]].receive(target)
-    kinds: dict[str, int] = {}
-    descriptions: list[Mapping[str, Any]] = []
-    kind_of: list[int] = []
-    for front in fronts:
-        work = front.work(fronts, front_of)
-        key = repr(work)
-        if key not in kinds:
-            kinds[key] = len(descriptions)
-            descriptions.append(work)
-        kind_of.append(kinds[key])
+    descriptions, kind_of = _kinds_of_work([front.work(fronts, front_of) for front in fronts])
     first_factor, first_entry = [0], [0]
     for front in fronts:
         first_factor.append(first_factor[-1] + len(front.own))

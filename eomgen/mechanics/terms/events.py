@@ -13,7 +13,7 @@ from eomgen.mechanics.scene_tape import Derivation
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
-from eomgen.symbolic.tape import ZERO
+from eomgen.symbolic.tape import ZERO, Ref
 from eomgen.system.events import Assignment, EventRow, Mode, mode_parameter
 from eomgen.system.signals import SampleRow, Sampling
 from eomgen.system.system import Block
@@ -151,6 +151,24 @@ def samples(derivation: Derivation) -> list[Block]:
     return [Block("sample", (len(refs),), refs, "new values of the sampled states")]
 
 
+def _asked_states(
+    derivation: Derivation, sampled: Mapping[int, Sampling], controllers: Mapping[str, int], refs: Sequence[Ref]
+) -> dict[int, set[int]]:
+    """Return the sampled states that the formula or the controller of each sampled state reads at the same time."""
+    asked: dict[int, set[int]] = {}
+    numbers = {state.name: number for number, state in enumerate(derivation.scene.states)}
+    for (number, item), ref in zip(sampled.items(), refs, strict=True):
+        if item.controller:
+            called = derivation.scene.sampled[controllers[item.controller]]
+            asked[number] = {numbers[name] for name in called.signal_states}
+            continue
+        states = {symbol.index for symbol in derivation.tape.depends_on([ref]) if symbol.block == "z"}
+        asked[number] = {k for k in states if k in sampled and k != number and not sampled[k].register}
+        if item.register:
+            asked[number] = set()
+    return asked
+
+
 def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
     """Return the sampled states of a scene, in order.
 
@@ -166,18 +184,8 @@ def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
     if not sampled:
         return ()
     (block,) = samples(derivation)
-    asked: dict[int, set[int]] = {}
-    numbers = {state.name: number for number, state in enumerate(derivation.scene.states)}
     controllers = {item.name: place for place, item in enumerate(derivation.scene.sampled)}
-    for (number, item), ref in zip(sampled.items(), block.refs, strict=True):
-        if item.controller:
-            called = derivation.scene.sampled[controllers[item.controller]]
-            asked[number] = {numbers[name] for name in called.signal_states}
-            continue
-        states = {symbol.index for symbol in derivation.tape.depends_on([ref]) if symbol.block == "z"}
-        asked[number] = {k for k in states if k in sampled and k != number and not sampled[k].register}
-        if item.register:
-            asked[number] = set()
+    asked = _asked_states(derivation, sampled, controllers, block.refs)
     levels: dict[int, int] = {}
     while len(levels) < len(sampled):
         ready = [k for k in sampled if k not in levels and asked[k] <= levels.keys()]

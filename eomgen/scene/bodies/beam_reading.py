@@ -20,6 +20,7 @@ from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.cross_sections import SectionReader
 from eomgen.scene.bodies.model import KINDS, Beam, Body, Deformation, DeformationKind
 from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, percent_of_critical
 
@@ -218,9 +219,9 @@ def _deformation(
     )
 
 
-def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: Values) -> int:
-    """Return the number of coordinates; check that mesh keys are used with a mesh only."""
-    report = values.report
+def _check_mesh(key: str, given: written.Deformation, report: Report) -> None:
+    """Report keys of a mesh without a mesh, conditions at the ends of shapes that have their own, and a mesh without
+    elements."""
     meshed = given.shapes == "finite_elements"
     for field in ("elements", "coordinates", "masses"):
         if getattr(given, field) and not meshed:
@@ -231,6 +232,13 @@ def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: 
         report.add(f"{key}.ends", fault, f'shapes = "{given.ends}", or "polynomial"')
     if meshed and given.elements is None:
         report.add(key, "finite elements need their number", "elements = 8")
+
+
+def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: Values) -> int:
+    """Return the number of coordinates; check that mesh keys are used with a mesh only."""
+    report = values.report
+    meshed = given.shapes == "finite_elements"
+    _check_mesh(key, given, report)
     per_element, beside = (_NODAL_BENDING if kind.startswith("bending") else _NODAL)[given.ends or Deformation.ends]
     size = per_element * (given.elements or 0) + beside
     if given.coordinates == "nodal" and meshed:

@@ -102,6 +102,22 @@ def read_sampled_controller(
     return states, called
 
 
+def _text_of(path: Path) -> tuple[str, str]:
+    """Return the text of a C file, and the fault of a file that cannot be read; empty without a fault."""
+    try:
+        data = read_bytes(path, _LARGEST) if path.is_file() else None
+        if data is None:
+            return "", f"{shown(str(path))} is no file"
+        if len(data) > _LARGEST:
+            return "", f"{shown(str(path))} is larger than {_LARGEST // 1_000_000} MB"
+        return data.decode("utf-8").replace("\r\n", "\n"), ""
+    except UnicodeDecodeError:
+        return "", f"{shown(str(path))} is not UTF-8"
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        return "", f"{shown(str(path))} cannot be read: {reason}"
+
+
 def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource | None:
     """Return the C file of a controller; None if the caller gives the function, or if a fault is reported."""
     if entry.source is None:
@@ -118,21 +134,12 @@ def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource |
         report.add(f"{key}.function", message, "letters, digits and underscores, no word of C, not eomgen at its start")
         return None
     path = folder / entry.source
-    fault, hint = "", "the path of a C file, from the scene file's folder"
-    text = ""
-    try:
-        data = read_bytes(path, _LARGEST) if path.is_file() else None
-        if data is None:
-            fault = f"{shown(str(path))} is no file"
-        elif len(data) > _LARGEST:
-            fault = f"{shown(str(path))} is larger than {_LARGEST // 1_000_000} MB"
-        else:
-            text = data.decode("utf-8").replace("\r\n", "\n")
-    except UnicodeDecodeError:
-        fault, hint = f"{shown(str(path))} is not UTF-8", "the file saved in UTF-8"
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        fault = f"{shown(str(path))} cannot be read: {reason}"
+    text, fault = _text_of(path)
+    hint = (
+        "the file saved in UTF-8"
+        if fault.endswith("is not UTF-8")
+        else "the path of a C file, from the scene file's folder"
+    )
     if not fault and path.suffix != ".c":
         fault = f"{shown(entry.source)} does not end in .c"
     if not fault and "\0" in text:

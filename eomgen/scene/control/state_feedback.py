@@ -14,6 +14,7 @@ from eomgen.scene.control.schema import Calibration as WrittenCalibration
 from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.formula.scope import STATE
 from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values, percent_of_critical
 from eomgen.system.signals import Parameter
 
@@ -204,6 +205,14 @@ _TAKEN = {
 }
 
 
+def _check_keys_of_method(key: str, written: WrittenCalibration, report: Report) -> None:
+    """Report keys that belong to other methods."""
+    for field in dict.fromkeys(field for fields in _TAKEN.values() for field in fields):
+        if getattr(written, field) is not None and field not in _TAKEN[written.method]:
+            kinds = " or ".join(kind for kind, fields in _TAKEN.items() if field in fields)
+            report.add(f"{key}.{field}", f"{field} has no meaning for {written.method}", f"method = {kinds}")
+
+
 def read_calibration(
     key: str,
     written: WrittenCalibration,
@@ -214,10 +223,7 @@ def read_calibration(
 ) -> Calibration:
     """Return a calibration; faults are reported."""
     report, method = values.report, written.method
-    for field in dict.fromkeys(field for fields in _TAKEN.values() for field in fields):
-        if getattr(written, field) is not None and field not in _TAKEN[method]:
-            kinds = " or ".join(kind for kind, fields in _TAKEN.items() if field in fields)
-            report.add(f"{key}.{field}", f"{field} has no meaning for {method}", f"method = {kinds}")
+    _check_keys_of_method(key, written, report)
     _check_weights(key, written, signals, outputs, values)
     _check_lists(key, written, count, values)
     for place, (real, imaginary) in enumerate(written.poles or ()):

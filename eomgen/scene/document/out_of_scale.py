@@ -65,13 +65,7 @@ def out_of_scale(
     bodies, joints, elements = list(bodies), list(joints), list(elements)
     arms = [arm for arm in _arms(bodies, joints, points, frames, values) if math.isfinite(arm.length)]
     far = _far(arms)
-    notes = []
-    if far:
-        rest = max(arm.length for arm in arms if arm not in far)
-        for arm in far:
-            if arm.moves:
-                beside = f"{arm.length:.3g} m from the body's origin, and all else is within {rest:.3g} m"
-                notes.append(f"{arm.key}: {arm.quantity} is {beside}; numbers without a unit are in m")
+    notes = _far_places(far, arms)
     near = [arm.length for arm in arms if arm not in far]
     known = [*near, *(abs(start) for joint in joints for start in joint.initial_position or ())]
     known += [body.beam.length for body in bodies if body.beam is not None]
@@ -82,8 +76,29 @@ def out_of_scale(
     apart = [length for length in near if length >= _SHORTEST]
     if len(apart) >= _OF_A_BODY:
         notes += _too_heavy(bodies, max(apart), values)
-    well_known = len(apart) >= _ARMS
-    for key, quantity, length, hint in _lengths(bodies, elements, shaped, values):
+    return notes + _too_long(_lengths(bodies, elements, shaped, values), size, well_known=len(apart) >= _ARMS)
+
+
+def _far_places(far: Sequence[_Arm], arms: Sequence[_Arm]) -> list[str]:
+    """Return a note on each place that is far beyond the other arms and moves with its body."""
+    if not far:
+        return []
+    rest = max(arm.length for arm in arms if arm not in far)
+    notes = []
+    for arm in far:
+        if arm.moves:
+            beside = f"{arm.length:.3g} m from the body's origin, and all else is within {rest:.3g} m"
+            notes.append(f"{arm.key}: {arm.quantity} is {beside}; numbers without a unit are in m")
+    return notes
+
+
+def _too_long(lengths: Iterable[tuple[str, str, float, str]], size: float, *, well_known: bool) -> list[str]:
+    """Return a note on each length that is far beyond the size of the scene.
+
+    ``well_known``: from enough arms for radii of gyration to be judged more strictly.
+    """
+    notes = []
+    for key, quantity, length, hint in lengths:
         factor = _OF_GYRATION if well_known and key.endswith(".inertia") else _FACTOR
         if key.endswith(".rotary_inertia"):
             factor = 1.0  # no section is as large as all that is joined

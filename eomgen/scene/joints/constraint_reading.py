@@ -60,22 +60,23 @@ _NONLINEAR = 2
 _EXAMPLES = {"length": "1.0", "pitch": "0.01"}
 
 
+def _check_keys(key: str, entry: written.Constraint, report: Report) -> None:
+    """Report keys that a type of constraint needs or does not have."""
+    for field in _CONSTRAINT_KEYS:
+        given = getattr(entry, field) is not None
+        types = [row.name for row in TYPES.values() if field in row.constraint_keys]
+        if given and entry.type not in types:
+            report.add(f"{key}.{field}", f"a {entry.type} constraint has no {field}", f"type = {' or '.join(types)}")
+        elif not given and entry.type in types and field in _EXAMPLES:
+            report.add(key, f"a {entry.type} constraint needs a {field}", f"{field} = {_EXAMPLES[field]}")
+
+
 def read_constraint(
     name: str, entry: written.Constraint, bodies: Collection[str], points: Mapping[str, Point], values: Values
 ) -> Constraint:
     """Return a checked constraint; faults go to the report of ``values``."""
     key = key_of("constraints", name)
-    for field in _CONSTRAINT_KEYS:
-        given, types = (
-            getattr(entry, field) is not None,
-            [row.name for row in TYPES.values() if field in row.constraint_keys],
-        )
-        if given and entry.type not in types:
-            values.report.add(
-                f"{key}.{field}", f"a {entry.type} constraint has no {field}", f"type = {' or '.join(types)}"
-            )
-        elif not given and entry.type in types and field in _EXAMPLES:
-            values.report.add(key, f"a {entry.type} constraint needs a {field}", f"{field} = {_EXAMPLES[field]}")
+    _check_keys(key, entry, values.report)
     shape = entry.shape or Constraint.shape
     if "shape" in CONSTRAINTS[entry.type].keys:
         _check_shape(key, shape, entry, values)

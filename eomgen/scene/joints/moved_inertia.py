@@ -236,6 +236,18 @@ class _Places:
         return tuple(range(start, start + len(formulas)))
 
 
+def _assemblies(joints: Sequence[Joint]) -> tuple[dict[str, list[Joint]], set[str]]:
+    """Return the fixed joints behind each moving body, and the moving bodies that carry further moving bodies."""
+    assemblies: dict[str, list[Joint]] = {joint.child: [] for joint in joints if joint.kind.moves}
+    host = {child: child for child in assemblies}
+    for joint in joints:
+        if not joint.kind.moves and joint.parent in host:
+            host[joint.child] = host[joint.parent]
+            assemblies[host[joint.child]].append(joint)
+    carrying = {host[joint.parent] for joint in joints if joint.kind.moves and joint.parent in host}
+    return assemblies, carrying
+
+
 def check_motion(
     joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, *, absolute: bool = False
 ) -> None:
@@ -253,13 +265,7 @@ def check_motion(
         values.report.add("joints", "no joint can move", "a revolute, prismatic, spherical or free joint")
     _check_leaders(joints, bodies, values)
     followers = _followers(joints)
-    assemblies: dict[str, list[Joint]] = {joint.child: [] for joint in joints if joint.kind.moves}
-    host = {child: child for child in assemblies}
-    for joint in joints:
-        if not joint.kind.moves and joint.parent in host:
-            host[joint.child] = host[joint.parent]
-            assemblies[host[joint.child]].append(joint)
-    carrying = {host[joint.parent] for joint in joints if joint.kind.moves and joint.parent in host}
+    assemblies, carrying = _assemblies(joints)
     for joint in joints:
         if not joint.kind.moves or values.report.concerns(key_of("joints", joint.name)):
             continue

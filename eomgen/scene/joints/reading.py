@@ -21,7 +21,7 @@ from eomgen.scene.joints.model import (
     Reaction,
     Stop,
 )
-from eomgen.scene.reading.report import check_reference
+from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, read_orientation
 from eomgen.scene.rotations import frame_about, quaternion_of, rows
@@ -160,9 +160,9 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
     )
 
 
-def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Direction]:
-    """Return the axis and the second axis orthogonal to it, as given or by the default of the type."""
-    report, kind = values.report, JOINTS[joint.type]
+def _check_axis_keys(key: str, joint: written.Joint, report: Report) -> None:
+    """Report directions that a type of joint needs or does not have."""
+    kind = JOINTS[joint.type]
     if kind.coordinates and joint.axis is None:
         report.add(key, f"a {joint.type} joint needs an axis", "axis = [0, 0, 1]")
     elif not kind.coordinates and joint.axis is not None:
@@ -174,6 +174,12 @@ def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Di
             report.add(f"{key}.{field}", f"a {joint.type} joint has no {field}", f"type = {first}")
         elif not given and field in kind.needed:
             report.add(key, f"a {joint.type} joint needs a {field}", f"{field} = {example}")
+
+
+def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Direction]:
+    """Return the axis and the second axis orthogonal to it, as given or by the default of the type."""
+    report, kind = values.report, JOINTS[joint.type]
+    _check_axis_keys(key, joint, report)
     neutral = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
     axis = None if joint.axis is None or not kind.coordinates else values.axis(f"{key}.axis", joint.axis)
     if axis is None:

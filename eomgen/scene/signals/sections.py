@@ -150,6 +150,28 @@ _UNITS = {
 Sections = Callable[[str, str, schema.Output], tuple[Formula, ...]]
 
 
+def _formulas(key: str, kind: str, output: schema.Output, sections: Sections, values: Values) -> tuple[Formula, ...]:
+    """Return the formulas of the components of an output of a kind."""
+    if output.formula is not None:
+        if not output.formula:
+            values.report.add(f"{key}.formula", "the list of formulas is empty", "a formula")
+        written = enumerate(output.formula)
+        return tuple(values.formula(f"{key}.formula[{place}]", entry, EVERYTHING) for place, entry in written)
+    if output.energy is not None:
+        report.check_reference(f"{key}.energy", output.energy, ENERGIES, "energy", values.report)
+        return (Symbol("energy", output.energy),)
+    if kind.startswith("section"):
+        return sections(key, kind, output)
+    name = str(getattr(output, kind))
+    if kind.startswith("reaction"):
+        if fault := values.names.fault_of_reaction(name):
+            values.report.add(f"{key}.{kind}", *fault)
+        first = REACTION_PARTS[kind.removeprefix("reaction_")]
+        return tuple(Symbol("reaction", name, first + index) for index in range(3))
+    values.point(f"{key}.{kind}", name)
+    return tuple(Symbol(kind, name, index) for index in range(3))
+
+
 def read_output(name: str, output: schema.Output, sections: Sections, values: Values) -> Output:
     """Return an output; by default in the unit of its kind."""
     key = key_of("outputs", name)
@@ -159,26 +181,8 @@ def read_output(name: str, output: schema.Output, sections: Sections, values: Va
     if len(given) != 1:
         got = " and ".join(given) or "none"
         values.report.add(key, f"an output needs one of {', '.join(kinds)}, not {got}", 'position = "tip"')
-    elif output.formula is not None:
-        if not output.formula:
-            values.report.add(f"{key}.formula", "the list of formulas is empty", "a formula")
-        formulas = tuple(
-            values.formula(f"{key}.formula[{place}]", entry, EVERYTHING) for place, entry in enumerate(output.formula)
-        )
-    elif output.energy is not None:
-        report.check_reference(f"{key}.energy", output.energy, ENERGIES, "energy", values.report)
-        formulas = (Symbol("energy", output.energy),)
-    elif given[0].startswith("section"):
-        formulas = sections(key, given[0], output)
-    elif given[0].startswith("reaction"):
-        part, of = given[0].removeprefix("reaction_"), str(getattr(output, given[0]))
-        if fault := values.names.fault_of_reaction(of):
-            values.report.add(f"{key}.{given[0]}", *fault)
-        formulas = tuple(Symbol("reaction", of, REACTION_PARTS[part] + index) for index in range(3))
     else:
-        kind, point = given[0], str(getattr(output, given[0]))
-        values.point(f"{key}.{kind}", point)
-        formulas = tuple(Symbol(kind, point, index) for index in range(3))
+        formulas = _formulas(key, given[0], output, sections, values)
     if output.at is not None and not any(kind.startswith("section") for kind in given):
         values.report.add(f"{key}.at", "at is a place on a beam, of outputs of its sections", 'section_moment = "NAME"')
     unit = _UNITS.get(given[0], "") if len(given) == 1 else ""

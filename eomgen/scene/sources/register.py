@@ -4,7 +4,7 @@ key ``kind``, which products read.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -94,23 +94,31 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
         raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])}", hint))
     own = {option.name: option for option in source.options} if source is not None else {}
     specified = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]
-    if specified and source is None:
-        other = known[specified[0]][0]
-        fault = f"{', '.join(specified)}: for {other.name} files only"
-        raise UsageError(Problem("load", fault, f"the path of {other.article}, or none of them"))
-    if specified and source is not None:
-        other = known[specified[0]][0]
-        *first, last = (option.name for option in other.options)
-        every = f"{', '.join(first)} and {last}" if first else last
-        hint = known[specified[0]][1].elsewhere or "keys of the joint in the scene file"
-        raise UsageError(f"{every} are for {other.name} only", hint)
+    if specified:
+        raise _of_other_source(source, specified, *known[specified[0]])
     for name in own.keys() & given.keys():
-        if own[name].choices and given[name] not in own[name].choices:
-            raise UsageError(f"{name} is {shown(given[name])}", " or ".join(own[name].choices))
-        if isinstance(own[name].default, bool) and not isinstance(given[name], bool):
-            fault = f"True or False is needed, not {type(given[name]).__name__}"
-            raise UsageError(Problem(name, fault, f"{name}=True, for all joints" if given[name] else f"{name}=False"))
+        _check_value(own[name], given[name])
     return {name: value for name, value in given.items() if name in own}
+
+
+def _of_other_source(source: Source | None, specified: Sequence[str], other: Source, option: Option) -> UsageError:
+    """Return the error for options of another source, the first of which is ``option``."""
+    if source is None:
+        fault = f"{', '.join(specified)}: for {other.name} files only"
+        return UsageError(Problem("load", fault, f"the path of {other.article}, or none of them"))
+    *first, last = (item.name for item in other.options)
+    every = f"{', '.join(first)} and {last}" if first else last
+    return UsageError(f"{every} are for {other.name} only", option.elsewhere or "keys of the joint in the scene file")
+
+
+def _check_value(option: Option, value: object) -> None:
+    """Raise UsageError for a value that an option cannot have."""
+    if option.choices and value not in option.choices:
+        raise UsageError(f"{option.name} is {shown(value)}", " or ".join(option.choices))
+    if isinstance(option.default, bool) and not isinstance(value, bool):
+        fault = f"True or False is needed, not {type(value).__name__}"
+        hint = f"{option.name}=True, for all joints" if value else f"{option.name}=False"
+        raise UsageError(Problem(option.name, fault, hint))
 
 
 def _is_file(path: Path, ending: str) -> bool:

@@ -50,9 +50,21 @@ def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Value
     if counted and start[2] > end[2]:
         note = f"start is above end in the axes of {hull.body}, and {counted[0]} is of the lower part of a column"
         yield f"{note}, which start is to be at"
-    if hull.body not in places:
-        return
-    turned, origin = places[hull.body]
+    if hull.body in places:
+        yield from _doubts_of_place(hull, *places[hull.body], start, end, values)
+
+
+def _doubts_of_place(
+    hull: Hull, turned: Array, origin: Array, start: Array, end: Array, values: Values
+) -> Iterator[str]:
+    """Yield doubts about the heights of the ends of a hull against the water at rest.
+
+    Parameters
+    ----------
+    turned, origin : (3, 3) and (3,), the rotation of the body and the place of its origin, m
+    start, end : (3,), in the axes of the body, m
+    """
+    diameter = values.value(hull.diameter)
     low, high = sorted(float((turned @ end_ + origin)[2]) for end_ in (start, end))
     level = values.value(hull.level) if hull.waves is None else hull.waves.level
     if low - 0.5 * diameter >= level:

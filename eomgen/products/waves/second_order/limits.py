@@ -18,6 +18,8 @@ from eomgen.products.waves.second_order.pairs import ENTRIES
 #: Bytes of the table of pairs at most.
 MOST_MEMORY = 2_000_000_000
 
+_COMPONENTS = "Sea: components"
+
 
 def check_points(where: str, points: ArrayLike) -> None:
     """Raise UsageError for values that are no points of the plane."""
@@ -31,45 +33,72 @@ def check_points(where: str, points: ArrayLike) -> None:
 def check_sea(components: Components, depth: float, order: int, gravity: float) -> None:
     """Raise UsageError for an impossible sea."""
     vectors, amplitude, phase = (np.asarray(x, dtype=float) for x in vars(components).values())
-    where = "Sea: components"
     if vectors.ndim != 2 or vectors.shape[1] != 2 or not len(vectors):
-        raise UsageError(Problem(where, f"wave vectors have the shape {vectors.shape}", "(n, 2), at least one"))
+        raise UsageError(Problem(_COMPONENTS, f"wave vectors have the shape {vectors.shape}", "(n, 2), at least one"))
     if amplitude.shape != (len(vectors),) or phase.shape != (len(vectors),):
         fault = f"{len(vectors)} wave vectors have amplitudes of shape {amplitude.shape} and phases of {phase.shape}"
-        raise UsageError(Problem(where, fault, f"({len(vectors)},) each"))
+        raise UsageError(Problem(_COMPONENTS, fault, f"({len(vectors)},) each"))
     if not all(np.all(np.isfinite(x)) for x in (vectors, amplitude, phase)):
-        raise UsageError(Problem(where, "a wave vector, an amplitude or a phase is no finite number"))
+        raise UsageError(Problem(_COMPONENTS, "a wave vector, an amplitude or a phase is no finite number"))
     if np.any(amplitude < 0.0):
-        raise UsageError(Problem(where, f"the amplitude {amplitude.min():.6g} m is negative", "the phase + pi"))
+        raise UsageError(Problem(_COMPONENTS, f"the amplitude {amplitude.min():.6g} m is negative", "the phase + pi"))
+    _check_setting(depth, order, gravity)
+    k = np.hypot(*vectors.T)
+    _check_waves(vectors, amplitude, k, depth)
+    if order == 2:
+        _check_second_order(amplitude, k, depth)
+
+
+def _check_setting(depth: float, order: int, gravity: float) -> None:
+    """Raise UsageError for an impossible order, gravity or depth."""
     if order not in (1, 2):
         raise UsageError(Problem("Sea: order", f"there is no order {order}", "1 or 2"))
     if not gravity > 0.0 or not math.isfinite(gravity):
         raise UsageError(Problem("Sea: gravity", f"{gravity:.6g} m/s^2 is not above 0", f"{STANDARD_GRAVITY}"))
     if not depth > 0.0:
         raise UsageError(Problem("Sea: depth", f"{depth:.6g} m is not above 0", "math.inf for water without a bottom"))
-    k = np.hypot(*vectors.T)
+
+
+def _check_waves(vectors: Array, amplitude: Array, k: Array, depth: float) -> None:
+    """Raise UsageError for a wave without a length, two waves of one vector, or a wave that crosses itself.
+
+    Parameters
+    ----------
+    vectors, amplitude, k : (n, 2) in rad/m, (n,) in m, (n,) wave numbers in rad/m
+    """
     if not np.all(k > 0.0):
         number = int(np.argmin(k))
         fault = f"component {number} has the wave vector (0, 0), which is a change of the water's level and no wave"
-        raise UsageError(Problem(where, fault, "components with a wave number above 0"))
+        raise UsageError(Problem(_COMPONENTS, fault, "components with a wave number above 0"))
     if len(np.unique(vectors, axis=0)) < len(vectors):
-        raise UsageError(Problem(where, "two components have the same wave vector", "one with the sum of both"))
+        raise UsageError(Problem(_COMPONENTS, "two components have the same wave vector", "one with the sum of both"))
     steep = k * amplitude / np.tanh(np.minimum(k * depth, 700.0))
     if np.any(steep >= 1.0):
         number = int(np.argmax(steep))
         fault = f"component {number} has k A coth(k h) = {steep[number]:.4g}; from 1 on a wave crosses itself"
-        raise UsageError(Problem(where, fault, f"an amplitude below {amplitude[number] / steep[number]:.4g} m"))
+        raise UsageError(Problem(_COMPONENTS, fault, f"an amplitude below {amplitude[number] / steep[number]:.4g} m"))
+
+
+def _check_second_order(amplitude: Array, k: Array, depth: float) -> None:
+    """Raise UsageError for breaking waves, or for more pairs than memory has room for.
+
+    Parameters
+    ----------
+    amplitude, k : (n,) in m, (n,) wave numbers in rad/m
+    """
     highest = np.array([0.5 * breaking_height(float(one), depth) for one in k])
-    if order == 2 and np.any(amplitude > highest):
+    if np.any(amplitude > highest):
         number = int(np.argmax(amplitude / highest))
         fault = f"component {number}, a wave of {2.0 * math.pi / k[number]:.4g} m, breaks from an amplitude of"
         fault = f"{fault} {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m"
-        raise UsageError(Problem(where, fault, "a smaller amplitude, or order = 1: Gerstner's waves do not break"))
-    if order == 2 and 4.0 * len(k) ** 2 * len(ENTRIES) > MOST_MEMORY:
+        raise UsageError(
+            Problem(_COMPONENTS, fault, "a smaller amplitude, or order = 1: Gerstner's waves do not break")
+        )
+    if 4.0 * len(k) ** 2 * len(ENTRIES) > MOST_MEMORY:
         fault = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes"
         need = 4.0 * len(k) ** 2 * len(ENTRIES) / 1e9
         hint = "fewer components, order = 1, or a SteppedSea, whose second order needs no pairs"
-        raise UsageError(Problem(where, f"{fault} {need:.3g} GB", hint))
+        raise UsageError(Problem(_COMPONENTS, f"{fault} {need:.3g} GB", hint))
 
 
 def warn_of_doubtful_waves(vectors: Array, amplitude: Array, depth: float, order: int) -> None:

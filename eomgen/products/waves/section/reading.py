@@ -81,6 +81,18 @@ def no_waves(name: str) -> WaveField:
     return WaveField(name, (WaveComponent(1.0, 0.0, 1.0, 0.0, 0.0, 0.0),), math.inf, 0.0, 0.0, "none")
 
 
+def _depth_and_ramp(key: str, entry: written.SeaWaves, values: Values) -> tuple[float, float]:
+    """Return the depth of the water, m, infinite without a bottom, and the time over which waves grow, s."""
+    depth = math.inf if entry.depth is None else values.constant(f"{key}.depth", entry.depth)
+    if depth <= 0.0:
+        fault = f"the depth {depth:.6g} m is not positive"
+        values.report.add(f"{key}.depth", fault, "no depth for water without a bottom")
+    ramp = values.constant(f"{key}.ramp", entry.ramp)
+    if ramp < 0.0:
+        values.report.add(f"{key}.ramp", f"the time {ramp:.6g} s is negative", "ramp = 20")
+    return depth, ramp
+
+
 def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Values) -> WaveField:
     """Return the waves of an entry; faults are reported.
 
@@ -93,16 +105,7 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
     if (entry.spectrum is None) == (entry.regular is None):
         both = "both spectrum and regular say" if entry.spectrum is not None else "neither spectrum nor regular says"
         report.add(key, f"{both} which waves there are", 'spectrum = { type = "jonswap", height = 3, period = 9 }')
-    depth = math.inf
-    if entry.depth is not None:
-        depth = values.constant(f"{key}.depth", entry.depth)
-        if depth <= 0.0:
-            report.add(
-                f"{key}.depth", f"the depth {depth:.6g} m is not positive", "no depth for water without a bottom"
-            )
-    ramp = values.constant(f"{key}.ramp", entry.ramp)
-    if ramp < 0.0:
-        report.add(f"{key}.ramp", f"the time {ramp:.6g} s is negative", "ramp = 20")
+    depth, ramp = _depth_and_ramp(key, entry, values)
     level = values.constant(f"{key}.level", entry.level)
     if not gravity > 0.0:
         report.add(key, "waves need gravity, and the scene has none", "gravity = [0, 0, -9.81]")
@@ -201,6 +204,33 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
     return result
 
 
+def _spreading(key: str, entry: written.Spread, heading: float, values: Values) -> Spreading | None:
+    """Return the spreading over directions; None if it has a fault, which is reported."""
+    exponent = values.constant(f"{key}.exponent", entry.exponent)
+    if not exponent > 0.0:
+        values.report.add(f"{key}.exponent", f"the exponent {exponent:.6g} is not positive", "exponent = 10")
+    elif exponent > MOST_EXPONENT:
+        fault = f"with the exponent {exponent:.6g}, above {MOST_EXPONENT:.6g}, all waves run one way"
+        values.report.add(f"{key}.exponent", fault, "no spreading")
+    else:
+        return Spreading(exponent, heading, entry.directions)
+    return None
+
+
+def _can_have_variables(key: str, entry: written.SeaWaves, report: Report) -> bool:
+    """Return whether amplitudes and phases can follow from variables; a fault is reported."""
+    if entry.amplitudes == "fixed":
+        fault = "amplitudes are fixed, and variables make amplitudes and phases"
+        report.add(key, fault, 'amplitudes = "gaussian"')
+        return False
+    count = entry.components * (1 if entry.spreading is None else entry.spreading.directions)
+    if count > MOST_WITH_VARIABLES:
+        fault = f"{count} waves have {2 * count} variables, more than {2 * MOST_WITH_VARIABLES}"
+        report.add(key, fault, "fewer components or directions")
+        return False
+    return True
+
+
 def _irregular(
     key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values
 ) -> tuple[list[WaveComponent], Formula | None]:
@@ -214,28 +244,12 @@ def _irregular(
     low, high = values.constants(f"{key}.band", entry.band)
     if not 0.0 < low < high:
         report.add(f"{key}.band", f"the band from {low:.6g} to {high:.6g} is none", "band = [0.5, 3]")
-    spreading = None
-    if entry.spreading is not None:
-        exponent = values.constant(f"{key}.spreading.exponent", entry.spreading.exponent)
-        if not exponent > 0.0:
-            report.add(f"{key}.spreading.exponent", f"the exponent {exponent:.6g} is not positive", "exponent = 10")
-        elif exponent > MOST_EXPONENT:
-            fault = f"with the exponent {exponent:.6g}, above {MOST_EXPONENT:.6g}, all waves run one way"
-            report.add(f"{key}.spreading.exponent", fault, "no spreading")
-        else:
-            spreading = Spreading(exponent, heading, entry.spreading.directions)
+    spreading = None if entry.spreading is None else _spreading(f"{key}.spreading", entry.spreading, heading, values)
     if spectrum is None or not 0.0 < low < high or report.concerns(f"{key}.spreading") or math.isnan(heading):
         return [], None
     if not _of_water(f"{key}.spectrum", 2.0 * math.pi / spectrum.peak, report):
         return [], None
-    if entry.variables and entry.amplitudes == "fixed":
-        fault = "amplitudes are fixed, and variables make amplitudes and phases"
-        report.add(f"{key}.variables", fault, 'amplitudes = "gaussian"')
-        return [], None
-    count = entry.components * (1 if entry.spreading is None else entry.spreading.directions)
-    if entry.variables and count > MOST_WITH_VARIABLES:
-        fault = f"{count} waves have {2 * count} variables, more than {2 * MOST_WITH_VARIABLES}"
-        report.add(f"{key}.variables", fault, "fewer components or directions")
+    if entry.variables and not _can_have_variables(f"{key}.variables", entry, report):
         return [], None
     try:
         parts = divided(

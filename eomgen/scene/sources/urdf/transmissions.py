@@ -192,6 +192,13 @@ def actuation(
     if idle:
         note = "transmissions have no effect on joints that are held, follow others or have not one coordinate"
         notes.append(f"{note}: {listed(list(idle))}")
+    return Actuation(inputs, efforts, sums.keys(), notes, _not_modelled(transmissions, missing, by_written))
+
+
+def _not_modelled(
+    transmissions: Transmissions, missing: Mapping[str, int], by_written: Collection[str]
+) -> list[tuple[int, str]]:
+    """Return line and warning for transmissions of unknown types, and to joints that the file lacks."""
     warnings = [
         (1, f"not modelled: transmissions of the type {shown(kind)} ({len(those)}: {listed(those)})")
         for kind, those in transmissions.unknown.items()
@@ -201,7 +208,7 @@ def actuation(
         close = [name for written in missing for name in difflib.get_close_matches(written, by_written, n=1)]
         note += f", perhaps {listed(dict.fromkeys(close))}" if close else ""
         warnings.append((next(iter(missing.values())), note))
-    return Actuation(inputs, efforts, sums.keys(), notes, warnings)
+    return warnings
 
 
 #: Unit of an effort by the unit of the coordinate.
