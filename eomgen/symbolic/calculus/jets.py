@@ -91,7 +91,7 @@ class JetAlgebra:
         self.tape = tape
         self._sine_cosine: dict[tuple[str, tuple[Ref, ...]], tuple[list[Ref], list[Ref]]] = {}
 
-    def apply(self, op: Op, value: Ref, operands: Sequence[list[Ref]]) -> list[Ref]:  # noqa: C901  # a case per operation
+    def apply(self, op: Op, value: Ref, operands: Sequence[list[Ref]]) -> list[Ref]:
         """Return the jet of an operation from the jets of the operands; ``value`` is the coefficient of order 0."""
         tape, x = self.tape, operands[0]
         flat = [value] + [ZERO] * (len(x) - 1)
