@@ -191,7 +191,6 @@ def _after_a_while(bar: Any, patience: float) -> Iterator[None]:
     """Start a display of Rich after some seconds, by a thread since the work may not report before; stop it at the
     end."""
     timer = threading.Timer(patience, bar.start)
-    timer.daemon = True
     timer.start()
     try:
         yield

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from scipy.special import ellipe, ellipk
 
 import eomgen
 from eomgen.pipeline.model import Model
+from eomgen.solvers import critical_points
 from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_direction
 from tests.models.cosserat import beam_scene
 from tests.oracles.evaluation import Array
@@ -286,3 +288,15 @@ def test_how_many_elements(elements: int, deflections: list[float], frequencies:
         assert error == pytest.approx(expected, rel=0.15)
     found = model.linearize(parameters=slender).modes().angular_frequency[:6:2]
     assert 100.0 * (found / [3.51602, 22.0345, 61.6972] - 1.0) == pytest.approx(frequencies, rel=0.04)
+
+
+@pytest.mark.parametrize("onwards", [None, SimpleNamespace(s=0.0)])
+def test_a_path_that_does_not_go_on_with_the_loads_has_no_rate_of_stiffness(
+    onwards: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(critical_points, "direction", lambda *_: onwards)
+    monkeypatch.setattr(critical_points, "held_factor", lambda *_: 0.0)
+    none: Any = SimpleNamespace()
+    with pytest.raises(ArithmeticError, match="the tangent stiffness is singular there"):
+        critical_points._rate(none, none, 0.1)
+    assert critical_points.half_way(none, none, 1.0) is None

@@ -18,6 +18,7 @@ from eomgen.codegen.metadata import interface_layout, stack_bytes
 from eomgen.codegen.program import Program
 from eomgen.codegen.targets.c.tape_code import OPERATIONS, on_tape
 from eomgen.codegen.targets.c.target import INTERFACE_CDEF, written_library
+from eomgen.formula.curves import Curve
 from eomgen.pipeline.model import Model
 from eomgen.symbolic.operations import LEAVES, UNARY, Op
 from eomgen.symbolic.tape import Tape
@@ -108,6 +109,22 @@ def test_parts_and_workspace_have_the_bits_of_c(cache: Path) -> None:
     engine, compiled = _on_engine(program, cache), compile_program(program, cache)
     for function in program.functions:
         assert call(engine, function.name, POINT)[0].tobytes() == call(compiled, function.name, POINT)[0].tobytes()
+
+
+def test_curves_have_the_values_of_the_curve(cache: Path) -> None:
+    """Curves stay C between runs of the engine: values and slopes, of arguments that the engine computes."""
+    tape, x = Tape(), np.linspace(-2.0, 2.0, 9)
+    curve = Curve("hill", x, 3.0 / (1.0 + x**2))
+    q = [tape.input("q", k) for k in range(2)]
+    argument = tape.sub(tape.mul(q[0], q[1]), q[0])
+    refs = [tape.call(Op.SIN, tape.curve(curve, 0, argument)), tape.mul(tape.curve(curve, 1, -q[1]), q[0])]
+    block = Block("y", (2,), tuple(refs))
+    engine = _on_engine(to_program(make_system("curves", tape, [Function("f", "", ("q",), (block,))])), cache)
+    for here in ([0.3, 1.4], [-0.7, 0.2]):
+        (found,) = call(engine, "f", {"q": here})
+        along = here[0] * here[1] - here[0]
+        values = [math.sin(curve(np.array(along))), here[0] * curve(np.array(-here[1]), 1)]
+        np.testing.assert_allclose(found, values, rtol=1e-14)
 
 
 def test_threads_share_no_registers(cache: Path) -> None:

@@ -82,7 +82,9 @@ CHOSEN = (
 )
 
 
-@pytest.mark.slow_except("shear_frame_with_pendulum-tdg2", "free_spinning_body-tdg1", "pi_servo-corrected_predictor")
+@pytest.mark.slow_except(
+    *("shear_frame_with_pendulum-tdg2s", "free_spinning_body-tdg1", "pi_servo-tdg1", "pi_servo-corrected_predictor")
+)
 @pytest.mark.parametrize(
     "method", ["rosenbrock", "lsrt2", "corrected_predictor", "tdg1", "tdg1_star", "tdg2", "tdg2s", "tdg3"]
 )

@@ -138,6 +138,13 @@ def test_by_complex_steps(seed: int, absolute: bool, rng: np.random.Generator) -
     check_by_complex_steps(with_frames(scene_of(seed), absolute=absolute), rng)
 
 
+def test_a_frame_on_a_base_that_moves_and_turns(rng: np.random.Generator) -> None:
+    builder = SceneBuilder("shaken").base(["0.3 * sin(2 * t)", "t", "0.2 * t**2"], [([1, 2, 3], "0.7 * t")])
+    builder.body("rod", 1.0, inertia=[0.1, 0.2, 0.25]).joint("hinge", "revolute", "base", "rod", axis=[0, 1, 1])
+    builder.frame("tip", "rod", [1.0, 0.2, -0.3], rotation=[{"axis": [0, 1, 0], "angle": 0.4}])
+    check_by_complex_steps(builder.build(), rng)
+
+
 def test_frames_on_a_beam(rng: np.random.Generator) -> None:
     builder = SceneBuilder("mast").beam(
         "mast",

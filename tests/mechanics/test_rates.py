@@ -4,15 +4,20 @@ digits."""
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.rates.jets import input_rates
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.rates import inverse_dynamics_rates, motion_jets
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.scalar import Scalar
+from eomgen.symbolic.tape import Tape
 from eomgen.system.system import System
 from tests.mechanics.test_beam_energy import loaded_chain
 from tests.mechanics.test_internal_states import scene as drone
@@ -213,3 +218,17 @@ def test_forward_dynamics_along_its_own_motion(name: str, rng: np.random.Generat
     assert relative_error(first["vdot_dot"], reference) <= 1e-10
     assert relative_error(found["vdot_ddot"], stepped["vdot_dot"]) <= 1e-10
     assert {"a", "j", "s"}.isdisjoint(system.functions["forward_rates"].inputs)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3, 5])
+def test_rates_of_inputs_are_their_derivatives(order: int) -> None:
+    """Of sin(3 t) and t^4, in as many blocks as the order has derivatives."""
+    tape = Tape()
+    t = Scalar(tape, tape.input("t"))
+    blocks = input_rates(tape, [Scalar(tape, tape.call(Op.SIN, (t * 3.0).ref)), t * t * t * t], order)
+    sizes = {"u_dot": (2,), "u_ddot": (2,), "u_higher": (order - 2, 2)}
+    assert {block.name: block.shape for block in blocks} == dict([*sizes.items()][: min(order, 3)])
+    values = [evaluate(tape, block.refs, {"t": np.array([0.7])}) for block in blocks]
+    for k, (sine, power) in enumerate(np.concatenate(values).reshape(order, 2), 1):
+        assert sine == pytest.approx(3.0**k * np.sin(2.1 + 0.5 * np.pi * k), rel=1e-13)
+        assert power == pytest.approx(math.perm(4, k) * 0.7 ** (4 - k) if k <= 4 else 0.0, rel=1e-13)

@@ -9,7 +9,6 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
@@ -230,32 +229,6 @@ def test_normalisations(shapes: Any, ends: Ends) -> None:
         natural = integrals(deformation(kind, 3, shapes, ends=ends, **more))
         ratios = np.diag(natural.k) / np.diag(natural.m)
         np.testing.assert_allclose(np.diag(same.k) / np.diag(same.m), ratios, rtol=1e-12)
-
-
-def test_shortening_with_the_frame_within_the_beam() -> None:
-    """f = s^2 and s^2 (6 s - 5), frame at s = 2/5: everything by hand with fractions."""
-    start, length = -1.0, 2.5
-    bending = deformation("bending_y", 2, "polynomial")
-    found = integrals(bending, start=start, length=length, order=2, profiles={"mass": (1.0, 0.5)})
-    s = Polynomial([0.0, 1.0])
-    functions = [s**2, 6 * s**3 - 5 * s**2]
-    density, x = 1.0 + 0.5 * s, start + length * s
-    H = [[(f.deriv() * g.deriv()).integ(lbnd=0.4) / length for g in functions] for f in functions]
-
-    def over(polynomial: Polynomial) -> float:
-        return float(length * polynomial.integ()(1.0))
-
-    for k in range(2):
-        for j in range(2):
-            assert found.g0[k, j] == pytest.approx(over(density * H[k][j]), rel=1e-13)
-            assert found.g1[k, j] == pytest.approx(over(density * x * H[k][j]), rel=1e-13)
-            assert found.at(-0.5).shortening[k, j] == pytest.approx(float(H[k][j](0.2)), rel=1e-13)
-            for i in range(2):
-                assert found.h1[k, j, i] == pytest.approx(over(density * H[k][j] * functions[i]), rel=1e-12)
-                for n in range(2):
-                    assert found.h2[k, j, i, n] == pytest.approx(over(density * H[k][j] * H[i][n]), rel=1e-12)
-    assert found.at(0.0).shortening.tolist() == [[0.0, 0.0], [0.0, 0.0]]
-    assert found.at(-0.5).shortening[0, 0] < 0.0 < found.at(1.0).shortening[0, 0]
 
 
 @pytest.mark.long

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ import eomgen
 from eomgen.control import OutputFeedback, Regulator, driven_by, kalman, lqr, shaping_filter
 from eomgen.errors import UsageError
 from eomgen.linear.state_space import StateSpace
-from eomgen.pipeline.controllers import toml_text, with_controller
+from eomgen.pipeline.controllers import error_on_group, toml_text, with_controller
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -228,6 +229,53 @@ def test_the_text_of_a_closed_scene_is_the_scene(car: StateSpace, tmp_path: Path
     assert eomgen.load(path).content == eomgen.load(closed).content
     odd = {"a": {"b c": 'quote " and \\', "d": [1, 2.5, True], "e": {"f": "x"}}, "name": "n"}
     assert tomllib.loads(toml_text(odd)) == odd
+
+
+@pytest.mark.parametrize("sample", [None, 0.02])
+def test_feedback_is_written_with_the_names_of_the_scene(sample: float | None) -> None:
+    """Of a position, a velocity, an internal state and a turn from the reference."""
+    names, none = ("hinge", "v.hinge", "z.lag", "ball[1]"), np.zeros((4, 0))
+    references = {"states": np.array([0.3, 0.0, 2.0, math.nan]), "inputs": np.array([5.0])}
+    space = StateSpace(
+        np.zeros((4, 4)), np.ones((4, 1)), none, none.T, np.zeros((0, 1)), np.zeros((0, 0)), names, ("force",), (), (),
+        references=references, sample=sample, orientations={"ball": (1.0, 0.0, 0.0, 0.0)},
+    )  # fmt: skip  # a table
+    law = Regulator(space, np.array([[10.0, 2.0, 0.5, 7.0]]))
+    closed = with_controller({"format": 1, "inputs": {"force": {"unit": "N"}}}, law)
+    assert "inputs" not in closed
+    formula = error_on_group("ball", 1, (1.0, 0.0, 0.0, 0.0))
+    if sample is None:
+        entry = closed["controllers"]["force"]
+        signals = [*entry["signals"].values()]
+        assert signals[:4] == ["q.hinge", "v.hinge", "lag", formula]
+        assert [*entry["signal_gains"].values()] == [10.0, 2.0, 0.5, 7.0, -1.0]
+        assert [*entry["signal_references"].values()] == [0.3, 2.0] and signals[4] in (5.0, "5", "5.0")
+    else:
+        entry = closed["states"]["force"]
+        values = {"q.hinge": 0.4, "v.hinge": 3.0, "lag": 2.5, formula: 0.25}
+        text = entry["formula"]
+        for name, value in values.items():
+            assert name in text
+            text = text.replace(name, repr(value))
+        assert eval(text, {}) == pytest.approx(5.0 - 10.0 * 0.1 - 2.0 * 3.0 - 0.5 * 0.5 - 7.0 * 0.25)
+        assert (entry["sample"], entry["initial"]) == (0.02, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("scene", "law", "message"),
+    [
+        (3, None, "the path of a scene file, or its nested data, is needed, not int; try: with_controller("),
+        (
+            {"format": 1, "name": "one"},
+            [[1.0]],
+            "a Regulator or an OutputFeedback is needed, not list; try: the result",
+        ),
+    ],
+)
+def test_arguments_of_other_types_are_refused(scene: Any, law: Any, message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        with_controller(scene, law)
+    assert f"with_controller: {message}" in str(caught.value)
 
 
 @pytest.mark.long

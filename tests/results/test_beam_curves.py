@@ -77,6 +77,16 @@ def test_the_outline_is_that_of_the_rotary_inertia() -> None:
         assert radius == pytest.approx(10.0 / (400.0 if much == 0.0 else 30.0))
 
 
+@pytest.mark.parametrize("length", [0.2, 10.0])
+@pytest.mark.parametrize("thin", [1, 2])
+def test_a_flat_outline_is_as_thick_as_a_picture_shows(thin: int, length: float) -> None:
+    inertia = [0.0, 0.01 * length**2, 0.01 * length**2]
+    inertia[thin] = 0.0
+    half = np.max(outline(1.0, inertia, length), axis=0)
+    sides = [length / 30.0, length / 400.0]
+    np.testing.assert_allclose(half, sides if thin == 1 else sides[::-1], rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("inertia", "tolerance"), [((3e-3, 1.2e-2), 1e-12), ((1.2e-2, 3e-3), 1e-12), ((7e-3, 7e-3), 0.1)]
 )

@@ -261,6 +261,33 @@ def test_the_end_of_a_beam_is_its_end_whatever_rounding_makes_of_start_and_lengt
     assert body.beam is not None and body.beam.deformations[0].masses == ((0.7 + 0.1, 1.0 / 3.0, 0.0),)
 
 
+PLACED = {
+    "forces.push.point": '[forces.push]\nbody = "blade"\npoint = [{x}, 0, 0]\nforce = [0, 0, 1]',
+    "points.mark.position": '[points.mark]\nbody = "blade"\nposition = [{x}, 0, 0]',
+    "frames.mark.position": '[frames.mark]\nbody = "blade"\nposition = [{x}, 0, 0]',
+    "joints.end.position": '[bodies.nut]\nmass = 1\n[joints.end]\ntype = "fixed"\nparent = "blade"\nchild = "nut"\n'
+    "position = [{x}, 0, 0]",
+    "bushings.rubber.first.position": '[bushings.rubber]\nfirst = {{ body = "blade", position = [{x}, 0, 0] }}\n'
+    'second = {{ body = "base" }}\nstiffness = [1e3, 1e3, 1e3]',
+    "constraints.shut.second.position": '[constraints.shut]\ntype = "spherical"\nfirst = {{ body = "base" }}\n'
+    'second = {{ body = "blade", position = [{x}, 0, 0] }}',
+}
+
+
+@pytest.mark.parametrize("key", PLACED)
+def test_whatever_sits_on_a_beam_sits_between_its_ends(key: str) -> None:
+    beam = BLADE.replace(", velocity = 0", "")
+    assert read(f"{beam}{PLACED[key].format(x=9)}\n").bodies
+    for x in (-1, 11):
+        with pytest.raises(DescriptionError) as caught:
+            read(f"{beam}{PLACED[key].format(x=x)}\n")
+        (problem,) = caught.value.problems
+        message = (
+            f"({key}[0]): x = {x} m is beyond the beam blade, which goes from 0 m to 10 m; try: a place on the beam"
+        )
+        assert message in str(problem)
+
+
 @pytest.mark.parametrize("start", [0, -4])
 def test_pinned_shapes_at_either_end(start: int) -> None:
     deformation = 'bending_y = { shapes = "pinned_pinned", modes = 2, stiffness = 100 }'

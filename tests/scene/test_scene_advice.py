@@ -41,6 +41,19 @@ def test_degrees_may_be_a_parameter() -> None:
     assert read('rest = "45 * deg"', text).joints[0].rest is not None
 
 
+@pytest.mark.parametrize("section", ["points", "frames"])
+def test_a_place_in_another_unit_is_noted_by_its_own_key(section: str) -> None:
+    text = FLOATING.replace("mass = 1", "mass = 1\ninertia = [0.1, 0.1, 0.1]") + "".join(
+        f'[{kind}.{name}]\nbody = "ball"\nposition = [{x}, 0, 0]\n'
+        for kind, name, x in (("points", "a", 0.3), ("points", "b", 0.4), (section, "far", 500))
+    )
+    (note,) = [note for note in load_toml(text).notes if ".far." in note]
+    assert note == (
+        f"{section}.far.position: the point is 500 m from the body's origin, and all else is within 0.4 m; numbers"
+        " without a unit are in m"
+    )
+
+
 # -- one cause, one problem --------------------------------------------------------------------------------------------
 
 FLOATING = """

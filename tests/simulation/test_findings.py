@@ -158,6 +158,38 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
 }
 
 
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize(("method", "other"), [("rattlie", "generalized_alpha, "), ("generalized_alpha", "")])
+def test_multipliers_of_rounding_are_told_with_another_method_if_there_is_one(
+    method: str, other: str, single: bool
+) -> None:
+    multipliers = SimpleNamespace(multipliers=np.ones((2, 1)))
+    run = SimpleNamespace(
+        run=SimpleNamespace(name=method), single=single, longest_part=1e-3, statistics={"max_rounding": 0.3}
+    )
+    check = BY_NAME["multiplier_rounding"].evaluate
+    (told,) = check(cast(FinishedRun, SimpleNamespace(**vars(run), states=multipliers)))
+    assert told.text == "up to 30 % of the multipliers is rounding, which grows as 1/step^2"
+    assert told.hint == f"{other}a step larger than 0.001 s{', or double precision' if single else ''}"
+    assert not [
+        *check(cast(FinishedRun, SimpleNamespace(**vars(run), states=SimpleNamespace(multipliers=np.zeros(1)))))
+    ]
+
+
+@pytest.mark.parametrize("speed", [0.0, 3.0])
+def test_decay_without_partials_is_the_damping_by_the_mass(speed: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of M vdot = -C v with coupled velocities: rates of decay are eigenvalues of M^-1 C."""
+    M, C = np.array([[2.0, 0.3], [0.3, 1.0]]), np.array([[40.0, -5.0], [-5.0, 7.0]])
+    monkeypatch.setattr(
+        start_checks, "accelerations", lambda model, q, v, *_, **__: np.linalg.solve(M, -C @ np.atleast_2d(v).T).T
+    )
+    monkeypatch.setattr(start_checks, "reach_of", lambda model, q: np.array([0.5, 0.0]))
+    model = SimpleNamespace(functions=["forward_dynamics"], nv=2)
+    state = SimpleNamespace(q=np.zeros(2), v=np.array([speed, -speed]), z=np.zeros(0))
+    decay = start_checks._decay(cast(Any, model), cast(Any, state), state.v, 0.0, None, np.zeros(0), 1e-2)
+    np.testing.assert_allclose(decay, np.linalg.solve(M, C), rtol=1e-7, atol=1e-6)
+
+
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.name)
 def test_every_check_is_named_documented_and_worded(check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
     assert BY_NAME[check.name] is check  # names are unique

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import pairwise
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -17,10 +18,12 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
-from eomgen.formula.features import features, may_be_fast, summands
-from eomgen.formula.nodes import Formula
+from eomgen.formula.features import Feature, features, may_be_fast, summands
+from eomgen.formula.nodes import Formula, Number
+from eomgen.lie.product import Factor
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import TIME, Names
+from eomgen.simulation.judgement import fast_motions
 
 #: Findings that say that a run may be wrong.
 DOUBTS = {
@@ -118,6 +121,61 @@ LAWS = {  # parameters, step at which it is not seen, and one that resolves it
     "rate, whole periods": ({"wave": 1e3, "period": 0.005}, 0.01, 2e-4),
     "dose": ({"dose": 1e3, "time": 0.5123, "width": 1e-4}, 0.01, None),
 }
+
+
+class Oscillator(fast_motions._Modes):
+    """Modes of x'' = -W^2 x about a place, with the accelerations of the exact equation."""
+
+    def _accelerations(self, state: tuple[Array, Array, Array, Array], t: float) -> tuple[Array, Array]:
+        return -(FAST**2) * state[0], np.empty(0)
+
+
+FAST = 300.0
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.7, 1.5, 2.9])
+def test_the_swing_of_a_mode_does_not_depend_on_its_phase(phase: float) -> None:
+    """Of x = A cos, the acceleration has the amplitude A W^2, by kinetic energy for a mass of 4 kg."""
+    model = SimpleNamespace(factors=[Factor("R", "x", 0, 1, 0, 1)])
+    modes = Oscillator(cast(Any, SimpleNamespace(model=model)), cast(Any, None), 1e-2, np.empty((0, 1)))
+    q, v = 0.2 * np.cos([phase]), -0.2 * FAST * np.sin([phase])
+    none = np.zeros(0)
+    swing, size = modes._swing((q, v, none, none), 0.0, 0.1 / FAST, FAST, np.array([2.0]), np.array([[4.0]]))
+    assert swing == pytest.approx(2.0 * 0.2 * FAST**2, rel=5e-3)
+    assert size == pytest.approx(swing, rel=5e-3)
+
+
+@pytest.mark.parametrize(("force", "shown"), [(lambda t: 3.0 - 2.0 * t, True), (lambda t: t * t, False)])
+def test_a_force_that_is_linear_in_time_is_seen_by_the_ends_of_steps(
+    force: Callable[[float], float], shown: bool
+) -> None:
+    library = SimpleNamespace(layout={"functions": [{"name": "inverse_dynamics", "inputs": ["q", "t"]}]})
+    model = SimpleNamespace(
+        library=library, functions=["inverse_dynamics"], nu=0, v_names=["v.x"], v_units=["m/s"],
+        inverse_dynamics=lambda q, v, a, t, u, z, parameters: force(t)[:, np.newaxis],
+    )  # fmt: skip  # a table
+    method = SimpleNamespace(chooses_steps=False, inputs="nodes")
+    run = SimpleNamespace(model=model, method=method, settings={"step": 0.5}, takes_rows=False)
+    t, none = np.linspace(0.0, 2.0, 5), np.zeros((5, 1))
+    states = SimpleNamespace(t=t, q=none, v=none, z=none)
+    (law,) = fast_motions._forces(cast(Any, run), np.zeros(0), cast(Any, states), np.zeros(0))
+    np.testing.assert_allclose(law.ends, [force(t[:-1]), force(t[1:])], atol=1e-15)
+    np.testing.assert_allclose(law.between, force(t[:-1] + 0.382 * 0.5), atol=1e-15)
+    assert np.allclose(law.shown, law.between, atol=1e-14) == shown
+
+
+@pytest.mark.parametrize("period", [0.0, 0.7])
+def test_places_between_two_values_are_the_places_of_every_period(period: float) -> None:
+    """Against a list of the places of many periods; ``sides`` counts the places that lie below a value."""
+    feature = Feature(Number(0.0), np.array([0.1, 0.25, 0.6]), period)
+    every = (
+        np.sort(np.ravel(feature.places + period * np.arange(-100, 101)[:, np.newaxis])) if period else feature.places
+    )
+    for low, high in ((-3.3, -1.2), (-0.2, 0.3), (0.2, 5.1), (0.6, 0.6)):
+        inside = [place for place in every.tolist() if low <= place <= high]
+        assert sorted(feature.between(low, high, 50).tolist()) == pytest.approx(inside)
+        first, last = feature.sides(np.array([low - 1e-9, high + 1e-9]))
+        assert last - first == len(inside)
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -18,6 +18,7 @@ from eomgen.products.derivatives.motion import Motion
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from tests.models.cache import shared_cache
 from tests.oracles.complex_runs import ComplexRun, derivatives
+from tests.simulation.test_following_starts import resting_loop
 from tests.simulation.test_sensitivities import (
     STEP,
     TO_ROUNDING,
@@ -193,6 +194,19 @@ def test_constraints_and_starts_that_move_onto_them(builder: Any, method: str, b
         products = found.hessian_products(functional, np.eye(len(by)))
         assert np.max(np.abs(products - H)) <= 1e-13 * size
         assert np.max(np.abs(products - products.T)) <= 1e-14 * size
+
+
+def test_a_start_at_rest_on_constraints_moves_with_parameters() -> None:
+    """Against a difference of gradients, each of which finds rest again."""
+    _, model = built(resting_loop())
+    run: dict[str, Any] = {"by": ["mass", "length"], "method": "generalized_alpha", "settings": TO_ROUNDING}
+    ends = [
+        model.sensitivities(3 * STEP, STEP, parameters={"length": model.parameters["length"] + change}, **run)
+        for change in (0.0, 1e-4, -1e-4)
+    ]
+    of = "final(y[0])"
+    middle, (ahead, behind) = ends[0].hessian(of), (end.gradients([of])[0] for end in ends[1:])
+    np.testing.assert_allclose(middle[1], (ahead - behind) / 2e-4, atol=1e-6 * np.max(np.abs(middle)))
 
 
 @pytest.mark.slow

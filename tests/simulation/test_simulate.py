@@ -250,6 +250,8 @@ def test_ctrl_c_returns_what_there_is_and_a_second_handler_is_restored() -> None
         ({"initial": {"hing": 0.1}}, "there is no joint 'hing'; try: hinge"),
         ({"initial": {"hinge": {"speed": 0.1}}}, "initial hinge: 'speed' is not known here; try: position or velocity"),
         ({"initial": {"hinge": [1.0, 2.0]}}, "initial position of hinge: the shape is (2,), (1,) is needed"),
+        ({"initial": {"q": np.zeros((5, 1))}}, "(1,) is needed; try: one row of it: q[-1] is the last one"),
+        ({"initial": {"q": np.zeros((5, 2))}}, "(1,) is needed; try: 1 number; q_names"),
         ({"inputs": {"torq": 1.0}}, "there is no input 'torq'; try: torque"),
         ({"inputs": {"torque": [1.0, 2.0]}}, "input torque: the shape is (2,), (2001,) is needed"),
         ({"inputs": {"torque": np.nan}}, "input torque: input torque is nan, not a finite number"),

@@ -4,13 +4,14 @@ hold."""
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
+from eomgen.products.studies.verification import check as checking
 from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, column, moved
 from eomgen.products.studies.verification.differences import LADDER, complex_steps, differences, sizes_of
 from eomgen.products.studies.verification.states import _length
@@ -124,3 +125,18 @@ def test_what_cancels_along_a_direction_is_known_as_well_as_what_it_is_of(
     engine = engine_of(lambda blocks: np.tile([size, 0.0], (2, 1)))
     allowed = sizes_of(claim, engine, state, np.zeros((2, 2, 4)), rng).exact
     assert np.broadcast_to(allowed, (2, 2, 4)) == pytest.approx(max(1e-13 * size, 1e-13), rel=1e-3)
+
+
+@pytest.mark.parametrize("entries", [[(0, 1)], [(2, 0), (2, 1)], [(0, 0), (1, 1), (2, 0)]])
+def test_numbers_that_no_formula_explains_are_failures_of_their_first_entry(entries: list[tuple[int, int]]) -> None:
+    finite = np.ones((3, 3, 2), bool)
+    finite[(1, *np.transpose(entries))] = False
+    claim = Claim("f", "", "", lambda engine, state: state["q"], rows=("a", "b", "c"), columns=("x", "y"))
+    quiet = SimpleNamespace(singular=lambda state: [])
+    names, remarks = ("first", "second", "third"), checking.Remarks()
+    (failure,) = checking._not_numbers(claim, cast(Any, quiet), {"q": np.zeros((3, 1))}, names, finite, remarks)
+    row, column_of = entries[0]
+    assert (failure.state, failure.entry) == ("second", f"{'abc'[row]} along {'xy'[column_of]}")
+    told = SimpleNamespace(singular=lambda state: ["a root of 0"])
+    assert not checking._not_numbers(claim, cast(Any, told), {"q": np.zeros((3, 1))}, names, finite, remarks)
+    assert remarks.texts and "a root of 0" in remarks.texts[0]

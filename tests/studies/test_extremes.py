@@ -10,17 +10,19 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import matplotlib.image
 import numpy as np
 import pytest
 
 import eomgen
 from eomgen.cli import main
 from eomgen.cli.printing import print_table
-from eomgen.products.studies.ladders.register import LADDERS
-from eomgen.products.studies.ladders.result import VERDICTS, verdict
+from eomgen.products.studies.ladders.register import LADDERS, _decades
+from eomgen.products.studies.ladders.result import VERDICTS, Cell, draw, verdict
 from eomgen.products.studies.ladders.runs import (
     CRASH,
     HANG,
@@ -380,6 +382,24 @@ def test_the_command_line_writes_table_json_and_picture(tmp_path: Path, capsys: 
     assert main([*words[1:], "--json"]) == 0
     again = json.loads(capsys.readouterr().out)["cells"]
     assert [cell["verdict"] for cell in again] == [rows[0]["verdict"]]
+
+
+def test_decades_go_from_the_first_to_the_last() -> None:
+    assert _decades(-2, 1) == (0.01, 0.1, 1.0, 10.0)
+    assert _decades(-3, 3, 3) == (1e-3, 1.0, 1e3)
+    assert _decades(4, 4, 2) == (1e4,)
+
+
+@pytest.mark.parametrize("ladders", [1, 3])
+def test_ladders_of_a_map_stand_apart(ladders: int, tmp_path: Path) -> None:
+    cell = Cell("gravity", 1.0, "rk4", "holds", 1e-9, None, 1e-2, "", "", 0.1)
+    cells = [
+        replace(cell, ladder=ladder.name, method=method, value=value)
+        for ladder in LADDERS[:ladders] for method in ("rk4", "rk45", "taylor") for value in (1.0, 10.0)
+    ]  # fmt: skip  # a table
+    picture = matplotlib.image.imread(draw("pendulum", cells, tmp_path / "map.png"))
+    height = 3.0 * ladders + 1.45 * (ladders - 1)  # in rows
+    assert len(picture) == pytest.approx(110.0 * (1.5 + 0.27 * max(height, 4.0)), abs=1.0)
 
 
 def test_every_ladder_has_a_row_and_words() -> None:

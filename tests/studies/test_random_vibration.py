@@ -438,7 +438,12 @@ def test_numbers_of_tables_are_told_apart_and_plots_are_in_order(duffing: eomgen
     assert list(line.get_xdata()) == [3.0, 7.5, 12.0]
     by_time = dict(zip(found.times.tolist(), found.autocovariance["first_order"].tolist(), strict=True))
     assert list(line.get_ydata()) == [by_time[3.0], by_time[7.5], by_time[12.0]]
-    assert all(tick == round(tick) for tick in _modes(found).axes[0].get_xticks())
+    axes = _modes(found).axes[0]
+    assert all(tick == round(tick) for tick in axes.get_xticks())
+    for line, process in zip(axes.get_lines(), found.processes, strict=True):
+        sizes = np.array(process.eigenvalues)
+        assert list(line.get_xdata()) == list(range(1, len(sizes) + 1))
+        np.testing.assert_allclose(line.get_ydata(), sizes / sizes.max(), rtol=1e-15)
 
 
 def test_a_projection_of_any_number_of_pairs_warns_of_nothing(duffing: eomgen.Model) -> None:

@@ -7,7 +7,8 @@ import json
 import tomllib
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from eomgen.products.studies.work_precision.axes import candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.running import Grid, Runner, ladder_grid, tuning_grid, whole_steps
 from eomgen.simulation.timing import Repeated
+from tests.models.scenes import pendulum
 from tests.studies.test_tradeoff import SWING, WILD
 
 SCENE = """\
@@ -321,6 +323,27 @@ def _runner(inputs: Any = None) -> Runner:
     return Runner(formulations(PUSHED, {}, others=False), tuning_grid(1.28, 1e-3, 1e-3), None, inputs)
 
 
+def test_conditions_are_named_by_their_changes() -> None:
+    model = pendulum()
+    runner: Any = SimpleNamespace(
+        model=lambda name: model, formulations=SimpleNamespace(own="joint"), parameters={"length": 0.6}, inputs=None,
+        grid=SimpleNamespace(start=0.0, end=1.0, rows=10, row=0.1),
+    )  # fmt: skip  # a table
+    motion: Any = SimpleNamespace(q=np.array([[0.1], [0.5], [-0.3]]), v=np.array([[1.0], [-3.0], [2.0]]))
+    first, second, third, fourth = itertools.islice(conditions(runner, motion), 4)
+    for one in (first, second, third, fourth):
+        state = one.arguments["initial"]
+        assert abs(state["q"][0] - 0.1) == pytest.approx(0.05 * 0.4)
+        assert abs(state["v"][0] - 1.0) == pytest.approx(0.05 * 3.0)
+        assert one.label.partition(": ")[2].startswith("positions by 5 % of their motion, velocities by 5 %")
+        assert ("parameters by 3 %" in one.label) == ("parameters" in one.arguments) == (one in (second, fourth))
+    assert abs(second.arguments["parameters"]["length"] / 0.6 - 1.0) == pytest.approx(0.03)
+    signs = [
+        np.sign(one.arguments["initial"]["q"][0] - 0.1) for one in itertools.islice(conditions(runner, motion), 20)
+    ]
+    assert {*signs} == {-1.0, 1.0}
+
+
 @pytest.mark.slow
 def test_conditions_have_other_states_parameters_and_inputs() -> None:
     def pull(t: float) -> float:
@@ -344,6 +367,22 @@ def test_conditions_have_other_states_parameters_and_inputs() -> None:
     assert again == [c.label for c, _ in zip(conditions(runner, motion), range(2), strict=False)]
     assert "inputs by 3 %" in again[0]
     assert "parameters by 3 %" in again[1]
+
+
+@pytest.mark.parametrize("tolerances", [(1e-2, 1e-6), ()])
+def test_a_judge_refines_steps_by_halves_and_tolerances_by_hundreds(tolerances: tuple[float, ...]) -> None:
+    def levels(name: str, chooses: bool) -> list[dict[str, Any]]:
+        method = SimpleNamespace(chooses_steps=chooses)
+        candidate: Any = SimpleNamespace(method=method, row=SimpleNamespace(name=name), tolerances=tolerances)
+        judge = Judge(cast(Any, None), [], Demand(1e-3, "angle", "largest"), 5.0, lambda _: None)
+        return [*judge._levels(candidate)]
+
+    assert levels("rk4", chooses=False) == [{"per_row": 2**k} for k in range(17)]
+    found = np.array([level["tolerance"] for level in levels("rk45", chooses=True)])
+    assert found[0] == pytest.approx(1e-5)
+    ratios = found[1:] / found[:-1]
+    assert np.all(ratios < 1.0) and ratios[:-2] == pytest.approx(0.01) and ratios[-1] == pytest.approx(0.2)
+    assert found[-1] <= 1e-13
 
 
 #: In a demand's own words.

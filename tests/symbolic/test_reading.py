@@ -32,7 +32,7 @@ def test_every_operation_reads_as_what_it_computes(op):
     assert set(SMOOTH) | {Op.ABS, Op.SIGN} >= UNARY
     tape = Tape()
     x = [tape.input("x", k) for k in range(3)]
-    for first, second in ((0, 1), (2, 0)):
+    for first, second in ((0, 1), (2, 0), (1, 2)):
         refs = [apply_tamed(tape, op, x[first], x[second])]
         assert numbers(block_to_sympy(tape, refs, ()), POINT)[0] == pytest.approx(
             evaluate(tape, refs, POINT), rel=1e-13
@@ -96,6 +96,17 @@ def test_large_blocks_get_names_and_need_no_recursion():
     assert [str(symbol) for symbol, _ in names] == [f"w_{k}" for k in range(len(names))]
     assert max(sympy.count_ops(expression) for _, expression in names) <= 60
     assert numbers((names, matrix), POINT)[0] == pytest.approx(evaluate(tape, [ref], POINT), rel=1e-9)
+
+
+@pytest.mark.parametrize("leaves", [1, 300])
+@pytest.mark.parametrize("operations", [200, 201])
+def test_blocks_are_whole_up_to_200_operations_on_any_number_of_inputs(operations: int, leaves: int) -> None:
+    tape = Tape()
+    refs = [tape.call(Op.SIN, tape.input("x", k % leaves)) if k == 0 else tape.input("x", k) for k in range(leaves)]
+    for _ in range(operations - 1):
+        refs[0] = tape.call(Op.SIN, refs[0])
+    named = isinstance(block_to_sympy(tape, refs, (leaves,)), tuple)
+    assert named == (operations > 200)
 
 
 def test_shared_parts_are_named_once():

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -112,6 +113,22 @@ def test_a_record_of_sizes_that_is_damaged_or_wrong_is_made_anew(tmp_path: Path,
         assert cache.size() <= 5000
     assert cache.size() >= 2000
     assert cache.get("key11") is not None
+
+
+def test_leftovers_of_ended_processes_are_removed_and_of_living_ones_kept(tmp_path: Path) -> None:
+    cache = Cache(tmp_path)
+    for name, age in (("old", 120.0), ("young", 0.0)):
+        folder = tmp_path / f"tmp-{name}"
+        folder.mkdir()
+        (folder / "model.c").write_text("int x", encoding="utf-8")
+        os.utime(folder, (time.time() - age,) * 2)
+    shelf = tmp_path / "quarantine"
+    for number in range(10):
+        (shelf / str(number)).mkdir(parents=True)
+        os.utime(shelf / str(number), (1e9 + number,) * 2)
+    cache.put("key", fill())
+    assert [path.name for path in tmp_path.glob("tmp-*")] == ["tmp-young"]
+    assert {path.name for path in shelf.iterdir()} == {str(number) for number in range(2, 10)}
 
 
 def test_an_entry_larger_than_the_limit_still_serves_its_maker(tmp_path: Path) -> None:
