@@ -12,7 +12,8 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from eomgen.formula.nodes import Number
-from eomgen.mechanics.shape_functions.families import ONE, Grid, rounded
+from eomgen.mechanics.shape_functions.families import Grid
+from eomgen.mechanics.shape_functions.fixed_point import ONE, rounded
 from eomgen.mechanics.shape_functions.integrals import shape_integrals
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.scene.bodies.model import Beam, Deformation, DeformationKind, ShapeFunctions
