@@ -548,7 +548,7 @@ def test_no_door_is_open_for_nobody() -> None:
 def _open(room: str, name: str) -> tuple[str, ...]:
     """Return a list that the ``__init__`` of a room declares; nothing where it declares none.
 
-    Where it names in place of ``__all__`` the module of its register, by ``OPENED_BY``, what this imports is open.
+    If it names the modules that are not open in place of ``__all__``, by ``CLOSED``, all others of its folder are open.
     """
     folder = PACKAGE.joinpath(*room.split("."))
     tree = ast.parse((folder / "__init__.py").read_text(encoding="utf-8"))
@@ -561,10 +561,9 @@ def _open(room: str, name: str) -> tuple[str, ...]:
             continue
         if declared == name:
             return tuple(ast.literal_eval(value))
-        if declared == "OPENED_BY" and name == "__all__":
-            inside = f"eomgen.{room}."
-            imported = (module for module, _ in _imports(folder / f"{ast.literal_eval(value)}.py"))
-            return tuple(module.removeprefix(inside) for module in imported if module.startswith(inside))
+        if declared == "CLOSED" and name == "__all__":
+            closed = {"__init__", *ast.literal_eval(value)}
+            return tuple(sorted(file.stem for file in folder.glob("*.py") if file.stem not in closed))
     return ()
 
 

@@ -71,7 +71,7 @@ class Section:
     documentation : of the builder's method; by default derived from the documentation of ``entry``
     bare : noun of an entry, ``a parameter``, if formulas refer to entries by name alone
     single : whether the section is one table in place of entries by name
-    behind : key of the preceding section on the reference page, for a row of a product
+    behind : key of the preceding section on the reference page, for a force element or a product's row
     after : sections that are read before this section; the order of reading is the order of messages and requirements,
         too
     before : sections, unknown to a product, that are read after this section

@@ -3,6 +3,11 @@ package."""
 
 from __future__ import annotations
 
+import json
+import os
+import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,11 +24,13 @@ from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import renewed, schema
 from eomgen.scene.document.schema import Document, document_for, every_document
+from eomgen.scene.forces.register import elements_of
 from eomgen.scene.load import load_toml
 from eomgen.scene.reading.values import unit_of
 from eomgen.scene.section import in_reading_order
 from eomgen.scene.sections import OWN, others
 from tests.models import drags_for_eomgen as drags
+from tests.models.drags_for_eomgen import law as law_of_drags
 
 MASS, COEFFICIENT, GRAVITY = 80.0, 0.25, 9.81
 FALL = f"""
@@ -87,6 +94,53 @@ def test_a_body_falls_with_a_drag_of_another_distribution() -> None:
     terminal = np.sqrt(MASS * GRAVITY / COEFFICIENT)
     assert np.max(np.abs(run.v[:, 0] - terminal * np.tanh(GRAVITY * run.t / terminal))) <= 1e-8 * terminal
     assert np.allclose(run.outputs["pull"], COEFFICIENT * run.v[:, 0] ** 2, rtol=1e-12)
+
+
+def test_a_force_element_needs_no_line_in_the_register(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows follow from the modules of a folder: each once, behind the row that it names."""
+    folder = tmp_path / "elements_beside"
+    folder.mkdir()
+    for name, imports in {
+        "__init__": "",
+        "air": f"from {drags.__name__} import DRAGS, WINDS\n",
+        "first": f"from {drags.__name__} import DRAGS\nfrom eomgen.scene.forces.bushings import SECTION\n",
+        "second": "from eomgen.scene.forces.springs import TORSION_SECTION\n",
+    }.items():
+        (folder / f"{name}.py").write_text(imports, encoding="utf-8")
+    (folder / "notes.txt").write_text("", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    keys = [row.key for row in elements_of("elements_beside")]
+    assert keys == ["springs", "torsion_springs", "bushings", "drags"]
+
+
+@pytest.mark.slow
+def test_a_section_with_its_own_force_law_is_two_files(tmp_path: Path) -> None:
+    """Drags in a copy of the package, the motion as above: v = v_t tanh(g t / v_t)."""
+    package = Path(eomgen.__file__).parent
+    shutil.copytree(package, tmp_path / "eomgen")
+    shutil.copytree(package.parent / "templates", tmp_path / "eomgen" / "_templates")
+    scene, law = (f"eomgen.{room}.forces.drags" for room in ("scene", "mechanics"))
+    for source, module in ((drags.__file__, scene), (law_of_drags.__file__, law)):
+        text = Path(source).read_text(encoding="utf-8").replace(law_of_drags.__name__, law)
+        file = tmp_path.joinpath(*module.split(".")).with_suffix(".py")
+        file.write_text(text.replace(drags.__name__, scene), encoding="utf-8")
+    (tmp_path / "fall.toml").write_text(FALL, encoding="utf-8")
+    program = (
+        "import eomgen, json; from eomgen.scene.sections import OWN;"
+        " run = eomgen.build('fall.toml', profile='quick').simulate(2.0);"
+        " print(json.dumps([eomgen.__file__, [row.key for row in OWN], run.v[-1, 0], run.outputs['pull'][-1]]))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "EOMGEN_CACHE": str(tmp_path / "cache")}
+    run = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=tmp_path, env=environment
+    )
+    assert run.returncode == 0, run.stderr
+    file, keys, speed, pull = json.loads(run.stdout)
+    assert Path(file).is_relative_to(tmp_path)
+    assert keys.index("efforts") < keys.index("drags") < keys.index("references")
+    terminal = np.sqrt(MASS * GRAVITY / COEFFICIENT)
+    assert speed == pytest.approx(terminal * np.tanh(GRAVITY * 2.0 / terminal), rel=1e-8)
+    assert pull == pytest.approx(COEFFICIENT * speed**2, rel=1e-12)
 
 
 #: A body on a slider in a wind whose speed is a word of another distribution.

@@ -86,6 +86,7 @@ def read_force(name: str, force: ForceEntry, site: Site) -> Force:
 
 SECTION = ElementSection(
     key="forces",
+    behind="tyres",
     entry=ForceEntry,
     model=Force,
     reader=read_force,
@@ -141,6 +142,7 @@ def read_effort(name: str, effort: EffortEntry, site: Site) -> Effort:
 
 EFFORT_SECTION = ElementSection(
     key="efforts",
+    behind="distributed_loads",
     entry=EffortEntry,
     model=Effort,
     reader=read_effort,

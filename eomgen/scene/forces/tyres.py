@@ -183,6 +183,7 @@ _BOUNDS = {
 }
 SECTION = ElementSection(
     key="tyres",
+    behind="bushings",
     entry=TyreEntry,
     model=Tyre,
     reader=read_tyre,
