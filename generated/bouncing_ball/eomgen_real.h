@@ -535,8 +535,11 @@ static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_selec
 #define EG_MIN(x, y) eg_min(x, y)
 #define EG_MAX(x, y) eg_max(x, y)
 
-/* Parts of a function stay apart in every type: within one function compilers fuse products with sums. */
-#if defined(__GNUC__)
+/* Parts of a function stay apart in every type: within one function compilers fuse products with sums. GCC 12 leaves
+ * calls out of parts that store by loops, if it may look into them: it addresses the workspace from a table. */
+#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
+#define EG_APART __attribute__((noipa))
+#elif defined(__GNUC__)
 #define EG_APART __attribute__((noinline))
 #else
 #define EG_APART

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -98,3 +100,20 @@ def test_the_fault_of_one_of_several_files_is_reported_with_its_command_and_plac
     assert "'missing' undeclared" in problem.what
     assert "model_2.c" not in problem.what
     assert problem.hint.startswith("eomgen doctor")
+
+
+@pytest.mark.parametrize("flag", ["-O1", "-O2"])
+def test_no_compiler_leaves_out_the_call_of_a_part_that_stores_by_a_loop(flag: str, tmp_path: Path) -> None:
+    source, header = Path(__file__).with_name("lost_part.c"), Path(__file__).parents[2] / "generated" / "bouncing_ball"
+    results = []
+    for optimised in ("-O0", flag):
+        library = tmp_path / f"part{optimised}.so"
+        options = ("-ffp-contract=off", "-shared", "-fPIC", f"-I{header}")
+        command = [*find_compiler().command, optimised, *options, str(source)]
+        subprocess.run([*command, "-o", str(library), "-lm"], check=True)
+        workspace = np.random.default_rng(1).normal(size=4000)
+        ctypes.CDLL(str(library)).whole(workspace.ctypes.data_as(ctypes.POINTER(ctypes.c_double)))
+        results.append(workspace)
+    changed = results[0] != np.random.default_rng(1).normal(size=4000)
+    assert np.count_nonzero(changed) == 18
+    assert results[0].tobytes() == results[1].tobytes()
