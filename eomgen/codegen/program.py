@@ -185,6 +185,9 @@ class SourceFile:
 class Program:
     """The complete input of the templates.
 
+    Fields without a line here are fields of ``System``; ``initial_z`` belongs to the initial state, and ``version`` is
+    the version of eomgen.
+
     Attributes
     ----------
     prefix : str
