@@ -205,7 +205,7 @@ def _followed(
     told = f"the path ends at {where}, not at {target:.6g}: {message}" if message else f"the path arrives at {where}"
 
     def branch(number: int, size: float, to: float) -> EquilibriumPath:
-        onto = _aside(statics, critical[number][1], size, limits)
+        onto = _aside(statics, critical[number][1], size)
         return _followed(model, varied, statics, onto, to, limits, max_points, stability=stability)
 
     rests = [point.rest for point in points]
@@ -289,7 +289,7 @@ def _columns(
     return columns, units, outputs
 
 
-def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float, limits: StepLimits) -> PathPoint:
+def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float) -> PathPoint:
     """Return a point on the path that branches off at a critical point, on the side of the mode times ``size``."""
     rest = critical.point.rest
     unknowns = np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z))

@@ -132,7 +132,7 @@ def equal_elements(scene: Scene) -> EqualElements | None:
     carriers = {joint.child: joint.parent for joint in scene.joints}
     if any(carriers.get(beam.name) in nodes for beam in beams):
         return None
-    runs = [run for beam in beams for run in _runs(scene, beam, mentioned)]
+    runs = [run for beam in beams for run in _runs(beam, mentioned)]
     longest = max((run.count for run in runs), default=0)
     chosen = {run.beam.name: run for run in runs if run.count == longest}
     return EqualElements(scene, tuple(chosen.values())) if longest >= _MANY else None
@@ -159,7 +159,7 @@ def _texts_beside(scene: Scene, nodes: Collection[str]) -> set[str] | None:
     return texts
 
 
-def _runs(scene: Scene, beam: Cosserat, mentioned: set[str]) -> Iterator[Run]:
+def _runs(beam: Cosserat, mentioned: set[str]) -> Iterator[Run]:
     """Yield the runs of equal elements of a beam."""
     if not mentioned.isdisjoint(beam.nodes[1:-1]):
         ends = {number for number, node in enumerate(beam.nodes) if node in mentioned}
