@@ -118,12 +118,18 @@ def test_curves_have_the_values_of_the_curve(cache: Path) -> None:
     q = [tape.input("q", k) for k in range(2)]
     argument = tape.sub(tape.mul(q[0], q[1]), q[0])
     refs = [tape.call(Op.SIN, tape.curve(curve, 0, argument)), tape.mul(tape.curve(curve, 1, -q[1]), q[0])]
-    block = Block("y", (2,), tuple(refs))
-    engine = _on_engine(to_program(make_system("curves", tape, [Function("f", "", ("q",), (block,))])), cache)
+    many = q[0]
+    for _ in range(50):  # functions of fewer operations stay C
+        many = tape.call(Op.SIN, many)
+    block = Block("y", (3,), (*refs, many))
+    program = to_program(make_system("curves", tape, [Function("f", "", ("q",), (block,))]))
+    engine = _on_engine(program, cache)
     for here in ([0.3, 1.4], [-0.7, 0.2]):
         (found,) = call(engine, "f", {"q": here})
-        along = here[0] * here[1] - here[0]
-        values = [math.sin(curve(np.array(along))), here[0] * curve(np.array(-here[1]), 1)]
+        along, nested = here[0] * here[1] - here[0], here[0]
+        for _ in range(50):
+            nested = math.sin(nested)
+        values = [math.sin(curve(np.array(along))), here[0] * curve(np.array(-here[1]), 1), nested]
         np.testing.assert_allclose(found, values, rtol=1e-14)
 
 

@@ -13,6 +13,7 @@ import pytest
 import eomgen
 from eomgen.errors import UsageError
 from eomgen.pipeline.model import Model
+from eomgen.simulation.stepping.inputs import InputSignals
 from eomgen.simulation.stepping.time_grid import time_grid
 
 
@@ -180,3 +181,13 @@ def test_ctrl_c_is_heard_among_many_jumps() -> None:
     solution = model.simulate(1e3, 2e-3, method="rk4", record_every=1000)
     timer.join()
     assert solution.interrupted and solution.message.startswith("interrupted at t = ")
+
+
+def test_a_stepper_evaluates_the_inputs_that_are_not_given() -> None:
+    """Numbers, functions of t and samples of a caller are handed over; NaN stands for the formulas of the scene."""
+    times = np.array([0.0, 0.25, 0.5])
+    given = {"number": 3.0, "function": lambda t: t * t, "table": np.array([1.0, 2.0, 4.0])}
+    signals = InputSignals(("road", *given), given, lambda at: np.full((len(at), 4), 7.0), 0.25, left_to_stepper=True)
+    expected = np.column_stack([np.full(3, np.nan), np.full(3, 3.0), times**2, [1.0, 2.0, 4.0]])
+    np.testing.assert_array_equal(signals.table(times), expected)
+    np.testing.assert_array_equal(signals.rows(times)[:, 0], 7.0)
