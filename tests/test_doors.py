@@ -32,7 +32,8 @@ PRODUCT_WORDS: dict[str, set[str]] = {
         *("most_probable_point", "processes", "random_processes", "random_vibration", "reliability", "vibration"),
     },
     "products.fields": {"FieldSystem", "Hamiltonian", "HamiltonianModel", "hamiltonian", "posterior", "posteriors"},
-    "products.maps": {"Surface", "surfaces"},
+    "products.laws": {"FileLaw"},
+    "products.maps": {"Surface"},
     "products.waves": {
         *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),
     },
@@ -195,6 +196,7 @@ DOORS: dict[str, set[str]] = {
         "system",
         "toolchain",
     },
+    "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
     "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
     "products.offered": set(),
     "products.exported": {"products.fields", "products.reliability", "products.studies", "products.waves"},

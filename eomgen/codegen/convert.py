@@ -15,7 +15,16 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from eomgen.base.version import __version__
-from eomgen.codegen.program import OutputArray, Part, Program, ProgramCurve, ProgramFunction, ProgramLoop, SourceFile
+from eomgen.codegen.program import (
+    OutputArray,
+    Part,
+    Program,
+    ProgramCurve,
+    ProgramExternal,
+    ProgramFunction,
+    ProgramLoop,
+    SourceFile,
+)
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, RunLoop, schedule
 from eomgen.codegen.scheduling.stretches import MOST_RANGES, ranges
 from eomgen.codegen.series.functions import series_functions
@@ -24,8 +33,10 @@ from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 from eomgen.integrators.events import jump_data
+from eomgen.symbolic.external import Call
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map
 from eomgen.symbolic.operations import CurveLike, Op
+from eomgen.system.signals import CONTROLLER_ARGUMENTS
 from eomgen.system.sparsity import packed_places
 from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
 
@@ -110,7 +121,8 @@ def to_program(
     tape = system.tape
     loops: list[RunLoop] = []
     curve_numbers: dict[int, int] = {}
-    made = _functions(names, system, wanted, loops, curve_numbers, part_limit, nest_limit)
+    calls: list[Call] = []
+    made = _functions(names, system, wanted, loops, curve_numbers, calls, part_limit, nest_limit)
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
     if data.get("inputs") == "series":
@@ -165,7 +177,8 @@ def to_program(
         dof_parent=system.dof_parent,
         discontinuities=tuple(asdict(item) for item in system.discontinuities),
         sampled=tuple(asdict(item) for item in system.sampled),
-        sources=_sources(system, names.model(system.name)),
+        sources=_sources(system, names.model(system.name), calls),
+        external=tuple(map(_external, calls)),
         validity=tuple(asdict(item) for item in system.validity),
         facts=asdict(system.facts),
         defaults=dict(system.defaults),
@@ -190,19 +203,46 @@ def _patterns(system: System) -> dict[str, str]:
     return {name: packed_places(pairs) for name, pairs in system.patterns.items() if name in names}
 
 
-def _sources(system: System, prefix: str) -> tuple[SourceFile, ...]:
+def _sources(system: System, prefix: str, calls: Sequence[Call]) -> tuple[SourceFile, ...]:
     """Return the C files of the scene, each once, with the functions called in the file."""
     functions: dict[tuple[str, str], list[str]] = {}
+    prototypes: dict[tuple[str, str], list[str]] = {}
     for item in system.controllers:
         if item.source is not None:
-            functions.setdefault((item.source.name, item.source.text), []).append(item.function)
+            key = (item.source.name, item.source.text)
+            functions.setdefault(key, []).append(item.function)
+            prototypes.setdefault(key, []).append(f"int {item.function}({CONTROLLER_ARGUMENTS});")
+    for call in calls:
+        law = call.function
+        if law.source is not None:
+            key = (law.source.name, law.source.text)
+            functions.setdefault(key, [])
+            prototypes.setdefault(key, []).extend(law.prototypes)
     made: list[SourceFile] = []
-    for (name, text), called in functions.items():
+    for key, called in functions.items():
+        name, text = key
         stem = "".join(c if c.isascii() and c.isalnum() else "_" for c in name.removesuffix(".c"))
         same = sum(file.name.startswith(f"{prefix}_user_{stem}") for file in made)
         file = f"{prefix}_user_{stem}{f'_{same + 1}' if same else ''}.c"
-        made.append(SourceFile(file, name, text, tuple(dict.fromkeys(called))))
+        declared = tuple(dict.fromkeys(prototypes[key]))
+        made.append(SourceFile(file, name, text, tuple(dict.fromkeys(called)), declared))
     return tuple(made)
+
+
+def _external(call: Call) -> ProgramExternal:
+    law = call.function
+    return ProgramExternal(
+        law.label,
+        call.columns,
+        law.arguments,
+        law.parameters,
+        law.results,
+        law.scales,
+        law.function,
+        law.slopes,
+        law.real,
+        law.python,
+    )
 
 
 def _base_of_step(system: System, wanted: Sequence[str], nest_limit: int) -> tuple[tuple[int, ...], Part | None]:
@@ -251,6 +291,7 @@ def _functions(
     wanted: Sequence[str],
     loops: list[RunLoop],
     curve_numbers: dict[int, int],
+    calls: list[Call],
     part_limit: int,
     nest_limit: int,
 ) -> tuple[ProgramFunction, ...]:
@@ -262,7 +303,7 @@ def _functions(
         key = (function.inputs, tuple(block.refs for block in function.outputs))
         first = known.get(key)
         if first is None:
-            made.append(_function(names, system, function, loops, curve_numbers, part_limit, nest_limit))
+            made.append(_function(names, system, function, loops, curve_numbers, calls, part_limit, nest_limit))
             known[key] = made[-1]
             continue
         outputs = tuple(
@@ -305,6 +346,7 @@ def _function(
     function: Function,
     loops: list[RunLoop],
     curve_numbers: dict[int, int],
+    calls: list[Call],
     part_limit: int,
     nest_limit: int,
 ) -> ProgramFunction:
@@ -329,7 +371,7 @@ def _function(
         blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
     outputs = [refs for _, _, refs, _ in blocks]
     result = schedule(
-        system.tape, outputs, INPUT_BLOCKS, part_limit, nest_limit, loops, curve_numbers, fill=name != "base"
+        system.tape, outputs, INPUT_BLOCKS, part_limit, nest_limit, loops, curve_numbers, calls, fill=name != "base"
     )  # the base is a struct, whose components no loop can fill
     missing = sorted({block for part in result.parts for block in part.inputs} - set(inputs))
     if missing:

@@ -16,7 +16,17 @@ from eomgen.codegen.program import Program
 LAYOUT_VERSION = 3
 
 #: Fields of a Program that are used only for the text in C.
-_OF_THE_TEXT = ("functions", "loops", "curves", "series", "constants", "base_read", "base_of_step", "sources")
+_OF_THE_TEXT = (
+    "functions",
+    "loops",
+    "curves",
+    "series",
+    "constants",
+    "base_read",
+    "base_of_step",
+    "external",
+    "sources",
+)
 
 
 def _without_tables(method: Mapping[str, Any]) -> dict[str, Any]:

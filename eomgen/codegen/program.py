@@ -26,7 +26,8 @@ class Statement:
     ``kind`` and ``data``: ``label`` (text); ``let`` (local number, expression); ``sincos`` (sine's and cosine's local
     number, expression); ``angles`` (a tuple of such triples, taken together); ``out`` (output number, component,
     expression); ``fill`` (output number, size): zeros everywhere; ``save`` (slot, expression): into the workspace;
-    ``loop`` (number in ``Program.loops``, slot of the first gathered value, slot of the first result); ``add`` (number
+    ``loop`` (number in ``Program.loops``, slot of the first gathered value, slot of the first result); ``call`` (number
+    in ``Program.external``, slot of the first operand, slot of the first result); ``add`` (number
     in ``Program.loops``, slot of the first gathered value, output numbers): a loop that adds to these; ``gather``
     (slot, step, block or "w", index, step, length): equally spaced places into the workspace; ``spread`` (output
     number, component, step, slot, step, length, sign): equally spaced slots into an output; ``circular`` (slot of the
@@ -173,12 +174,41 @@ class SourceFile:
     written : of the file that the user wrote
     text : contents of the file
     functions : called functions of the file
+    prototypes : declarations of called functions
     """
 
     name: str
     written: str
     text: str
     functions: tuple[str, ...]
+    prototypes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ProgramExternal:
+    """An external function that functions call, or its slopes.
+
+    Attributes
+    ----------
+    label : of the function
+    columns : for each derivative, the operands along which slopes are taken
+    arguments, parameters, results : numbers of the function itself
+    scales : typical size of each operand, for differences
+    function, slopes : names of the C functions of values and of exact slopes; no name: slopes by differences
+    real : number type of these C functions
+    python : number of the function that a caller binds in place of C functions; -1 for none
+    """
+
+    label: str
+    columns: tuple[tuple[int, ...], ...]
+    arguments: int
+    parameters: int
+    results: int
+    scales: tuple[float, ...]
+    function: str
+    slopes: str
+    real: str
+    python: int = -1
 
 
 @dataclass(frozen=True)
@@ -224,6 +254,8 @@ class Program:
         Bodies and named frames that the functions of frames give, in order.
     sources : tuple of SourceFile
         C files that the scene brings along.
+    external : tuple of ProgramExternal
+        Functions of these files, and their slopes, that functions call.
     start : str
         A note on the initial state, unless it consists of the initial values of joints.
     patterns : mapping from str to str
@@ -275,6 +307,7 @@ class Program:
     row_units: tuple[str, ...] = ()
     frames: tuple[str, ...] = ()
     sources: tuple[SourceFile, ...] = ()
+    external: tuple[ProgramExternal, ...] = ()
     patterns: Mapping[str, str] = field(default_factory=dict)
 
     def function(self, name: str) -> ProgramFunction:

@@ -138,14 +138,20 @@ def curves(formula: Formula) -> frozenset[str]:
     return frozenset()
 
 
+def quantities(formula: Formula) -> Iterator[Quantity]:
+    """Yield the quantities of entries in a formula, also within arguments."""
+    if isinstance(formula, Application):
+        yield from quantities(formula.argument)
+    elif isinstance(formula, Operation):
+        if isinstance(formula, Quantity):
+            yield formula
+        for argument in formula.arguments:
+            yield from quantities(argument)
+
+
 def entries(formula: Formula) -> frozenset[tuple[str, str]]:
     """Return section and name of all entries whose quantities are in a formula."""
-    if isinstance(formula, Application):
-        return entries(formula.argument)
-    if not isinstance(formula, Operation):
-        return frozenset()
-    own = {(formula.word.section, formula.item.name)} if isinstance(formula, Quantity) else set()
-    return frozenset(own).union(*(entries(argument) for argument in formula.arguments))
+    return frozenset((item.word.section, item.item.name) for item in quantities(formula))
 
 
 def symbols(formula: Formula) -> frozenset[Symbol]:

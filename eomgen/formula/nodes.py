@@ -214,8 +214,8 @@ def _infix(formula: Operation, sizes: Callable[[Symbol], int]) -> tuple[str, int
     parts = [_text(argument, sizes) for argument in formula.arguments]
     if isinstance(formula, Quantity):
         index = f"[{formula.component}]" if formula.word.components > 1 else ""
-        given = ", ".join(text for text, _ in parts[: len(formula.word.arguments)])
-        return f"{formula.name}.{formula.item.name}({given}){index}", _ATOM
+        given = ", ".join(text for text, _ in parts[: len(formula.word.arguments_of(formula.item))])
+        return f"{formula.word.named(formula.item, formula.component)}({given}){index}", _ATOM
 
     def at_least(part: tuple[str, int], precedence: int) -> str:
         return part[0] if part[1] >= precedence else f"({part[0]})"

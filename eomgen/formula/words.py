@@ -31,6 +31,14 @@ def _no_arguments(item: Any) -> tuple[Any, ...]:
 
 
 @dataclass(frozen=True)
+class Signature:
+    """Arguments and components of the quantity of one entry: names, with units in SI that are empty for any."""
+
+    arguments: Mapping[str, str]
+    components: Mapping[str, str]
+
+
+@dataclass(frozen=True)
 class Word:
     """A word that a package adds to formulas, a row of the register: ``WORD.NAME(x, y)[1]`` is a quantity of an entry
     of a section of the scene, at given arguments.
@@ -55,6 +63,9 @@ class Word:
     fast : whether the value may change much faster than the arguments
     curves : from the entry's object and all arguments to the calls of curves (``Application``) that the value is made
         of, for checks of smoothness and of ranges; a word with curves is for formulas that may have curves
+    scope : kind of a scope that may have the word; empty for any
+    signature : from the entry's object to its own arguments and components, which are called by name,
+        ``WORD.NAME.COMPONENT(x, y)``, or ``WORD.NAME(x, y)`` for a single one; None if all entries have the word's
     """
 
     name: str
@@ -68,10 +79,33 @@ class Word:
     smooth: bool = False
     fast: bool = True
     curves: Callable[[Any, tuple[Any, ...]], tuple[Any, ...]] = _no_curves
+    scope: str = ""
+    signature: Callable[[Any], Signature] | None = None
 
-    def call(self, entry: str) -> str:
-        """Return a call of the word for an entry, as users write it."""
-        return f"{self.name}.{entry}({', '.join(self.arguments)})"
+    def arguments_of(self, item: Any) -> tuple[str, ...]:
+        """Return the names of the arguments of an entry's quantity."""
+        return self.arguments if self.signature is None else tuple(self.signature(item).arguments)
+
+    def parts_of(self, item: Any) -> tuple[str, ...]:
+        """Return the names of the components of an entry's quantity; empty if they have numbers."""
+        return () if self.signature is None else tuple(self.signature(item).components)
+
+    def unit_of(self, item: Any, component: int) -> str:
+        """Return the unit of a component in SI; empty for any."""
+        return self.unit if self.signature is None else tuple(self.signature(item).components.values())[component]
+
+    def named(self, item: Any, component: int) -> str:
+        """Return the name of a component as formulas have it, without an index: ``WORD.NAME`` or
+        ``WORD.NAME.COMPONENT``."""
+        parts = self.parts_of(item)
+        return f"{self.name}.{item.name}.{parts[component]}" if len(parts) > 1 else f"{self.name}.{item.name}"
+
+    def call(self, entry: str, item: Any = None, part: str = "") -> str:
+        """Return a call of the word for an entry, as users write it, by the entry's object if that is known."""
+        if item is None:
+            return f"{self.name}.{entry}({', '.join(self.arguments)})"
+        name = f"{self.name}.{entry}.{part[:64]}" if part else self.named(item, 0)
+        return f"{name}({', '.join(self.arguments_of(item))})"
 
 
 @cache

@@ -3,6 +3,7 @@
 __all__ = [
     "calculus",
     "evaluate",
+    "external",
     "kernel",
     "latency",
     "map",

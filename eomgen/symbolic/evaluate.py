@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.data import dataclass
+from eomgen.symbolic.external import Call, call_values
 from eomgen.symbolic.operations import ELEMENTARY, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 
@@ -31,12 +32,13 @@ class Arithmetic:
 
     ``side_by_side``: a pair of functions; the first packs k numbers per slot into one value on which operations act
     elementwise, the second unpacks a value computed with such values; without the pair, the elements of a
-    Map are taken one after the other.
+    Map are taken one after the other. ``call`` gives the results of a call of an external function.
     """
 
     rules: Mapping[Op, Callable[..., Any]]
     constant: Callable[[float], Any]
     side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Any]]] | None = None
+    call: Callable[[Call, Sequence[Any]], list[Any]] = call_values
 
 
 class Evaluation:
@@ -53,15 +55,17 @@ class Evaluation:
         self._slots: dict[Ref, int] = {}
         #: Operation, node, slots of two operands (-1 if missing), slot of the third operand or kernel of a Map.
         self._steps: list[tuple[int, int, int, int, Any]] = []
-        kernels: dict[int, Evaluation] = {}
+        kernels: dict[int, Evaluation | None] = {}
         for node in tape.live(place_of):
             op = tape.op[node]
             if op is _MAP:
                 if tape.a[node] not in kernels:  # results of a Map have the same operands: one visit keeps this linear
-                    repetition = cast("Map", tape.maps[tape.a[node]])
+                    repetition = cast("Map | Call", tape.maps[tape.a[node]])
                     for ref in repetition.gathered:
                         self._slot(ref)
-                    kernels[tape.a[node]] = Evaluation(repetition.kernel, repetition.kernel_refs)
+                    kernels[tape.a[node]] = (
+                        None if isinstance(repetition, Call) else Evaluation(repetition.kernel, repetition.kernel_refs)
+                    )
                 self._add(node, op, (), kernels[tape.a[node]])
             else:
                 self._add(node, op, tuple(self._slot(ref) for ref in tape.operands(node)))
@@ -118,7 +122,11 @@ class Evaluation:
                 else:
                     number = tape.a[node]
                     if number not in of_maps:
-                        of_maps[number] = _run_map(cast("Map", tape.maps[number]), third, value, arithmetic)
+                        repetition = cast("Map | Call", tape.maps[number])
+                        if isinstance(repetition, Call):
+                            of_maps[number] = arithmetic.call(repetition, [value(ref) for ref in repetition.operands])
+                        else:
+                            of_maps[number] = _run_map(repetition, third, value, arithmetic)
                     values.append(of_maps[number][tape.b[node]])
                 continue
             rule = rules[op]

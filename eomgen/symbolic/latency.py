@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
+from eomgen.symbolic.external import Call
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import Ref, Tape
 
@@ -46,9 +47,11 @@ def critical_path(tape: Tape, outputs: Iterable[Ref]) -> int:
         elif op is Op.MAP:
             number = tape.a[node]
             if number not in loops:
-                loop: Any = tape.maps[number]  # a Map, which knows Tape
-                one = critical_path(loop.kernel, loop.kernel_refs)
-                whole = loop.count * one if loop.initial else one + LATENCIES[Op.ADD] * loop.count * bool(loop.sums)
+                loop: Any = tape.maps[number]  # a Map or a Call, which know Tape
+                whole = FUNCTION
+                if not isinstance(loop, Call):
+                    one = critical_path(loop.kernel, loop.kernel_refs)
+                    whole = loop.count * one if loop.initial else one + LATENCIES[Op.ADD] * loop.count * bool(loop.sums)
                 loops[number] = last(tape.operands(node)) + whole
             ready[node] = loops[number]
         elif op in (Op.ADD, Op.SUB):

@@ -22,7 +22,7 @@ elements, which may round differently.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple, TypeVar, cast
 
@@ -146,6 +146,8 @@ class Map:
 
         Loops that only sum over the same references are joined; shared subexpressions are computed once.
         """
+        if not isinstance(other, Map):  # a call of an external function
+            return None
         alike = self.count == other.count and set(self.gathered) == set(other.gathered)
         if not alike or any((*loop.last, *loop.stacked) for loop in (self, other)):
             return None
@@ -170,6 +172,16 @@ class Map:
         labels = dict.fromkeys(label for loop in (self, other) for label in loop.label.split("; ") if label)
         both = "; ".join(labels)
         return Map(kernel, self.count, tuple(columns), tuple(shared), tuple(slots), sums=tuple(sums), label=both)
+
+    def copied(self, target: Tape, there: Callable[[Ref], Ref], *, unrolled: bool) -> list[Ref]:
+        """Return the results of the same loop, or of its operations, on another tape."""
+        loop = replace(
+            self,
+            shared=tuple(map(there, self.shared)),
+            gather=tuple(tuple(map(there, slot)) for slot in self.gather),
+            initial=tuple(map(there, self.initial)),
+        )
+        return (unroll(target, loop) if unrolled else add_map(target, loop)).flat
 
     @staticmethod
     def together(loops: Mapping[int, Map]) -> list[tuple[Map, dict[int, int]]]:
@@ -295,14 +307,7 @@ def splice(
         elif op is _MAP:
             number = source.a[node]
             if number not in of_maps:
-                loop = cast("Map", source.maps[number])
-                loop = replace(
-                    loop,
-                    shared=tuple(map(there, loop.shared)),
-                    gather=tuple(tuple(map(there, slot)) for slot in loop.gather),
-                    initial=tuple(map(there, loop.initial)),
-                )
-                of_maps[number] = (unroll(target, loop) if unrolled else add_map(target, loop)).flat
+                of_maps[number] = cast("Map", source.maps[number]).copied(target, there, unrolled=unrolled)
             copy[node] = of_maps[number][source.b[node]]
         elif op is _CURVE:
             copy[node] = target.curve(*source.curves[source.b[node]], there(source.a[node]))

@@ -4,7 +4,6 @@ structure."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import cast
 
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import InputSymbol, Op
@@ -31,8 +30,13 @@ def harmonics_in(tape: Tape, ref: Ref, symbol: InputSymbol) -> Columns | None:
     node = abs(ref)
     if tape.op[node] is not Op.MAP or tape.b[node] != 0:
         return None
-    loop = cast("Map", tape.maps[tape.a[node]])
-    if len(loop.shared) != 1 or len(loop.elements) != 3 or tape.symbol(loop.shared[0]) != symbol:
+    loop = tape.maps[tape.a[node]]
+    if (
+        not isinstance(loop, Map)
+        or len(loop.shared) != 1
+        or len(loop.elements) != 3
+        or tape.symbol(loop.shared[0]) != symbol
+    ):
         return None
     if harmonic_sum(loop.elements, loop.shared[0]).key != loop.key:
         return None

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from eomgen.symbolic.evaluate import Arithmetic, run
+from eomgen.symbolic.external import Call
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import ELEMENTARY, LEAVES, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
@@ -84,7 +85,13 @@ def block_to_sympy(
         intermediates.append((sympy.Symbol(f"w_{len(intermediates)}", real=True), expression))
         return intermediates[-1][0]
 
-    matrix = sympy.Matrix(rows, columns, run(tape, refs, symbol_of, Arithmetic(_sympy_rules(), _number), visit))
+    def called(call: Call, operands: Sequence[Any]) -> list[Any]:
+        orders = "".join(f"_{len(columns)}" for columns in call.columns)
+        stem = f"{call.label.replace(' ', '_')}{orders}"
+        return [sympy.Function(f"{stem}_{place}")(*operands) for place in range(call.size)]
+
+    arithmetic = Arithmetic(_sympy_rules(), _number, call=called)
+    matrix = sympy.Matrix(rows, columns, run(tape, refs, symbol_of, arithmetic, visit))
     return (intermediates, matrix) if named else matrix
 
 

@@ -57,8 +57,8 @@ class Tape:
     reciprocals : bool
         Whether x/y is recorded as x (1/y), so that divisions by one number are one: derivatives of powers of distances
         divide by each three times. Overflow in 1/y then gives inf or nan.
-    maps : list of Map
-        Loops over identical elements (see ``map.py``).
+    maps : list of Map and Call
+        Loops over identical elements (see ``map.py``), and calls of external functions (``external.py``).
     curves : list of (curve, derivative)
         Functions of one number given by tables, and the order of the derivative.
     instances : dict

@@ -249,6 +249,10 @@ class CSource:
     text: str
 
 
+#: Arguments of the C function of a sampled controller.
+CONTROLLER_ARGUMENTS = "double t, const double *signals, double *values, double *memory"
+
+
 @dataclass(frozen=True)
 class SampledController:
     """A function called at samples: maps signals and private memory to values that are held.

@@ -106,8 +106,9 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
     prefix = str(layout["prefix"])
     number = [item["name"] for item in layout["functions"]].index(function)
     headers = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.h"))}
-    own = re.compile(rf"{re.escape(prefix)}(_\d+|_curves|_numbers|_tables)?\.c")
+    own = re.compile(rf"{re.escape(prefix)}(_\d+|_curves|_external|_numbers|_tables)?\.c")
     sources = [path for path in sorted(folder.glob("*.c")) if own.fullmatch(path.name)]
+    users = sorted(folder.glob(f"{prefix}_user_*.c"))
     texts = [path.read_text(encoding="utf-8") for path in (*sources, folder / "interface.c")]
     # no prototypes: the types of the arguments are declared later, and the prototypes that follow fit to these
     declared = {name for text in headers.values() for name in _DECLARED.findall(text) if name.startswith(f"{prefix}_")}
@@ -119,4 +120,5 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
         *(f"static {_APART if name in apart else ''}void {name}();" for name in sorted(declared)),
         "",
     ]
-    return {**headers, SOURCE: "\n".join([*head, *texts])}
+    written = {path.name: path.read_text(encoding="utf-8") for path in users}
+    return {**headers, SOURCE: "\n".join([*head, *texts]), **written}

@@ -29,6 +29,7 @@ from eomgen.codegen.scheduling.rerolling import (
     runs,
 )
 from eomgen.codegen.scheduling.stretches import counted
+from eomgen.symbolic.external import Call
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
@@ -72,6 +73,7 @@ class Writer:
         nest_limit: int,
         loops: list[RunLoop],
         curve_numbers: dict[int, int],
+        calls: list[Call],
     ) -> None:
         self.plan = plan
         self.tape = plan.tape
@@ -80,6 +82,7 @@ class Writer:
         self.nest_limit = nest_limit
         self.loops = loops
         self.curve_numbers = curve_numbers
+        self.calls = calls
         self.expressions: dict[int, Expression] = {}  # of nodes that have been written, or wait to be nested
         self.waiting: dict[int, int] = {}  # node -> operations in the expression
         self.locals = 0
@@ -373,6 +376,9 @@ class _Scheduler(LoopWriter):
         """Run a loop: gather into the workspace, call, and leave the results there."""
         tape = self.tape
         loop = self.plan.maps[tape.a[node]][0]
+        if isinstance(loop, Call):
+            self._call(node, loop)
+            return
         if tape.a[node] in self.additions:
             self._add(node, loop, self.additions[tape.a[node]])
             return
@@ -386,6 +392,22 @@ class _Scheduler(LoopWriter):
         for result in members:
             self.expressions[result] = ("w", results + self._place(result))
         self._spread(members, len(loop.sums) + len(loop.last), max(1, len(loop.stacked)))
+
+    def _call(self, node: int, call: Call) -> None:
+        """Call an external function: gather its operands into the workspace, and leave the results there."""
+        first = self.slots
+        results = first + len(call.operands)
+        self.slots = results + call.size
+        self.open.workspace = True
+        self._gather(call.operands, first)
+        number = next((k for k, known in enumerate(self.calls) if known.routine == call.routine), len(self.calls))
+        if number == len(self.calls):
+            self.calls.append(call)
+        self._emit("call", number, first, results)
+        members = self.plan.group(node)
+        for result in members:
+            self.expressions[result] = ("w", results + self.tape.b[result])
+        self._spread(members, 0, call.size)
 
     def _add(self, node: int, loop: Map, additions: Sequence[Addition]) -> None:
         """Run a loop with elements that add to outputs; all else of the function has been done."""
@@ -557,6 +579,7 @@ def schedule(
     nest_limit: int = NEST_LIMIT,
     loops: list[RunLoop] | None = None,
     curve_numbers: dict[int, int] | None = None,
+    calls: list[Call] | None = None,
     *,
     fill: bool = True,
     reroll: bool = True,
@@ -569,6 +592,7 @@ def schedule(
     input_order : the order of the input blocks read by parts.
     loops : the loops of the Program, completed here.
     curve_numbers : from the id of a curve to the curve's number in the Program; completed here.
+    calls : one call of each external function of the Program; completed here.
     fill : whether many structural zeros may become a loop.
     reroll : whether repeats may become loops.
     """
@@ -576,7 +600,8 @@ def schedule(
     plan = Plan(tape, apart.outputs, part_limit, _worthwhile if reroll else lambda *_: [], apart.nodes)
     made = [] if loops is None else loops
     curves = {} if curve_numbers is None else curve_numbers
-    writer = _Scheduler(plan, apart.outputs, input_order, nest_limit, made, curves)
+    external = [] if calls is None else calls
+    writer = _Scheduler(plan, apart.outputs, input_order, nest_limit, made, curves, external)
     writer.additions = apart.additions
     return writer.run(fill)
 

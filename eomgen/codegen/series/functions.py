@@ -11,14 +11,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from eomgen.base.messages import listed
 from eomgen.codegen.program import OutputArray, ProgramFunction
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.codegen.series.recurrence import NEXT, Recurrence, inverse_serves
 from eomgen.errors import ModelError, Problem
+from eomgen.symbolic.external import Call
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system.system import Discontinuity, System
+from eomgen.system.system import OBSERVED, Discontinuity, System
 
 #: Operations with kinks or jumps. A selection switches with the condition, which is among these.
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE})
@@ -34,6 +36,17 @@ _CONSTANT = frozenset({"p", "u", "followed"})
 def has_nodes(system: System) -> bool:
     """Return whether a system has geometrically exact beams: only names of beam nodes have a dot."""
     return any("." in body for body in system.bodies)
+
+
+def refuse_external(system: System) -> None:
+    """Raise ModelError if equations of motion call external functions, whose higher derivatives are not known."""
+    refs = [ref for name, item in system.functions.items() if name not in OBSERVED for ref in item.refs]
+    tape = system.tape
+    called = [tape.maps[tape.a[node]] for node in tape.live(refs) if tape.op[node] is Op.MAP]
+    labels = dict.fromkeys(item.label for item in called if isinstance(item, Call))
+    if labels:
+        fault = f"a series in time needs derivatives of all orders, and {listed(labels)} has values and slopes alone"
+        raise ModelError(Problem("method", fault, "rk4 or generalized_alpha"))
 
 
 def breakpoints_in_time(source: Tape, *, analytic: bool = True, nodes: bool = False) -> tuple[Discontinuity, ...]:
@@ -131,6 +144,7 @@ def series_functions(
 
     Raises ModelError if the motion has no Taylor series.
     """
+    refuse_external(system)
     recurrence = Recurrence(system, by_inverse=inverse_serves(system))
     breakpoints = breakpoints_in_time(recurrence.source, nodes=has_nodes(system))
     series, tape = recurrence.series, recurrence.series.tape

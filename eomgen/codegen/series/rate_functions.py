@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from eomgen.codegen.program import ProgramFunction
-from eomgen.codegen.series.functions import breakpoints_in_time, extent_function, has_nodes, kinds, program_function
+from eomgen.codegen.series.functions import (breakpoints_in_time, extent_function, has_nodes, kinds, program_function, refuse_external)
 from eomgen.codegen.series.recurrence import NEXT, Recurrence, inverse_serves
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import LEAVES, InputSymbol, Op
@@ -35,6 +35,7 @@ def rate_functions(system: System, curve_numbers: dict[int, int]) -> tuple[tuple
 
     Raises ModelError if accelerations have no rates.
     """
+    refuse_external(system)
     recurrence = Recurrence(system, by_inverse=inverse_serves(system))
     breakpoints_in_time(recurrence.source, analytic=False, nodes=has_nodes(system))
     tape, blocks, outputs = _recorded(recurrence)

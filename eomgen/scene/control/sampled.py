@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from eomgen.base.data import dataclass
@@ -15,7 +15,7 @@ from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.sampling import HeldValue, held_states, read_clock
-from eomgen.system.signals import CSource, SampledController, State
+from eomgen.system.signals import CONTROLLER_ARGUMENTS, CSource, SampledController, State
 
 #: Bytes of a C file.
 _LARGEST = 1_000_000
@@ -128,12 +128,29 @@ def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource |
         message = "the name of the function in the C file is missing"
         report.add(f"{key}.source", message, 'function = "controller"')
         return None
-    function = entry.function
-    if not _IDENTIFIER.fullmatch(function) or _KEYWORDS.fullmatch(function) or function.startswith("eomgen"):
-        message = f"{shown(function)} cannot be the name of a C function here"
-        report.add(f"{key}.function", message, "letters, digits and underscores, no word of C, not eomgen at its start")
-        return None
-    path = folder / entry.source
+    prototype = f"int {entry.function}({CONTROLLER_ARGUMENTS})"
+    return c_source(key, entry.source, {"function": (entry.function, prototype)}, folder, report)
+
+
+def c_source(
+    key: str, file: str, functions: Mapping[str, tuple[str, str]], folder: Path, report: Report
+) -> CSource | None:
+    """Return a C file that an entry brings along; None if a fault is reported.
+
+    Parameters
+    ----------
+    key : str
+        Of the entry; its key ``source`` is the file.
+    functions : mapping
+        By key of the entry, the name of a function of the file and its prototype.
+    """
+    for word, (function, _) in functions.items():
+        if not _IDENTIFIER.fullmatch(function) or _KEYWORDS.fullmatch(function) or function.startswith("eomgen"):
+            message = f"{shown(function)} cannot be the name of a C function here"
+            hint = "letters, digits and underscores, no word of C, not eomgen at its start"
+            report.add(f"{key}.{word}", message, hint)
+            return None
+    path = folder / file
     text, fault = _text_of(path)
     hint = (
         "the file saved in UTF-8"
@@ -141,23 +158,20 @@ def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource |
         else "the path of a C file, from the scene file's folder"
     )
     if not fault and path.suffix != ".c":
-        fault = f"{shown(entry.source)} does not end in .c"
+        fault = f"{shown(file)} does not end in .c"
     if not fault and "\0" in text:
         fault = f"{shown(str(path))} holds a zero byte: this is no text"
     if not fault and (own := _OWN_HEADER.search(text)):
         line = text.count("\n", 0, own.start()) + 1
         fault = f'{path.name}:{line} includes "{own[1]}", a file of its own, which would not come along'
         hint = "its text in the C file; headers in angle brackets are there"
-    if not fault and not re.search(rf"\b{function}\s*\(", text):
-        fault, hint = f"{path.name} has no function {function}", f"int {function}({SIGNATURE}) in it"
+    for function, prototype in functions.values():
+        if not fault and not re.search(rf"\b{function}\s*\(", text):
+            fault, hint = f"{path.name} has no function {function}", f"{prototype} in it"
     if fault:
         report.add(f"{key}.source", fault, hint)
         return None
     return CSource(path.name, text)
-
-
-#: Arguments of a controller's C function.
-SIGNATURE = "double t, const double *signals, double *values, double *memory"
 
 
 def sources_digest(controllers: Sequence[SampledController]) -> bytes:

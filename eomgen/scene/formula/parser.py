@@ -11,8 +11,9 @@ import math
 import re
 from collections.abc import Collection
 from dataclasses import replace
+from typing import Any
 
-from eomgen.base.messages import is_legal, listed, nearest, shown
+from eomgen.base.messages import counted, is_legal, listed, nearest, shown
 from eomgen.base.products import fault_of_absent
 from eomgen.formula.evaluate import apply, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, quantity_of
@@ -246,35 +247,44 @@ class _Reader:
     def word_of(self, node: ast.expr) -> Word | None:
         """Return the word of the register in a call such as ``WORD.NAME(x, y)``; None for other nodes."""
         call = node.func.value if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) else None
+        if isinstance(call, ast.Attribute):  # WORD.NAME.COMPONENT
+            call = call.value
         name = call.id.removeprefix(PREFIX) if isinstance(call, ast.Name) else ""
         return None if not name or name in DERIVATIVES or name in _MODULES or name in self.kinds() else added_word(name)
 
     def quantity_of_entry(self, word: Word, node: ast.expr, call: ast.expr, depth: int) -> Quantity:
         """Return a quantity of an entry at given arguments: ``WORD.NAME(x, y)[1]``."""
         assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # checked by ``word_of``
-        name = call.func.attr.removeprefix(PREFIX)
+        inner = call.func.value
+        part = call.func.attr.removeprefix(PREFIX) if isinstance(inner, ast.Attribute) else ""
+        name = (inner.attr if isinstance(inner, ast.Attribute) else call.func.attr).removeprefix(PREFIX)
         label = f"{word.name}.{name}"
         known = self.names.entries.get(word.section, {})
         if name not in known:
             hint = nearest(name, known) or f"a [{word.section}] section, and [{word.section}.{name[:64]}]"
             fault = f"{word.name}.{name[:64]}: there are no {word.section} {shown(name)}"
             raise self.error(call, fault, hint)
-        if any(Symbol("time") in symbols(formula) for formula in word.added(known[name])):
+        item = known[name]
+        if word.scope:
+            self.allow(call, word.scope, label)
+        if any(Symbol("time") in symbols(formula) for formula in word.added(item)):
             self.allow(call, "time", f"{label}, which depends on time,")
-        count = len(word.arguments)
+        count = len(word.arguments_of(item))
         if len(call.args) != count or call.keywords or any(isinstance(item, ast.Starred) for item in call.args):
             given = len(call.args) + len(call.keywords)
-            raise self.error(call, f"{label}() takes {count} arguments, not {given}", word.call(name[:64]))
-        index = self.component_of_entry(word, node, name)
+            fault = f"{label}() takes {counted(count, 'argument')}, not {given}"
+            raise self.error(call, fault, word.call(name[:64], item, part))
+        named = self.part(call, word, item, part)
+        index = self.component_of_entry(word, node, item)
         place = [self.convert(argument, depth + 1)[0] for argument in call.args]
-        quantity = quantity_of(word, known[name], tuple(place), index)
+        quantity = quantity_of(word, item, tuple(place), named or index)
         if quantity.curves():
             self.allow(call, "curve", label)
         return quantity
 
-    def component_of_entry(self, word: Word, node: ast.expr, name: str) -> int:
+    def component_of_entry(self, word: Word, node: ast.expr, item: Any) -> int:
         """Return the component of a quantity of an entry, 0 if the quantity has one component and no index."""
-        label, written, size = f"{word.name}.{name}", word.call(name[:64]), word.components
+        label, written, size = f"{word.name}.{item.name}", word.call(item.name, item), word.components
         if not isinstance(node, ast.Subscript):
             if size > 1:
                 raise self.error(node, f"{label} has {size} components", f"{written}[0]")
@@ -284,6 +294,20 @@ class _Reader:
             hint = f"an index from 0 to {size - 1}" if size > 1 else written
             raise self.error(node, f"{label} has no component {index}", hint)
         return index
+
+    def part(self, call: ast.Call, word: Word, item: Any, part: str) -> int:
+        """Return the number of a component of an entry's quantity that is called by name; 0 if there is no name."""
+        parts, label = word.parts_of(item), f"{word.name}.{item.name}"
+        if part and part not in parts:
+            hint = f"{label}.{nearest(part, parts)}" if parts else word.call(item.name, item)
+            raise self.error(call, f"{label} has no result {shown(part)}", hint)
+        if not part and len(parts) > 1:
+            raise self.error(
+                call,
+                f"{label} has the results {listed(parts)}",
+                f"{label}.{parts[0]}({', '.join(word.arguments_of(item))})",
+            )
+        return parts.index(part) if part else 0
 
     def tau(self, node: ast.Call) -> Symbol:
         """Return the joint's component of inverse dynamics for a reference motion: ``tau.elbow(servo)``."""
@@ -418,6 +442,10 @@ class _Reader:
         if kind not in self.kinds() and (added := added_word(kind)):
             call = added.call(name[:64])
             fault = f"{label} is a function of {listed(added.arguments)}, and needs arguments"
+            item = self.names.entries.get(added.section, {}).get(name)
+            arguments = added.arguments if item is None else added.arguments_of(item)
+            call = added.call(name[:64], item)
+            fault = f"{kind}.{name[:64]} is a function of {listed(arguments)}, and needs arguments"
             raise self.error(node, fault, f"{call}[0]" if added.components > 1 else call)
         if kind == "tau" and not called:
             raise self.error(node, f"{label} needs a reference motion", f"{label}(servo), and [references.servo]")

@@ -62,6 +62,7 @@ _STATE = frozenset(
         "velocity",
         "energy",
         "element",
+        "external",
         "mode",
         "gravity",
     }
@@ -78,6 +79,8 @@ LOCAL = ("position", "velocity", "rotation", "angular_velocity")
 GAUSSIAN = "g"
 TRANSLATION = Scope(f"{GAUSSIAN}, parameters and curves", frozenset({"parameter", "curve", "gaussian"}))
 TIME = Scope("time, parameters and curves", frozenset({"parameter", "time", "curve"}))
+_FORCES_INSTEAD = "an effort or a force that depends on it"
+_NO_LAWS = ("external", "two exact derivatives are needed, and laws of files do not have these", _FORCES_INSTEAD)
 #: Of drives and lengths over time.
 MOTION = Scope(
     TIME.description,
@@ -88,12 +91,13 @@ MOTION = Scope(
             "a motion needs the derivatives of its law, and derivatives of inputs are not known",
             "motion = true in the input, whose caller then gives rate and acceleration, too; or a curve at t",
         ),
+        _NO_LAWS,
     ),
 )
 #: Names of the coordinates of a constraint's second frame in the first frame.
 IN_FRAME = ("x", "y", "z")
-_FORCES_INSTEAD = "an effort or a force that depends on it"
 _NOT_IN_CONSTRAINTS = (
+    _NO_LAWS,
     *(
         (kind, f"a constraint needs two derivatives of its equation, and {owner} are not known", _FORCES_INSTEAD)
         for kind, owner in (("state", "the second ones of states"), ("controller", "the second ones of controllers"))

@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.formula.discontinuities import applications
-from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, symbols
+from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, Vector
 from eomgen.formula.substitution import substituted
 from eomgen.formula.units.parser import read_unit
@@ -70,7 +70,7 @@ def unit_of(formula: Formula, joints: Mapping[str, str]) -> str:
     if isinstance(formula, Symbol):
         return unit_of_symbol(formula, joints)
     if isinstance(formula, Quantity):
-        return formula.word.unit
+        return formula.word.unit_of(formula.item, formula.component)
     if isinstance(formula, Operation) and formula.name in _KEEPING:
         parts = formula.arguments[1:] if formula.name == "select" else formula.arguments
         result = {unit for part in parts if (unit := unit_of(part, joints))}
@@ -175,8 +175,7 @@ class Values:
                 self.report.add(key, error.what, _hint_of(key, value) or error.hint)
             return UNKNOWN
         self.note(f"{key}: {text}" for text in plain_degrees(formula))
-        if self.names.curve_arguments:
-            self._check_arguments(key, formula)
+        self._check_arguments(key, formula)
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
         self.mentioned |= entries(formula)
@@ -190,17 +189,28 @@ class Values:
         return formula
 
     def _check_arguments(self, key: str, formula: Formula) -> None:
-        """Report curves in a formula with an argument of another kind than the curve's argument."""
-        for used in applications(formula):
-            unit = self.names.curve_arguments.get(used.curve.name, "")
-            given = unit_of(used.argument, self.names.joints)
+        """Report curves and quantities in a formula with an argument of another kind than the entry's own argument."""
+        taken = []
+        if self.names.curve_arguments:
+            for used in applications(formula):
+                unit = self.names.curve_arguments.get(used.curve.name, "")
+                taken.append((f"the argument of {used.curve.name}", unit, used.argument))
+        for item in quantities(formula):
+            if item.word.signature is not None:
+                units = item.word.signature(item.item).arguments.items()
+                taken += [
+                    (f"the argument {name} of {item.word.name}.{item.item.name}", unit, argument)
+                    for (name, unit), argument in zip(units, item.arguments, strict=False)
+                ]
+        for argument, unit, formula_of in taken:
+            given = unit_of(formula_of, self.names.joints)
             if not unit or not given or unit == given:
                 continue
             from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
 
             if unit_fault(given, read_unit(given), unit) is not None:
-                fault = f"the argument of {used.curve.name} is in {unit} by its own entry, and is given here in {given}"
-                self.report.add(key, fault, f"the argument in {unit}, or another unit of the curve's argument")
+                fault = f"{argument} is in {unit} by its own entry, and is given here in {given}"
+                self.report.add(key, fault, f"the argument in {unit}, or another unit in that entry")
 
     def _along(self, scope: Scope) -> Scope:
         return scope if self.place is None else ALONG_A_BEAM.get(scope, scope)

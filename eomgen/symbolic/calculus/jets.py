@@ -12,7 +12,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
+from eomgen.base.data import replace
 from eomgen.symbolic.calculus.loops import map_jets
+from eomgen.symbolic.external import Call, add_call
 from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
@@ -55,7 +57,11 @@ def jets(
         elif op is Op.MAP:
             number = tape.a[node]
             if number not in of_maps:
-                of_maps[number] = map_jets(tape, number, jet, order, jets)
+                called = tape.maps[number]
+                if isinstance(called, Call):
+                    of_maps[number] = algebra.call(called, [jet(ref) for ref in called.operands])
+                else:
+                    of_maps[number] = map_jets(tape, number, jet, order, jets)
             known[node] = of_maps[number][tape.b[node]]
         elif op is Op.CURVE:
             curve, derivative = tape.curves[tape.b[node]]
@@ -154,6 +160,23 @@ class JetAlgebra:
         if not _varies(x):
             return [value] + [ZERO] * (len(x) - 1)
         return self.integrate(value, self.multiply(self.curve(curve, derivative + 1, x[:-1]), self.rate(x)))
+
+    def call(self, call: Call, x: Sequence[Jet]) -> list[list[Ref]]:
+        """Return the jets of the results of a call: their rates are slopes, one coefficient shorter, times rates."""
+        values = add_call(self.tape, replace(call, operands=tuple(jet[0] for jet in x)))
+        moving = [place for place, jet in enumerate(x) if _varies(jet)]
+        if not moving:
+            return [[value, *[ZERO] * (len(x[0]) - 1 if x else 0)] for value in values]
+        derivative, columns = call.derivative(self.tape, moving)
+        slopes = self.call(derivative, [jet[:-1] for jet in x])
+        rates = {column: self.rate(x[column]) for column in columns}
+        results = []
+        for place, value in enumerate(values):
+            total: list[Ref] = [ZERO] * (len(x[0]) - 1)
+            for slope, column in zip(slopes[place * len(columns) :], columns, strict=False):
+                total = self.add(total, self.multiply(slope, rates[column]))
+            results.append(self.integrate(value, total))
+        return results
 
     def scale(self, factor: Ref, x: Jet) -> list[Ref]:
         return [self.tape.mul(factor, ref) for ref in x]

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import cast
 
 from eomgen.base.data import dataclass, replace
+from eomgen.symbolic.external import Call, call_partials
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map, T, add_map, splice
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
@@ -42,7 +43,9 @@ def map_partials(
     Derivatives in quantities shared by all elements are combined outside, too, if these quantities are fewer than the
     directions that change them.
     """
-    loop = cast("Map", tape.maps[number])
+    loop = cast("Map | Call", tape.maps[number])
+    if isinstance(loop, Call):
+        return call_partials(tape, loop, [signed_tangent(tangents, ref) for ref in loop.operands])
     outer = {symbol: [signed_tangent(tangents, ref) for ref in refs] for symbol, refs in _outer(loop).items()}
     directions = sorted({direction for column in outer.values() for tangent in column for direction in tangent})
     reached = sum(len(tangent) for symbol, column in outer.items() if symbol.block == "gather" for tangent in column)

@@ -20,6 +20,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from eomgen.symbolic.calculus.configuration import tangent_seeds
 from eomgen.symbolic.calculus.loops import Tangent, map_adjoints, map_partials, signed_tangent
+from eomgen.symbolic.external import Call, call_adjoints
 from eomgen.symbolic.operations import LEAVES, UNARY, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
@@ -126,7 +127,13 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
                 of_maps.setdefault(number, {})[tape.b[node]] = adjoints[node]
             # first recorded result of the Map: all adjoints are complete
             if not pending[number] and number in of_maps:
-                for ref, adjoint in map_adjoints(tape, number, of_maps[number], weighted_gradient):
+                called = tape.maps[number]
+                if isinstance(called, Call):
+                    active_operands = [abs(ref) in reach for ref in called.operands]
+                    pairs = call_adjoints(tape, called, of_maps[number], active_operands)
+                else:
+                    pairs = map_adjoints(tape, number, of_maps[number], weighted_gradient)
+                for ref, adjoint in pairs:
                     _accumulate(tape, adjoints, ref, adjoint)
         elif follow and op not in LEAVES:
             operands = tape.operands(node)

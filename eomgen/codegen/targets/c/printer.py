@@ -321,6 +321,8 @@ class Printer:
                 lines += self._repeat(*data)
             elif kind == "loop":
                 lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], &w[{data[2]}]);")
+            elif kind == "call":
+                lines.append(f"{self.prefix}_external{data[0] + 1}(&w[{data[1]}], &w[{data[2]}]);")
             elif kind == "add":
                 arguments = ", ".join(str(self.outputs[output]) for output in data[2])
                 lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], {arguments});")

@@ -234,6 +234,8 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{prefix}_parts.h", context.render("c/model/parts.h.jinja")
     if program.curves:
         yield f"{prefix}_curves.h", context.render("c/model/curves.h.jinja")
+    if program.external:
+        yield f"{prefix}_external.h", context.render("c/model/external.h.jinja")
     if context.tape is not None:
         yield f"{prefix}_tape.h", context.render("c/model/tape.h.jinja", literal=literal)
         yield "eomgen_tape.c", context.render("c/model/tape.c.jinja", operations=OPERATIONS)
@@ -245,10 +247,20 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{prefix}_curves.c", context.render("c/model/curves.c.jinja", snap=SNAP, edge=EDGE)
     if any(table.packed for table in context.tables):
         yield f"{prefix}_tables.c", context.render("c/model/tables.c.jinja")
+    if program.external:
+        yield f"{prefix}_external.c", context.render("c/model/external.c.jinja", **_of_external(program))
     for source in program.sources:
         text = source.text if source.text.endswith("\n") else f"{source.text}\n"
         yield source.name, context.render("c/model/user_source.c.jinja", source=source) + text
     yield "main.c", context.render("c/main/main.c.jinja")
+
+
+def _of_external(program: Program) -> dict[str, Any]:
+    """Return the declarations of external functions, and the names in C of the functions that call these, by label."""
+    prototypes = dict.fromkeys(text for source in program.sources for text in source.prototypes)
+    labels = list(dict.fromkeys(item.label for item in program.external))
+    stems = {label: f"law{number}" for number, label in enumerate(labels, 1)}
+    return {"prototypes": list(prototypes), "stems": stems}
 
 
 def _documents(context: _Context, files: Mapping[str, str], mark: str) -> dict[str, str]:

@@ -1,0 +1,13 @@
+"""Laws: functions of a scene's own C or Python files in formulas, as tyre forces or aerodynamic coefficients."""
+
+from eomgen.base.products import Product
+
+__all__ = []
+
+PRODUCT = Product(
+    rows={
+        "eomgen.sections": ("eomgen.products.laws.section:LAWS",),
+        "eomgen.formula_words": ("eomgen.products.laws.law:LAW",),
+        "eomgen.info": ("eomgen.products.laws.info:INFO",),
+    },
+)

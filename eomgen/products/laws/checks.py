@@ -1,0 +1,128 @@
+"""Checks of the functions of a law at some points, before equations call them: faults of C that no compiler sees."""
+
+from __future__ import annotations
+
+from weakref import WeakSet
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.messages import counted, listed
+from eomgen.errors import ModelError, Problem
+from eomgen.products.laws.code import OfPoint
+from eomgen.products.laws.law import FileLaw
+
+#: Points, and steps of differences relative to the scales, of which the second is the smaller one.
+_POINTS, _STEPS = 12, (1e-4, 2e-5)
+#: Relative differences at which two differences agree, and from which on partials are wrong.
+_AGREE, _WRONG = 1e-4, 1e-2
+
+
+def check(law: FileLaw) -> None:
+    """Check the functions of a law, once.
+
+    Raises
+    ------
+    ModelError
+        A function that reads or writes beyond its arrays, leaves results unset, keeps numbers from call to call, or
+        whose partials differ from differences.
+    ToolchainError
+        The file cannot be compiled.
+    """
+    if law in _CHECKED:
+        return
+    value, slopes = law.functions.value, law.functions.slopes
+    points = _points(law)
+    _check_memory(law, law.function, value, law.results, points)
+    if slopes is not None:
+        _check_memory(law, law.slopes, slopes, law.results * law.arguments, points)
+        _check_partials(law, value, slopes, points)
+    _CHECKED.add(law)
+
+
+#: Laws that passed; a law stands for its file and for parameters as formulas.
+_CHECKED: WeakSet[FileLaw] = WeakSet()
+
+
+def _points(law: FileLaw) -> Array:
+    """Return points of the size of the scales, half of them positive."""
+    rng = np.random.default_rng(36)
+    scales = np.array(law.scales)
+    signs = np.where(np.arange(_POINTS)[:, np.newaxis] % 2, rng.choice([-1.0, 1.0], (_POINTS, len(scales))), 1.0)
+    return np.asarray(signs * rng.uniform(0.2, 1.0, (_POINTS, len(scales))) * scales)
+
+
+def _check_memory(law: FileLaw, name: str, function: OfPoint, size: int, points: Array) -> None:
+    """Check reads and writes by values around the arrays, and repeated calls."""
+    n = law.arguments
+    first = [function(point) for point in points]
+    for point, values in zip(points, first, strict=True):
+        if not np.array_equal(values, function(point), equal_nan=True):
+            fault = f"{name} gives other values in a second call with the same arguments"
+            raise _error(law, fault, "no static variables: models run in several threads, and steps are repeated")
+    for point, values in zip(points, first, strict=True):
+        if not np.all(np.isfinite(values)):
+            continue
+        for fill in (np.nan, 7.0):
+            given, beyond = law.functions.guarded(name == law.slopes, point, fill)
+            if not np.array_equal(given, values):
+                unset = [place for place in range(size) if not _same(given[place], values[place])]
+                read = f"its {counted(n, 'argument')} and {counted(law.parameters, 'parameter')}"
+                fault = f"{name} reads beyond {read}, or leaves entry {unset[0]} of its {size} unset"
+                raise _error(law, fault, _order(law, name))
+            if beyond:
+                raise _error(law, f"{name} writes beyond its {counted(size, 'entry', 'entries')}", _order(law, name))
+
+
+def _same(first: float, second: float) -> bool:
+    return first == second or bool(np.isnan(first) and np.isnan(second))
+
+
+def _order(law: FileLaw, name: str) -> str:
+    """Return the order of arrays for a hint."""
+    results, arguments = list(law.outputs), list(law.inputs)
+    if name == law.slopes:
+        return (
+            f"partials[{law.arguments} * i + j] of result i among {listed(results)} by argument j among"
+            f" {listed(arguments)}"
+        )
+    order = f"arguments are {listed(arguments)}"
+    order += f", parameters {listed(list(law.given))}" if law.given else ""
+    return f"{order}, and results {listed(results)}, in this order"
+
+
+def _check_partials(law: FileLaw, value: OfPoint, slopes: OfPoint, points: Array) -> None:
+    """Compare partials with differences at points at which two differences agree."""
+    n, scales = law.arguments, np.array(law.scales)
+    compared = np.zeros((law.results, n), dtype=int)
+    wrong = np.zeros((law.results, n), dtype=int)
+    shown: dict[tuple[int, int], str] = {}
+    for point in points:
+        exact = slopes(point).reshape(law.results, n)
+        middle = value(point)
+        for j in range(n):
+            large, small = (_difference(value, point, j, step * scales[j]) for step in _STEPS)
+            size = np.abs(large) + np.abs(middle) / scales[j] * 1e-6
+            sound = np.isfinite(exact[:, j]) & (np.abs(large - small) <= _AGREE * size)
+            differs = sound & (np.abs(exact[:, j] - small) > _WRONG * np.maximum(size, np.abs(exact[:, j])))
+            compared[:, j] += sound
+            wrong[:, j] += differs
+            for i in map(int, np.flatnonzero(differs)):
+                where = ", ".join(f"{name} = {x:.6g}" for name, x in zip(law.inputs, point, strict=False))
+                shown.setdefault((i, j), f"{exact[i, j]:.6g} and not {small[i]:.6g} at {where}")
+    for (i, j), text in shown.items():
+        if 2 * wrong[i, j] > compared[i, j]:
+            result, argument = list(law.outputs)[i], list(law.inputs)[j]
+            fault = f"the derivative of {result} by {argument} is {text}, as differences of {law.function} say"
+            raise _error(law, f"{law.slopes}: {fault}", f"{_order(law, law.slopes)}; or no partials")
+
+
+def _difference(value: OfPoint, point: Array, place: int, step: float) -> Array:
+    up, down = point.copy(), point.copy()
+    up[place] += step
+    down[place] -= step
+    return np.asarray((value(up) - value(down)) / (up[place] - down[place]))
+
+
+def _error(law: FileLaw, fault: str, hint: str) -> ModelError:
+    return ModelError(Problem(f"laws.{law.name}", fault, hint))

@@ -1,0 +1,167 @@
+"""Code of laws: C functions of a file, compiled alone for values in NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, Protocol
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
+from eomgen.errors import Problem, ToolchainError
+from eomgen.system.signals import CSource
+
+#: Name of the number type that follows the type of a build, and its definition for files that use it.
+NUMBER = "eomgen_number"
+_NUMBER_TYPE = f"""\
+#if defined(EOMGEN_REAL_FLOAT)
+typedef float {NUMBER};
+#else
+typedef double {NUMBER};
+#endif"""
+#: Function of one point: from arguments and parameters (n,) to results.
+OfPoint = Callable[[Array], Array]
+_EXPORTED = '__attribute__((visibility("default")))'
+_CDEF = """\
+void eomgen_law(const double *arguments, const double *parameters, double *results);
+void eomgen_law_slopes(const double *arguments, const double *parameters, double *partials);
+"""
+
+
+def arguments_of(real: str, results: str) -> str:
+    """Return the arguments of a C function of a law, as they are declared."""
+    return f"const {real} *arguments, const {real} *parameters, {real} *{results}"
+
+
+class Compiled:
+    """The functions of a law in C, called from Python at one point.
+
+    Parameters
+    ----------
+    ffi : of cffi
+    functions : the C functions of values and of slopes; None for no slopes
+    sizes : numbers of arguments, parameters and results
+    """
+
+    #: Entries of guards around arrays.
+    _GUARD = 4
+
+    def __init__(
+        self,
+        ffi: Any,
+        functions: tuple[Callable[..., None], Callable[..., None] | None],
+        sizes: tuple[int, int, int],
+    ) -> None:
+        self._ffi, self._functions, self._sizes = ffi, functions, sizes
+
+    def value(self, x: Array) -> Array:
+        """Return the results at arguments and parameters."""
+        return self._called(False, x)
+
+    @property
+    def slopes(self) -> OfPoint | None:
+        """The function of partials, row-major; None if there is none."""
+        return None if self._functions[1] is None else lambda x: self._called(True, x)
+
+    def _called(self, of_slopes: bool, x: Array) -> Array:
+        n, _, m = self._sizes
+        given, result = np.ascontiguousarray(x, dtype=np.float64), np.empty(m * n if of_slopes else m)
+        first = self._ffi.from_buffer("double[]", given) if len(given) else self._ffi.NULL
+        function: Any = self._functions[of_slopes]
+        function(first, first + n, self._ffi.from_buffer("double[]", result, True))
+        return result
+
+    def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, bool]:
+        """Return values from arrays that lie apart with a fill around, and whether the function wrote beyond."""
+        n, p, m = self._sizes
+        size, guard = m * n if of_slopes else m, self._GUARD
+        arrays = []
+        for numbers in (x[:n], x[n : n + p], np.full(size, fill)):
+            arrays.append(np.full(len(numbers) + 2 * guard, fill))
+            arrays[-1][guard : guard + len(numbers)] = numbers
+        pointers = [self._ffi.from_buffer("double[]", array, True) + guard for array in arrays]
+        function: Any = self._functions[of_slopes]
+        function(*pointers)
+        around = np.concatenate([arrays[-1][:guard], arrays[-1][guard + size :]])
+        return arrays[-1][guard : guard + size], not np.array_equal(around, np.full(len(around), fill), equal_nan=True)
+
+
+class Code(Protocol):
+    """The functions of a law in a file: names of the one of values and of the one of partials; no name for none."""
+
+    @property
+    def function(self) -> str: ...
+    @property
+    def slopes(self) -> str: ...
+    @property
+    def real(self) -> str: ...
+    @property
+    def prototypes(self) -> tuple[str, ...]: ...
+    def compiled(self, sizes: tuple[int, int, int]) -> Compiled:
+        """Return the functions for Python.
+
+        Parameters
+        ----------
+        sizes : numbers of arguments, parameters and results
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class CCode:
+    """Functions in a C file."""
+
+    source: CSource
+    function: str
+    slopes: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.function} in {self.source.name}"
+
+    @property
+    def real(self) -> str:
+        """Number type of the functions: double, unless the file names the type that follows the build."""
+        return NUMBER if NUMBER in self.source.text else "double"
+
+    @property
+    def prototypes(self) -> tuple[str, ...]:
+        """Declarations of the functions."""
+        names = {self.function: "results", self.slopes: "partials"}
+        declared = [f"void {name}({arguments_of(self.real, given)});" for name, given in names.items() if name]
+        return (*([_NUMBER_TYPE] if self.real == NUMBER else []), *declared)
+
+    def compiled(self, sizes: tuple[int, int, int]) -> Compiled:
+        """Return the functions for Python. Raises ToolchainError."""
+        ffi, lib = _routine(self)
+        return Compiled(ffi, (lib.eomgen_law, lib.eomgen_law_slopes if self.slopes else None), sizes)
+
+
+@cache
+def _routine(code: CCode) -> tuple[Any, Any]:
+    """Return ``ffi`` and ``lib`` of a file that is compiled alone. Raises ToolchainError naming its lines."""
+    from eomgen.toolchain.builder import Builder  # noqa: PLC0415  # scenes are read without a compiler
+    from eomgen.toolchain.compiler import faults_in  # noqa: PLC0415
+
+    text = code.source.text if code.source.text.endswith("\n") else f"{code.source.text}\n"
+    calls = [("eomgen_law", code.function), *([("eomgen_law_slopes", code.slopes)] if code.slopes else [])]
+    lines = [
+        *code.prototypes,
+        f'#line 1 "{code.source.name}"',
+        f"{text}",
+        *(
+            f"{_EXPORTED} void {name}({arguments_of('double', 'y')}) {{ {function}(arguments, parameters, y); }}"
+            for name, function in calls
+        ),
+        "",
+    ]
+    cdef = "\n".join(_CDEF.splitlines()[: len(calls)])
+    try:
+        return Builder("reproducible").build_routine("\n".join(lines), cdef)
+    except ToolchainError as error:
+        names = {"routine.c": code.source.name}
+        faults = [fault for problem in error.problems for fault in faults_in(problem.what, names)]
+        signature = f"C99, and void {code.function}({arguments_of(code.real, 'results')})"
+        named = [Problem(fault.where, fault.what, signature) for fault in faults]
+        raise ToolchainError(named or list(error.problems)) from None

@@ -1,0 +1,182 @@
+"""Laws: functions of several numbers with several results, in C or Python files of a scene; words of formulas.
+
+Values in NumPy come from the same C, compiled alone: samples of equations and checks of formulas need them before there
+is a model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
+from eomgen.base.messages import listed
+from eomgen.formula.nodes import Formula
+from eomgen.formula.words import Signature, Word
+from eomgen.products.laws.code import CCode, Code
+from eomgen.symbolic.external import Call, Columns, add_call
+from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.system.signals import CSource
+
+#: Precision of double numbers.
+_ROUNDING = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class FileLaw:
+    """A function of a file of the scene; an ``ExternalFunction`` of the tape.
+
+    Attributes
+    ----------
+    name : of its entry
+    inputs, outputs : names of arguments and results, with their units
+    given : names of parameters, with their formulas
+    scales : typical size of each argument and parameter
+    code : its file, and its functions in that
+    """
+
+    name: str
+    inputs: Mapping[str, str]
+    outputs: Mapping[str, str]
+    given: Mapping[str, Formula]
+    scales: tuple[float, ...]
+    code: Code
+
+    def __str__(self) -> str:
+        return f"{listed(list(self.outputs))} of {listed(list(self.inputs))} by {self.code}; {self.derivatives}"
+
+    @property
+    def derivatives(self) -> str:
+        """How its derivatives come about, as text."""
+        if self.code.slopes:
+            return f"partials by {self.code.slopes}, second ones by differences"
+        return "partials and second ones by differences"
+
+    @property
+    def label(self) -> str:
+        return f"law {self.name}"
+
+    @property
+    def arguments(self) -> int:
+        return len(self.inputs)
+
+    @property
+    def parameters(self) -> int:
+        return len(self.given)
+
+    @property
+    def results(self) -> int:
+        return len(self.outputs)
+
+    @property
+    def source(self) -> CSource | None:
+        return self.code.source if isinstance(self.code, CCode) else None
+
+    @property
+    def function(self) -> str:
+        return self.code.function
+
+    @property
+    def slopes(self) -> str:
+        return self.code.slopes
+
+    @property
+    def real(self) -> str:
+        return self.code.real
+
+    @property
+    def prototypes(self) -> tuple[str, ...]:
+        return self.code.prototypes
+
+    @property
+    def python(self) -> int:
+        return -1
+
+    @cached_property
+    def functions(self) -> Functions:
+        """The functions of the file, checked. Raises ModelError or ToolchainError."""
+        return Functions(self)
+
+    def evaluate(self, columns: Columns, x: Array) -> Array:
+        """Return results, or slopes of them along columns, (..., size), at arguments and parameters (..., n)."""
+        rows = x.reshape(-1, x.shape[-1])
+        relative = _ROUNDING ** (1.0 / (max(1, len(columns) - bool(self.slopes)) + 2.0))
+        values = [self.functions.derivative(columns, row, relative).ravel() for row in rows]
+        return np.asarray(values).reshape((*x.shape[:-1], -1))
+
+    def value(self, word: str, component: int, *arguments: ArrayLike) -> Array:
+        """Return one result at arguments and parameters, of their broadcast shape."""
+        x = np.stack(np.broadcast_arrays(*(np.asarray(item, dtype=float) for item in arguments)), axis=-1)
+        return np.asarray(self.evaluate((), x)[..., component])
+
+
+class Functions:
+    """Values and slopes of a law at single points.
+
+    Attributes
+    ----------
+    value, slopes : functions of a point; slopes None if there are only differences
+    """
+
+    def __init__(self, law: FileLaw) -> None:
+        self._law = law
+        self._compiled = law.code.compiled((law.arguments, law.parameters, law.results))
+        self.value, self.slopes = self._compiled.value, self._compiled.slopes
+
+    def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, bool]:
+        """Return the values of a function with a fill around its arrays, and whether it wrote beyond its results."""
+        return self._compiled.guarded(of_slopes, x, fill)
+
+    def derivative(self, columns: Columns, x: Array, relative: float) -> Array:
+        """Return the results, or slopes along columns by exact ones and differences, (results, columns, ...)."""
+        if not columns:
+            return self.value(x)
+        *before, last = columns
+        exact = None if before or self.slopes is None else self.slopes(x)
+        parts = []
+        for column in last:
+            if exact is not None and column < self._law.arguments:
+                parts.append(exact.reshape(self._law.results, -1)[:, column])
+                continue
+            step = relative * max(abs(x[column]), self._law.scales[column])
+            up, down = x.copy(), x.copy()
+            up[column] += step
+            down[column] -= step
+            rise = self.derivative(tuple(before), up, relative) - self.derivative(tuple(before), down, relative)
+            parts.append(rise / (up[column] - down[column]))
+        return np.stack(parts, axis=-1)
+
+
+def recorded(algebra: Algebra, law: FileLaw, word: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
+    """Return a result of a law on the tape."""
+    from eomgen.products.laws.checks import check  # noqa: PLC0415  # when equations are derived
+
+    check(law)
+    with algebra.tape.block(law.label):
+        results = add_call(algebra.tape, Call(law, tuple(argument.ref for argument in arguments)))
+    return Scalar(algebra.tape, results[component])
+
+
+def _added(law: FileLaw) -> tuple[Formula, ...]:
+    return tuple(law.given.values())
+
+
+def _signature(law: FileLaw) -> Signature:
+    return Signature(law.inputs, law.outputs)
+
+
+LAW = Word(
+    name="law",
+    section="laws",
+    arguments=("x", "y"),
+    values=FileLaw.value,
+    recording=f"{__name__}:recorded",
+    added=_added,
+    fast=False,
+    scope="external",
+    signature=_signature,
+)

@@ -1,0 +1,120 @@
+"""The section of laws: schema, and reading of functions in files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from eomgen.base.messages import is_legal, key_of, shown
+from eomgen.products.laws.code import CCode, arguments_of
+from eomgen.products.laws.law import FileLaw
+from eomgen.scene.control.sampled import c_source
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.key_metadata import Table, key, optional
+from eomgen.scene.reading.kinds import Description, Value
+from eomgen.scene.section import Reading, Section, Unused
+from eomgen.system.signals import CSource
+
+#: Names of arguments, parameters or results, of each at most.
+_MOST = 64
+_Name = Annotated[str, Field(min_length=1, max_length=64)]
+_Units = Annotated[dict[str, str], Field(min_length=1, max_length=_MOST)]
+
+
+class LawEntry(Table):
+    """A function of several numbers in a C file, which formulas ask for by `law.NAME(x, y)`, or by
+    `law.NAME.RESULT(x, y)` if it has several results."""
+
+    source: Annotated[str, Field(min_length=1, max_length=1000)] = key(
+        "path of a C file, from the folder of the scene file", path=True, kind="text"
+    )
+    function: _Name = key("name of the function in the file", kind="text")
+    partials: _Name | None = optional(
+        "name of the function of its partial derivatives in the file", kind="text", shown_default="differences"
+    )
+    arguments: _Units = key("names of the arguments, in order, with their units in SI", kind="table of texts")
+    results: _Units = key("names of the results, in order, with their units in SI", kind="table of texts")
+    parameters: Annotated[dict[str, Value], Field(max_length=_MOST)] = key(
+        "names of further numbers, in order, with formulas of parameters",
+        {},
+        names=PARAMETERS,
+        kind="table of formulas",
+    )
+    scales: Annotated[dict[str, Annotated[float, Field(gt=0.0)]], Field(max_length=2 * _MOST)] = key(
+        "typical sizes of arguments and parameters, in SI, for differences and checks",
+        {},
+        kind="table of numbers",
+        shown_default="1 for each",
+    )
+    description: Description = key("for tables", "")
+
+
+def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
+    """Return a law; None for a reported fault."""
+    where, report = key_of("laws", name), reading.report
+    before = len(report.noted)
+    for part in ("arguments", "results", "parameters"):
+        for label in getattr(entry, part):
+            if not is_legal(label):
+                report.add(f"{where}.{part}", f"{shown(label)} is no name", "letters, digits and underscores")
+    for label in entry.parameters:
+        if label in entry.arguments:
+            report.add(f"{where}.parameters.{label}", f"{label} is an argument, too", "another name for one of them")
+    known = [*entry.arguments, *entry.parameters]
+    for label in entry.scales:
+        if label not in known:
+            fault = f"{shown(label)} is no argument and no parameter of the law"
+            report.add(f"{where}.scales", fault, f"one of {', '.join(known)}")
+    given = {
+        label: reading.values.formula(f"{where}.parameters.{label}", value, PARAMETERS)
+        for label, value in entry.parameters.items()
+    }
+    functions = {"function": (entry.function, f"void {entry.function}({arguments_of('double', 'results')})")}
+    if entry.partials is not None:
+        prototype = f"void {entry.partials}({arguments_of('double', 'partials')})"
+        functions["partials"] = (entry.partials, prototype)
+        if entry.partials == entry.function:
+            report.add(f"{where}.partials", "values and partials are the same function", "a function for each")
+    source = c_source(where, entry.source, functions, reading.folder, report)
+    if source is None or len(report.noted) > before:
+        return None
+    scales = tuple(float(entry.scales.get(label, 1.0)) for label in known)
+    code = CCode(source, entry.function, entry.partials or "")
+    return FileLaw(name, entry.arguments, entry.results, given, scales, code)
+
+
+class _Laws(Section):
+    def names(self, reading: Reading) -> Mapping[str, Any]:
+        return {"entries": {"laws": {}}}
+
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        laws = reading.tables["entries"]["laws"]
+        for name, entry in reading.document.section("laws").items():
+            laws[name] = _read(name, entry, reading) or _refused(name, entry)
+        return dict(laws)
+
+    def unused(self, reading: Reading) -> Unused:
+        mentioned = reading.values.mentioned
+        names = [name for name in reading.document.section("laws") if ("laws", name) not in mentioned]
+        return Unused("law", "laws", names)
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        return {"parts": {"laws": tuple(reading.items["laws"].values())}}
+
+
+def _refused(name: str, entry: LawEntry) -> FileLaw:
+    """Return a law in place of a refused one, so that reading goes on to the next problem."""
+    return FileLaw(name, entry.arguments, entry.results, {}, (), CCode(CSource("", ""), ""))
+
+
+LAWS = _Laws(
+    key="laws",
+    entry=LawEntry,
+    behind="maps",
+    after=("parameters",),
+    before=("inputs", "bodies", "definitions"),
+    documentation="""
+    Add a function of several numbers in a C file, for formulas: ``law.NAME(x, y)``.""",
+)

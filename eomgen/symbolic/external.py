@@ -1,0 +1,213 @@
+"""Calls of external functions on the tape: functions of several numbers with several results, by code of a user.
+
+The tape knows values and slopes of an external function, not its operations. The derivative of a call is a call again,
+of the slopes along some of the arguments (``Call.columns``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property
+from typing import Any, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.data import dataclass, replace
+from eomgen.symbolic.map import Map
+from eomgen.symbolic.operations import Counts, Op
+from eomgen.symbolic.tape import ZERO, Ref, Tape
+
+#: Largest order of a derivative: slopes of slopes by differences have no digits left for the next one.
+HIGHEST_ORDER = 2
+_CONST = Op.CONST
+Columns = tuple[tuple[int, ...], ...]
+
+
+class Source(Protocol):
+    """A C file: its name, and all of its text."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+
+
+class ExternalFunction(Protocol):
+    """A function of numbers that is compiled beside a model.
+
+    Attributes
+    ----------
+    label : for messages and comments
+    arguments, parameters : how many numbers it takes, and how many behind these, which a run does not change
+    results : how many numbers it gives
+    scales : typical size of each argument and parameter, for differences
+    source : the C file with its functions; None if a caller binds a function of Python
+    function, slopes : names of the C functions of values and of exact slopes along the arguments; no name: slopes by
+        differences
+    real : number type of these C functions
+    prototypes : declarations of these C functions
+    python : number of the function that a caller binds; -1 for none
+    """
+
+    @property
+    def label(self) -> str: ...
+    @property
+    def arguments(self) -> int: ...
+    @property
+    def parameters(self) -> int: ...
+    @property
+    def results(self) -> int: ...
+    @property
+    def scales(self) -> tuple[float, ...]: ...
+    @property
+    def source(self) -> Source | None: ...
+    @property
+    def function(self) -> str: ...
+    @property
+    def slopes(self) -> str: ...
+    @property
+    def real(self) -> str: ...
+    @property
+    def prototypes(self) -> tuple[str, ...]: ...
+    @property
+    def python(self) -> int: ...
+    def evaluate(self, columns: Columns, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return results, or slopes of them along columns, (..., size), at arguments and parameters (..., n)."""
+        ...
+
+
+class HighDerivativeError(ValueError):
+    """A derivative of an external function beyond the highest order."""
+
+
+@dataclass(frozen=True, eq=False)
+class Call:
+    """An external function at some arguments, or its slopes there; it stands beside Maps in ``Tape.maps``.
+
+    Attributes
+    ----------
+    function : ExternalFunction
+    operands : references of arguments and parameters
+    columns : for each derivative, the operands along which slopes are taken; results are row-major: result, first
+        column, second column
+    """
+
+    function: ExternalFunction
+    operands: tuple[Ref, ...]
+    columns: Columns = ()
+
+    @property
+    def size(self) -> int:
+        """Number of results."""
+        return self.function.results * int(np.prod([len(columns) for columns in self.columns], dtype=int))
+
+    @property
+    def label(self) -> str:
+        return self.function.label
+
+    @property
+    def gathered(self) -> tuple[Ref, ...]:
+        """References that the call reads, in the order of the operands."""
+        return self.operands
+
+    @cached_property
+    def key(self) -> tuple[object, ...]:
+        """Key that is equal for equal calls."""
+        return (id(self.function), self.columns, self.operands)
+
+    @property
+    def routine(self) -> tuple[int, Columns]:
+        """Key of the compiled function, for any operands."""
+        return (id(self.function), self.columns)
+
+    def counts(self) -> Counts:
+        """Count the call as one function."""
+        return Counts(functions=1, statements=1)
+
+    def joined(self, other: object) -> None:
+        """Return no joint call: each one is alone."""
+
+    together = staticmethod(Map.together)
+
+    def copied(self, target: Tape, there: Callable[[Ref], Ref], *, unrolled: bool) -> list[Ref]:
+        """Return the results of the same call on another tape."""
+        return add_call(target, replace(self, operands=tuple(map(there, self.operands))))
+
+    def derivative(self, tape: Tape, wanted: Iterable[int]) -> tuple[Call, tuple[int, ...]]:
+        """Return the call of the slopes along operands, and the columns of each result.
+
+        All arguments that vary are among the columns, so that slopes along coordinates and along velocities are one
+        call; parameters only if they are wanted.
+
+        Raises
+        ------
+        HighDerivativeError
+        """
+        if len(self.columns) == HIGHEST_ORDER:
+            raise HighDerivativeError(
+                f"{self.label} has values and derivatives of first and second order, and order {HIGHEST_ORDER + 1} is"
+                " needed"
+            )
+        varying = {
+            place
+            for place, ref in enumerate(self.operands[: self.function.arguments])
+            if tape.op[abs(ref)] is not _CONST
+        }
+        columns = tuple(sorted(varying | set(wanted)))
+        return replace(self, columns=(*self.columns, columns)), columns
+
+
+def add_call(tape: Tape, call: Call) -> list[Ref]:
+    """Put a call on a tape and return the references of its results; the same call is put there only once."""
+    known = (number for number, item in enumerate(tape.maps) if cast("Any", item).key == call.key)
+    number = next(known, len(tape.maps))
+    if number == len(tape.maps):
+        tape.maps.append(call)
+    return [tape.map_result(number, place) for place in range(call.size)]
+
+
+def call_partials(tape: Tape, call: Call, tangents: Sequence[Mapping[int, Ref]]) -> list[dict[int, Ref]]:
+    """Return the tangent of every result of a call from the tangents of its operands."""
+    moving = [place for place, tangent in enumerate(tangents) if tangent]
+    if not moving:
+        return [{} for _ in range(call.size)]
+    derivative, columns = call.derivative(tape, moving)
+    slopes = add_call(tape, derivative)
+    results: list[dict[int, Ref]] = []
+    for place in range(call.size):
+        result: dict[int, Ref] = {}
+        for slope, column in zip(slopes[place * len(columns) :], columns, strict=False):
+            for direction, rate in tangents[column].items():
+                result[direction] = tape.add(result.get(direction, ZERO), tape.mul(slope, rate))
+        results.append(result)
+    return results
+
+
+def call_adjoints(tape: Tape, call: Call, adjoints: Mapping[int, Ref], active: Sequence[bool]) -> list[tuple[Ref, Ref]]:
+    """Return operands that are active, each with its adjoint, from the adjoints of results."""
+    derivative, columns = call.derivative(tape, [place for place, moves in enumerate(active) if moves])
+    slopes = add_call(tape, derivative)
+    pairs = []
+    for number, column in enumerate(columns):
+        total = ZERO
+        for place, adjoint in adjoints.items():
+            total = tape.add(total, tape.mul(adjoint, slopes[place * len(columns) + number]))
+        if active[column]:
+            pairs.append((call.operands[column], total))
+    return pairs
+
+
+def call_values(call: Call, operands: Sequence[Any]) -> list[Any]:
+    """Return the results of a call at numbers or arrays, which broadcast; complex ones follow the slopes."""
+    x = np.stack(np.broadcast_arrays(*operands), axis=-1) if operands else np.zeros(0)
+    function = call.function
+    result: NDArray[Any] = function.evaluate(call.columns, np.ascontiguousarray(x.real))
+    if np.iscomplexobj(x):
+        every = tuple(range(x.shape[-1]))
+        if len(call.columns) == HIGHEST_ORDER:
+            raise HighDerivativeError(f"{call.label} has no derivative of order {HIGHEST_ORDER + 1}")
+        slopes = function.evaluate((*call.columns, every), np.ascontiguousarray(x.real))
+        slopes = slopes.reshape((*result.shape, len(every)))
+        result = result + 1j * np.einsum("...ij,...j->...i", slopes, x.imag)
+    return [result[..., place][()] for place in range(call.size)]

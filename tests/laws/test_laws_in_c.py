@@ -1,0 +1,105 @@
+"""Laws in C files: equality with formulas, derivatives, methods, number types, generated C, mistakes."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from tests.models.c_laws import TYRE_C, TYRE_LAW, wheel_scene
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Change to an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def states(model: eomgen.Model, count: int = 40) -> tuple[np.ndarray, np.ndarray]:
+    """Return random states of the car and its wheel."""
+    rng = np.random.default_rng(1)
+    q = np.zeros((count, model.nq)) + rng.uniform(-0.05, 0.05, (count, model.nq))
+    v = rng.uniform([-0.5, 5.0, -3.0, -0.2, 20.0], [0.5, 30.0, 3.0, 0.2, 90.0], (count, 5))
+    return q, v
+
+
+WITHOUT = {key: value for key, value in TYRE_LAW.items() if key != "partials"}
+
+
+def difference(first: Any, second: Any) -> float:
+    """Return the largest difference relative to the largest number, of arrays or sequences of arrays."""
+    if isinstance(first, tuple):
+        return max(difference(one, other) for one, other in zip(first, second, strict=True))
+    return float(np.abs(first - second).max() / max(np.abs(second).max(), 1e-300))
+
+
+@pytest.mark.parametrize("partials", [True, False])
+def test_a_tyre_in_c_is_the_tyre_by_definitions(folder: Path, *, partials: bool) -> None:
+    law = TYRE_LAW if partials else WITHOUT
+    model, formula = (eomgen.build(scene) for scene in (wheel_scene(law, folder), wheel_scene(None)))
+    q, v = states(model)
+    assert difference(model.forward_dynamics(q, v), formula.forward_dynamics(q, v)) < 1e-13
+    a = formula.forward_dynamics(q, v)
+    slopes = difference(tuple(model.partials(q, v, a)), tuple(formula.partials(q, v, a)))
+    assert slopes < (1e-13 if partials else 1e-9)
+    assert partials or slopes > 1e-14
+
+
+@pytest.mark.parametrize("method", ["rk4", "rosenbrock", "generalized_alpha", "dopri5"])
+def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> None:
+    scenes = wheel_scene(TYRE_LAW, folder), wheel_scene(None)
+    tight = {"settings": {"rtol": 1e-14, "atol": 1e-16}} if method == "generalized_alpha" else {}
+    run, expected = (eomgen.build(scene, method=method).simulate(t_end=0.5, **tight) for scene in scenes)
+    assert difference(run.q, expected.q) < 1e-11
+    assert difference(run.v, expected.v) < 1e-11
+    assert difference(run.outputs["forces"], expected.outputs["forces"]) < 1e-10
+
+
+@pytest.mark.parametrize("profile", ["instant", "fast"])
+def test_profiles_give_the_same_numbers(folder: Path, profile: str) -> None:
+    models = [eomgen.build(wheel_scene(TYRE_LAW, folder), profile=name) for name in (profile, "reproducible")]
+    runs = [model.simulate(t_end=0.1) for model in models]
+    assert difference(runs[0].q, runs[1].q) < 1e-13
+
+
+def test_linear_models_and_derivatives_of_runs(folder: Path) -> None:
+    model, formula = (eomgen.build(scene) for scene in (wheel_scene(TYRE_LAW, folder), wheel_scene(None)))
+    linear, expected = (item.linearize(*(row[0] for row in states(model))) for item in (model, formula))
+    assert difference(linear.state_space().A, expected.state_space().A) < 1e-12
+    given = {"t_end": 0.05, "by": ["mu"], "settings": {"rtol": 1e-14, "atol": 1e-16}}
+    run, formula_run = (item.sensitivities(**given) for item in (model, formula))
+    assert difference(run.derivatives["forces"], formula_run.derivatives["forces"]) < 1e-8
+
+
+def test_taylor_series_have_no_laws(folder: Path) -> None:
+    model = eomgen.build(wheel_scene(TYRE_LAW, folder), method="taylor")
+    with pytest.raises(eomgen.EomgenError) as error:
+        model.simulate(t_end=0.01)
+    assert "law tyre" in str(error.value)
+
+
+def test_generated_c_has_the_file_and_runs(folder: Path) -> None:
+    eomgen.generate(wheel_scene(TYRE_LAW, folder), folder / "c")
+    text = (folder / "c" / "car_user_tyre.c").read_text(encoding="utf-8")
+    assert TYRE_C in text
+    command = json.loads((folder / "c" / "manifest.json").read_text(encoding="utf-8"))["compile"]
+    subprocess.run(f"{command} -Wall -Wextra -Werror", shell=True, cwd=folder / "c", check=True)
+    subprocess.run(["./car"], cwd=folder / "c", check=True, capture_output=True)
+
+
+def test_ensembles_have_the_bits_of_single_runs(folder: Path) -> None:
+    model = eomgen.build(wheel_scene(TYRE_LAW, folder))
+    values = np.linspace(0.5, 1.0, 9)
+    many = model.simulate_many(t_end=0.1, table={"mu": values})
+    for place in (0, 3, 8):
+        single = model.simulate(t_end=0.1, parameters={"mu": values[place]})
+        assert many.results["output.forces[0].final"][place] == single.outputs["forces"][-1, 0]
