@@ -7,6 +7,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "derivatives": ("sensitivities",),
     "ensembles": ("ensemble", "simulate_many"),
     "fields": ("fields", "hamiltonian", "sample", "sampling"),
+    "laws": ("law", "laws"),
     "maps": ("map", "maps"),
     "reliability": ("RandomVibration", "random", "random_vibration"),
     "studies": (

@@ -73,6 +73,19 @@ class SectionMethods:
         unit: str | None = ...,
         description: str | None = ...,
     ) -> Self: ...
+    def law(
+        self,
+        name: str,
+        *,
+        source: str,
+        function: str,
+        partials: str | None = ...,
+        arguments: Mapping[str, str],
+        results: Mapping[str, str],
+        parameters: Mapping[str, Value] | None = ...,
+        scales: Mapping[str, float] | None = ...,
+        description: str | None = ...,
+    ) -> Self: ...
     def definition(
         self,
         name: str,
