@@ -252,8 +252,9 @@ ORDER: dict[str, tuple[str, ...]] = {
     "symbolic": (
         "operations",
         "tape",
-        "latency",
         "map scalar",
+        "external",
+        "latency",
         "calculus evaluate kernel periodic rotation series",
         "reading symbolic_kernel",
     ),
@@ -364,6 +365,10 @@ LATE: dict[str, dict[str, str]] = {
     "products.fields.file_kind": {
         "products.fields.commands": "Click and tables; for the command line",
         "products.fields.documents.entries": "for editors alone",
+    },
+    "products.laws.code": {
+        "toolchain.builder": "scenes are read without a compiler",
+        "toolchain.compiler": "as the builder",
     },
     "products.reliability.command": {"": "as in cli"},
     "products.studies.model_commands": {"": "as in cli"},

@@ -34,6 +34,10 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("cli('sample', 'field.toml')", "eomgen: there is no verb 'sample'"),
         ("eomgen.load('hamiltonian.toml')", "hamiltonian.toml:2 (kind): there is no kind of file 'hamiltonian'"),
     ),
+    "laws": (
+        ("cli('info', 'laws.toml')", "laws.toml:51 (laws): the section 'laws' is unknown"),
+        ("cli('info', 'law.toml')", "law.toml:52 (outputs.height.formula[0]): unknown quantity 'law'"),
+    ),
     "maps": (
         ("cli('info', 'maps.toml')", "maps.toml:51 (maps): the section 'maps' is unknown"),
         ("cli('info', 'map.toml')", "map.toml:52 (outputs.height.formula[0]): unknown quantity 'map'"),
@@ -58,8 +62,9 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
 }
 #: Scene files that need a product, by name.
 SCENES: Mapping[str, str] = {
-    **{section: f"{PENDULUM_TOML}\n[{section}.sea]\n" for section in ("random", "waves", "hulls", "maps")},
+    **{section: f"{PENDULUM_TOML}\n[{section}.sea]\n" for section in ("random", "waves", "hulls", "laws", "maps")},
     "word": f'{PENDULUM_TOML}\n[outputs.height]\nformula = "1 + elevation.sea(0, 0)"\n',
+    "law": f'{PENDULUM_TOML}\n[outputs.height]\nformula = "law.hill(0, 0)"\n',
     "map": f'{PENDULUM_TOML}\n[outputs.height]\nformula = "map.hill(0, 0)"\n',
     "slope": f'{PENDULUM_TOML}\n[outputs.height]\nformula = "slope.sea[0]"\n',
     "key": PENDULUM_TOML.replace("[base]", '[base]\nfollow = { waves = "sea" }'),

@@ -1,6 +1,6 @@
 """Calls of external functions on the tape: functions of several numbers with several results, by code of a user.
 
-The tape knows values and slopes of an external function, not its operations. The derivative of a call is a call again,
+The tape knows values and slopes of an external function, not the operations inside. The derivative of a call is a call again,
 of the slopes along some of the arguments (``Call.columns``).
 """
 
@@ -25,7 +25,7 @@ Columns = tuple[tuple[int, ...], ...]
 
 
 class Source(Protocol):
-    """A C file: its name, and all of its text."""
+    """A C file: name and whole text."""
 
     @property
     def name(self) -> str: ...
@@ -39,10 +39,10 @@ class ExternalFunction(Protocol):
     Attributes
     ----------
     label : for messages and comments
-    arguments, parameters : how many numbers it takes, and how many behind these, which a run does not change
-    results : how many numbers it gives
+    arguments, parameters : number of arguments, and of parameters behind the arguments, constant within a run
+    results : number of results
     scales : typical size of each argument and parameter, for differences
-    source : the C file with its functions; None if a caller binds a function of Python
+    source : the C file; None if a caller binds a function of Python
     function, slopes : names of the C functions of values and of exact slopes along the arguments; no name: slopes by
         differences
     real : number type of these C functions
@@ -83,7 +83,7 @@ class HighDerivativeError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Call:
-    """An external function at some arguments, or its slopes there; it stands beside Maps in ``Tape.maps``.
+    """An external function at some arguments, or slopes of the function there; a Call stands beside Maps in ``Tape.maps``.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class Call:
         return Counts(functions=1, statements=1)
 
     def joined(self, other: object) -> None:
-        """Return no joint call: each one is alone."""
+        """Return no joint call: each call is alone."""
 
     together = staticmethod(Map.together)
 
@@ -138,7 +138,7 @@ class Call:
         """Return the call of the slopes along operands, and the columns of each result.
 
         All arguments that vary are among the columns, so that slopes along coordinates and along velocities are one
-        call; parameters only if they are wanted.
+        call; parameters only if wanted.
 
         Raises
         ------
@@ -168,7 +168,7 @@ def add_call(tape: Tape, call: Call) -> list[Ref]:
 
 
 def call_partials(tape: Tape, call: Call, tangents: Sequence[Mapping[int, Ref]]) -> list[dict[int, Ref]]:
-    """Return the tangent of every result of a call from the tangents of its operands."""
+    """Return the tangent of every result of a call from the tangents of the operands."""
     moving = [place for place, tangent in enumerate(tangents) if tangent]
     if not moving:
         return [{} for _ in range(call.size)]
@@ -185,7 +185,7 @@ def call_partials(tape: Tape, call: Call, tangents: Sequence[Mapping[int, Ref]])
 
 
 def call_adjoints(tape: Tape, call: Call, adjoints: Mapping[int, Ref], active: Sequence[bool]) -> list[tuple[Ref, Ref]]:
-    """Return operands that are active, each with its adjoint, from the adjoints of results."""
+    """Return active operands with adjoints, from the adjoints of results."""
     derivative, columns = call.derivative(tape, [place for place, moves in enumerate(active) if moves])
     slopes = add_call(tape, derivative)
     pairs = []

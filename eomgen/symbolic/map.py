@@ -174,7 +174,7 @@ class Map:
         return Map(kernel, self.count, tuple(columns), tuple(shared), tuple(slots), sums=tuple(sums), label=both)
 
     def copied(self, target: Tape, there: Callable[[Ref], Ref], *, unrolled: bool) -> list[Ref]:
-        """Return the results of the same loop, or of its operations, on another tape."""
+        """Return the results of the same loop, or of the unrolled operations, on another tape."""
         loop = replace(
             self,
             shared=tuple(map(there, self.shared)),

@@ -198,7 +198,7 @@ def test_a_word_of_another_distribution_is_a_quantity_in_formulas() -> None:
     ("written", "message"),
     [
         ("wind_speed.sight(20)", r"wind_speed.sight: there are no winds 'sight' \(column 1\); try: site"),
-        ("wind_speed.site(20, 1)", r"wind_speed.site\(\) takes 1 arguments, not 2 .*; try: wind_speed.site\(z\)"),
+        ("wind_speed.site(20, 1)", r"wind_speed.site\(\) takes 1 argument, not 2 .*; try: wind_speed.site\(z\)"),
         ("wind_speed.site", r"wind_speed.site is a function of z, and needs arguments .*; try: wind_speed.site\(z\)"),
         ("wind_speed(20)", r"unknown function 'wind_speed' .*; try: wind_speed.site\(z\)"),
     ],

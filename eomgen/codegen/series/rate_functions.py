@@ -12,7 +12,14 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from eomgen.codegen.program import ProgramFunction
-from eomgen.codegen.series.functions import (breakpoints_in_time, extent_function, has_nodes, kinds, program_function, refuse_external)
+from eomgen.codegen.series.functions import (
+    breakpoints_in_time,
+    extent_function,
+    has_nodes,
+    kinds,
+    program_function,
+    refuse_external,
+)
 from eomgen.codegen.series.recurrence import NEXT, Recurrence, inverse_serves
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import LEAVES, InputSymbol, Op

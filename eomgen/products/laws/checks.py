@@ -1,7 +1,8 @@
-"""Checks of the functions of a law at some points, before equations call them: faults of C that no compiler sees."""
+"""Record of a law on the tape, and checks of the C functions at some points before: faults that no compiler sees."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from weakref import WeakSet
 
 import numpy as np
@@ -11,11 +12,21 @@ from eomgen.base.messages import counted, listed
 from eomgen.errors import ModelError, Problem
 from eomgen.products.laws.code import OfPoint
 from eomgen.products.laws.law import FileLaw
+from eomgen.symbolic.external import Call, add_call
+from eomgen.symbolic.scalar import Algebra, Scalar
 
 #: Points, and steps of differences relative to the scales, of which the second is the smaller one.
 _POINTS, _STEPS = 12, (1e-4, 2e-5)
 #: Relative differences at which two differences agree, and from which on partials are wrong.
 _AGREE, _WRONG = 1e-4, 1e-2
+
+
+def recorded(algebra: Algebra, law: FileLaw, word: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
+    """Return a result of a law on the tape."""
+    check(law)
+    with algebra.tape.block(law.label):
+        results = add_call(algebra.tape, Call(law, tuple(argument.ref for argument in arguments)))
+    return Scalar(algebra.tape, results[component])
 
 
 def check(law: FileLaw) -> None:
@@ -24,7 +35,7 @@ def check(law: FileLaw) -> None:
     Raises
     ------
     ModelError
-        A function that reads or writes beyond its arrays, leaves results unset, keeps numbers from call to call, or
+        A function that reads or writes beyond the arrays, leaves results unset, keeps numbers from call to call, or
         whose partials differ from differences.
     ToolchainError
         The file cannot be compiled.
@@ -40,7 +51,7 @@ def check(law: FileLaw) -> None:
     _CHECKED.add(law)
 
 
-#: Laws that passed; a law stands for its file and for parameters as formulas.
+#: Laws that passed; a law stands for a file and for formulas of parameters.
 _CHECKED: WeakSet[FileLaw] = WeakSet()
 
 
@@ -67,11 +78,11 @@ def _check_memory(law: FileLaw, name: str, function: OfPoint, size: int, points:
             given, beyond = law.functions.guarded(name == law.slopes, point, fill)
             if not np.array_equal(given, values):
                 unset = [place for place in range(size) if not _same(given[place], values[place])]
-                read = f"its {counted(n, 'argument')} and {counted(law.parameters, 'parameter')}"
-                fault = f"{name} reads beyond {read}, or leaves entry {unset[0]} of its {size} unset"
+                read = f"{counted(n, 'argument')} and {counted(law.parameters, 'parameter')}"
+                fault = f"{name} reads beyond {read}, or leaves entry {unset[0]} of {size} unset"
                 raise _error(law, fault, _order(law, name))
             if beyond:
-                raise _error(law, f"{name} writes beyond its {counted(size, 'entry', 'entries')}", _order(law, name))
+                raise _error(law, f"{name} writes beyond {counted(size, 'entry', 'entries')}", _order(law, name))
 
 
 def _same(first: float, second: float) -> bool:

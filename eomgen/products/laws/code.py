@@ -9,11 +9,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
-from eomgen.errors import Problem, ToolchainError
+from eomgen.base.data import dataclass, replace
+from eomgen.errors import ToolchainError
 from eomgen.system.signals import CSource
 
-#: Name of the number type that follows the type of a build, and its definition for files that use it.
+#: Name of the number type that follows the type of a build, and the definition for files with this name.
 NUMBER = "eomgen_number"
 _NUMBER_TYPE = f"""\
 #if defined(EOMGEN_REAL_FLOAT)
@@ -31,7 +31,7 @@ void eomgen_law_slopes(const double *arguments, const double *parameters, double
 
 
 def arguments_of(real: str, results: str) -> str:
-    """Return the arguments of a C function of a law, as they are declared."""
+    """Return the declaration of the arguments of a C function of a law."""
     return f"const {real} *arguments, const {real} *parameters, {real} *{results}"
 
 
@@ -89,7 +89,7 @@ class Compiled:
 
 
 class Code(Protocol):
-    """The functions of a law in a file: names of the one of values and of the one of partials; no name for none."""
+    """The functions of a law in a file: ``function`` gives values and ``slopes`` partials, an empty name none."""
 
     @property
     def function(self) -> str: ...
@@ -140,7 +140,7 @@ class CCode:
 
 @cache
 def _routine(code: CCode) -> tuple[Any, Any]:
-    """Return ``ffi`` and ``lib`` of a file that is compiled alone. Raises ToolchainError naming its lines."""
+    """Return ``ffi`` and ``lib`` of a file that is compiled alone. Raises ToolchainError with lines of the file."""
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415  # scenes are read without a compiler
     from eomgen.toolchain.compiler import faults_in  # noqa: PLC0415
 
@@ -161,7 +161,7 @@ def _routine(code: CCode) -> tuple[Any, Any]:
         return Builder("reproducible").build_routine("\n".join(lines), cdef)
     except ToolchainError as error:
         names = {"routine.c": code.source.name}
-        faults = [fault for problem in error.problems for fault in faults_in(problem.what, names)]
+        faults = faults_in(str(error), names)
         signature = f"C99, and void {code.function}({arguments_of(code.real, 'results')})"
-        named = [Problem(fault.where, fault.what, signature) for fault in faults]
+        named = [replace(fault, hint=signature) for fault in faults]
         raise ToolchainError(named or list(error.problems)) from None

@@ -1,12 +1,12 @@
 """Laws: functions of several numbers with several results, in C or Python files of a scene; words of formulas.
 
-Values in NumPy come from the same C, compiled alone: samples of equations and checks of formulas need them before there
+Values in NumPy come from the same C, compiled alone: samples of equations and checks of formulas need values before there
 is a model.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -18,8 +18,7 @@ from eomgen.base.messages import listed
 from eomgen.formula.nodes import Formula
 from eomgen.formula.words import Signature, Word
 from eomgen.products.laws.code import CCode, Code
-from eomgen.symbolic.external import Call, Columns, add_call
-from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.external import Columns
 from eomgen.system.signals import CSource
 
 #: Precision of double numbers.
@@ -32,11 +31,11 @@ class FileLaw:
 
     Attributes
     ----------
-    name : of its entry
-    inputs, outputs : names of arguments and results, with their units
-    given : names of parameters, with their formulas
+    name : of the entry
+    inputs, outputs : names of arguments and results, with units
+    given : names of parameters, with formulas
     scales : typical size of each argument and parameter
-    code : its file, and its functions in that
+    code : the file, and the functions in that file
     """
 
     name: str
@@ -51,7 +50,7 @@ class FileLaw:
 
     @property
     def derivatives(self) -> str:
-        """How its derivatives come about, as text."""
+        """Origin of the derivatives, as text."""
         if self.code.slopes:
             return f"partials by {self.code.slopes}, second ones by differences"
         return "partials and second ones by differences"
@@ -109,7 +108,7 @@ class FileLaw:
         return np.asarray(values).reshape((*x.shape[:-1], -1))
 
     def value(self, word: str, component: int, *arguments: ArrayLike) -> Array:
-        """Return one result at arguments and parameters, of their broadcast shape."""
+        """Return a result at arguments and parameters, which broadcast."""
         x = np.stack(np.broadcast_arrays(*(np.asarray(item, dtype=float) for item in arguments)), axis=-1)
         return np.asarray(self.evaluate((), x)[..., component])
 
@@ -128,7 +127,7 @@ class Functions:
         self.value, self.slopes = self._compiled.value, self._compiled.slopes
 
     def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, bool]:
-        """Return the values of a function with a fill around its arrays, and whether it wrote beyond its results."""
+        """Return the values of a function with a fill around its arrays, and whether the function wrote beyond the results."""
         return self._compiled.guarded(of_slopes, x, fill)
 
     def derivative(self, columns: Columns, x: Array, relative: float) -> Array:
@@ -151,16 +150,6 @@ class Functions:
         return np.stack(parts, axis=-1)
 
 
-def recorded(algebra: Algebra, law: FileLaw, word: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
-    """Return a result of a law on the tape."""
-    from eomgen.products.laws.checks import check  # noqa: PLC0415  # when equations are derived
-
-    check(law)
-    with algebra.tape.block(law.label):
-        results = add_call(algebra.tape, Call(law, tuple(argument.ref for argument in arguments)))
-    return Scalar(algebra.tape, results[component])
-
-
 def _added(law: FileLaw) -> tuple[Formula, ...]:
     return tuple(law.given.values())
 
@@ -174,7 +163,7 @@ LAW = Word(
     section="laws",
     arguments=("x", "y"),
     values=FileLaw.value,
-    recording=f"{__name__}:recorded",
+    recording="eomgen.products.laws.checks:recorded",
     added=_added,
     fast=False,
     scope="external",

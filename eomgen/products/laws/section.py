@@ -25,26 +25,22 @@ _Units = Annotated[dict[str, str], Field(min_length=1, max_length=_MOST)]
 
 class LawEntry(Table):
     """A function of several numbers in a C file, which formulas ask for by `law.NAME(x, y)`, or by
-    `law.NAME.RESULT(x, y)` if it has several results."""
+    `law.NAME.RESULT(x, y)` for one of several results."""
 
     source: Annotated[str, Field(min_length=1, max_length=1000)] = key(
         "path of a C file, from the folder of the scene file", path=True, kind="text"
     )
     function: _Name = key("name of the function in the file", kind="text")
     partials: _Name | None = optional(
-        "name of the function of its partial derivatives in the file", kind="text", shown_default="differences"
+        "name of the function of partial derivatives in the file", kind="text", shown_default="differences"
     )
-    arguments: _Units = key("names of the arguments, in order, with their units in SI", kind="table of texts")
-    results: _Units = key("names of the results, in order, with their units in SI", kind="table of texts")
-    parameters: Annotated[dict[str, Value], Field(max_length=_MOST)] = key(
-        "names of further numbers, in order, with formulas of parameters",
-        {},
-        names=PARAMETERS,
-        kind="table of formulas",
+    arguments: _Units = key("names of the arguments, in order, with units in SI", kind="table of texts")
+    results: _Units = key("names of the results, in order, with units in SI", kind="table of texts")
+    parameters: Annotated[dict[str, Value], Field(max_length=_MOST)] | None = optional(
+        "names of further numbers, in order, with formulas of parameters", names=PARAMETERS, kind="table of formulas"
     )
-    scales: Annotated[dict[str, Annotated[float, Field(gt=0.0)]], Field(max_length=2 * _MOST)] = key(
+    scales: Annotated[dict[str, Annotated[float, Field(gt=0.0)]], Field(max_length=2 * _MOST)] | None = optional(
         "typical sizes of arguments and parameters, in SI, for differences and checks",
-        {},
         kind="table of numbers",
         shown_default="1 for each",
     )
@@ -56,20 +52,21 @@ def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
     where, report = key_of("laws", name), reading.report
     before = len(report.noted)
     for part in ("arguments", "results", "parameters"):
-        for label in getattr(entry, part):
+        for label in getattr(entry, part) or {}:
             if not is_legal(label):
                 report.add(f"{where}.{part}", f"{shown(label)} is no name", "letters, digits and underscores")
-    for label in entry.parameters:
+    parameters, sizes = entry.parameters or {}, entry.scales or {}
+    for label in parameters:
         if label in entry.arguments:
-            report.add(f"{where}.parameters.{label}", f"{label} is an argument, too", "another name for one of them")
-    known = [*entry.arguments, *entry.parameters]
-    for label in entry.scales:
+            report.add(f"{where}.parameters.{label}", f"{label} is an argument, too", "another name for the parameter")
+    known = [*entry.arguments, *parameters]
+    for label in sizes:
         if label not in known:
             fault = f"{shown(label)} is no argument and no parameter of the law"
             report.add(f"{where}.scales", fault, f"one of {', '.join(known)}")
     given = {
         label: reading.values.formula(f"{where}.parameters.{label}", value, PARAMETERS)
-        for label, value in entry.parameters.items()
+        for label, value in parameters.items()
     }
     functions = {"function": (entry.function, f"void {entry.function}({arguments_of('double', 'results')})")}
     if entry.partials is not None:
@@ -80,7 +77,7 @@ def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
     source = c_source(where, entry.source, functions, reading.folder, report)
     if source is None or len(report.noted) > before:
         return None
-    scales = tuple(float(entry.scales.get(label, 1.0)) for label in known)
+    scales = tuple(float(sizes.get(label, 1.0)) for label in known)
     code = CCode(source, entry.function, entry.partials or "")
     return FileLaw(name, entry.arguments, entry.results, given, scales, code)
 

@@ -13,6 +13,7 @@ import hashlib
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from eomgen.base.data import replace
 from eomgen.codegen.folder import MANIFEST, manifest
