@@ -1,7 +1,7 @@
 """Calls of external functions on the tape: functions of several numbers with several results, by code of a user.
 
-The tape knows values and slopes of an external function, not the operations inside. The derivative of a call is a call again,
-of the slopes along some of the arguments (``Call.columns``).
+The tape knows values and slopes of an external function, not the operations inside. The derivative of a call is a
+call again, of the slopes along some of the arguments (``Call.columns``).
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class HighDerivativeError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Call:
-    """An external function at some arguments, or slopes of the function there; a Call stands beside Maps in ``Tape.maps``.
+    """An external function at some arguments, or slopes of the function there, in ``Tape.maps`` beside Maps.
 
     Attributes
     ----------

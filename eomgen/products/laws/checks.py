@@ -56,7 +56,7 @@ _CHECKED: WeakSet[FileLaw] = WeakSet()
 
 
 def _points(law: FileLaw) -> Array:
-    """Return points of the size of the scales, half of them positive."""
+    """Return points of the size of the scales, half with positive numbers."""
     rng = np.random.default_rng(36)
     scales = np.array(law.scales)
     signs = np.where(np.arange(_POINTS)[:, np.newaxis] % 2, rng.choice([-1.0, 1.0], (_POINTS, len(scales))), 1.0)

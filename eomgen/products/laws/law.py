@@ -1,7 +1,7 @@
 """Laws: functions of several numbers with several results, in C or Python files of a scene; words of formulas.
 
-Values in NumPy come from the same C, compiled alone: samples of equations and checks of formulas need values before there
-is a model.
+Values in NumPy come from the same C, compiled alone: samples of equations and checks of formulas need values
+before there is a model.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class FileLaw:
         return Functions(self)
 
     def evaluate(self, columns: Columns, x: Array) -> Array:
-        """Return results, or slopes of them along columns, (..., size), at arguments and parameters (..., n)."""
+        """Return results, or slopes along columns, (..., size), at arguments and parameters (..., n)."""
         rows = x.reshape(-1, x.shape[-1])
         relative = _ROUNDING ** (1.0 / (max(1, len(columns) - bool(self.slopes)) + 2.0))
         values = [self.functions.derivative(columns, row, relative).ravel() for row in rows]
@@ -127,7 +127,7 @@ class Functions:
         self.value, self.slopes = self._compiled.value, self._compiled.slopes
 
     def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, bool]:
-        """Return the values of a function with a fill around its arrays, and whether the function wrote beyond the results."""
+        """Return the values of a function with a fill around the arrays, and whether a number beyond changed."""
         return self._compiled.guarded(of_slopes, x, fill)
 
     def derivative(self, columns: Columns, x: Array, relative: float) -> Array:
