@@ -67,7 +67,7 @@ class Compiled:
 
     def _called(self, of_slopes: bool, x: Array) -> Array:
         n, _, m = self._sizes
-        given, result = np.ascontiguousarray(x, dtype=np.float64), np.empty(m * n if of_slopes else m)
+        given, result = np.ascontiguousarray(x, dtype=np.float64), np.zeros(m * n if of_slopes else m)
         first = self._ffi.from_buffer("double[]", given) if len(given) else self._ffi.NULL
         function: Any = self._functions[of_slopes]
         function(first, first + n, self._ffi.from_buffer("double[]", result, True))
