@@ -76,7 +76,8 @@ def test_drives_and_constraints_have_no_laws(folder: Path) -> None:
     with pytest.raises(DescriptionError) as error:
         eomgen.build(scene)
     assert (
-        "law.tyre cannot be used here: two exact derivatives are needed, and laws of files do not have these (column 12);"
+        "law.tyre cannot be used here: two exact derivatives are needed, and laws of files do not have these"
+        " (column 12);"
         " try: an effort or a force that depends on it"
     ) in str(error.value)
 
