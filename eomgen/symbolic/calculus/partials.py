@@ -127,13 +127,7 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
                 of_maps.setdefault(number, {})[tape.b[node]] = adjoints[node]
             # first recorded result of the Map: all adjoints are complete
             if not pending[number] and number in of_maps:
-                called = tape.maps[number]
-                if isinstance(called, Call):
-                    active_operands = [abs(ref) in reach for ref in called.operands]
-                    pairs = call_adjoints(tape, called, of_maps[number], active_operands)
-                else:
-                    pairs = map_adjoints(tape, number, of_maps[number], weighted_gradient)
-                for ref, adjoint in pairs:
+                for ref, adjoint in _adjoints_of(tape, number, of_maps[number], reach):
                     _accumulate(tape, adjoints, ref, adjoint)
         elif follow and op not in LEAVES:
             operands = tape.operands(node)
@@ -141,6 +135,14 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
             for k, partial in _local_partials(tape, node, op, active):
                 _accumulate(tape, adjoints, operands[k], tape.mul(adjoints[node], partial))
     return [adjoints.get(ref, ZERO) if ref > 0 else tape.mul(-ONE, adjoints.get(-ref, ZERO)) for ref in wrt]
+
+
+def _adjoints_of(tape: Tape, number: int, adjoints: Mapping[int, Ref], reach: set[int]) -> list[tuple[Ref, Ref]]:
+    """Return references read by a Map or a call, each with an adjoint, from the adjoints of results."""
+    called = tape.maps[number]
+    if isinstance(called, Call):
+        return call_adjoints(tape, called, adjoints, [abs(ref) in reach for ref in called.operands])
+    return map_adjoints(tape, number, adjoints, weighted_gradient)
 
 
 def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
