@@ -18,8 +18,8 @@ from eomgen.control import (
     driven_by,
     kalman,
     lqr,
-    riccati,
     root_mean_squares,
+    second_order,
     shaping_filter,
 )
 from eomgen.control.plant import Plant
@@ -51,7 +51,7 @@ def of_second_order(linear: Linearization, car: StateSpace) -> Regulator:
     rows, n = [space.outputs.index(name) for name in COST], 2 * plant.n
     weights = Weights.of(plant, effort=EFFORT["force"])
     weights = weights.plus_output(space.C[rows, :n], space.C[rows][:, [n + actuator]], np.array(list(COST.values())))
-    ideal = riccati.lqr(plant, weights)
+    ideal = second_order.lqr(plant, weights)
     gains = np.zeros((1, len(car.states)))
     gains[0, :n] = np.hstack([ideal.G_p, ideal.G_v])[0]
     gains[0, -1] = -ideal.G_p.sum()  # heights count from the road's
