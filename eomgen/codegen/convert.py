@@ -214,10 +214,9 @@ def _sources(system: System, prefix: str, calls: Sequence[Call]) -> tuple[Source
             prototypes.setdefault(key, []).append(f"int {item.function}({CONTROLLER_ARGUMENTS});")
     for call in calls:
         law = call.function
-        if law.source is not None:
-            key = (law.source.name, law.source.text)
-            functions.setdefault(key, [])
-            prototypes.setdefault(key, []).extend(law.prototypes)
+        key = (law.source.name, law.source.text)
+        functions.setdefault(key, [])
+        prototypes.setdefault(key, []).extend(law.prototypes)
     made: list[SourceFile] = []
     for key, called in functions.items():
         name, text = key
@@ -241,7 +240,6 @@ def _external(call: Call) -> ProgramExternal:
         law.function,
         law.slopes,
         law.real,
-        law.python,
     )
 
 

@@ -196,7 +196,6 @@ class ProgramExternal:
     scales : typical size of each operand, for differences
     function, slopes : names of the C functions of values and of exact slopes; no name: slopes by differences
     real : number type of these C functions
-    python : number of the function that a caller binds in place of C functions; -1 for none
     """
 
     label: str
@@ -208,7 +207,6 @@ class ProgramExternal:
     function: str
     slopes: str
     real: str
-    python: int = -1
 
 
 @dataclass(frozen=True)

@@ -42,12 +42,11 @@ class ExternalFunction(Protocol):
     arguments, parameters : number of arguments, and of parameters behind the arguments, constant within a run
     results : number of results
     scales : typical size of each argument and parameter, for differences
-    source : the C file; None if a caller binds a function of Python
+    source : the C file
     function, slopes : names of the C functions of values and of exact slopes along the arguments; no name: slopes by
         differences
     real : number type of these C functions
     prototypes : declarations of these C functions
-    python : number of the function that a caller binds; -1 for none
     """
 
     @property
@@ -61,7 +60,7 @@ class ExternalFunction(Protocol):
     @property
     def scales(self) -> tuple[float, ...]: ...
     @property
-    def source(self) -> Source | None: ...
+    def source(self) -> Source: ...
     @property
     def function(self) -> str: ...
     @property
@@ -70,8 +69,6 @@ class ExternalFunction(Protocol):
     def real(self) -> str: ...
     @property
     def prototypes(self) -> tuple[str, ...]: ...
-    @property
-    def python(self) -> int: ...
     def evaluate(self, columns: Columns, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return results, or slopes of them along columns, (..., size), at arguments and parameters (..., n)."""
         ...

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -86,27 +86,6 @@ class Compiled:
         function(*pointers)
         around = np.concatenate([arrays[-1][:guard], arrays[-1][guard + size :]])
         return arrays[-1][guard : guard + size], not np.array_equal(around, np.full(len(around), fill), equal_nan=True)
-
-
-class Code(Protocol):
-    """The functions of a law in a file: ``function`` gives values and ``slopes`` partials, an empty name none."""
-
-    @property
-    def function(self) -> str: ...
-    @property
-    def slopes(self) -> str: ...
-    @property
-    def real(self) -> str: ...
-    @property
-    def prototypes(self) -> tuple[str, ...]: ...
-    def compiled(self, sizes: tuple[int, int, int]) -> Compiled:
-        """Return the functions for Python.
-
-        Parameters
-        ----------
-        sizes : numbers of arguments, parameters and results
-        """
-        ...
 
 
 @dataclass(frozen=True)

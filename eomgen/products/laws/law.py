@@ -17,7 +17,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import listed
 from eomgen.formula.nodes import Formula
 from eomgen.formula.words import Signature, Word
-from eomgen.products.laws.code import CCode, Code
+from eomgen.products.laws.code import CCode
 from eomgen.symbolic.external import Columns
 from eomgen.system.signals import CSource
 
@@ -43,7 +43,7 @@ class FileLaw:
     outputs: Mapping[str, str]
     given: Mapping[str, Formula]
     scales: tuple[float, ...]
-    code: Code
+    code: CCode
 
     def __str__(self) -> str:
         return f"{listed(list(self.outputs))} of {listed(list(self.inputs))} by {self.code}; {self.derivatives}"
@@ -72,8 +72,8 @@ class FileLaw:
         return len(self.outputs)
 
     @property
-    def source(self) -> CSource | None:
-        return self.code.source if isinstance(self.code, CCode) else None
+    def source(self) -> CSource:
+        return self.code.source
 
     @property
     def function(self) -> str:
@@ -90,10 +90,6 @@ class FileLaw:
     @property
     def prototypes(self) -> tuple[str, ...]:
         return self.code.prototypes
-
-    @property
-    def python(self) -> int:
-        return -1
 
     @cached_property
     def functions(self) -> Functions:
