@@ -43,7 +43,10 @@ class Inertia:
     def spatial(self, length: float) -> Array:
         """Return the (6, 6) inertia about the frame's origin in units of a length, angular part first."""
         arm = skew(self.mass * self.center) / length
-        return np.block([[self.about_origin() / length**2, arm], [arm.T, self.mass * np.eye(3)]])
+        spatial = np.empty((6, 6))
+        spatial[:3, :3], spatial[:3, 3:] = self.about_origin() / length**2, arm
+        spatial[3:, :3], spatial[3:, 3:] = arm.T, self.mass * np.eye(3)
+        return spatial
 
 
 NOTHING = Inertia(0.0, np.zeros(3), np.zeros((3, 3)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import pathlib
 import re
 from collections.abc import Iterator
 from functools import cache
@@ -40,6 +41,8 @@ _LAYERED_MASS = [
 ]
 _PART = {"length": 0.5, "elements": 1}
 _BEAM = {"modes": 2, "stiffness_damping": 1e-3, "inertia_factor": 1.0}
+
+_DRAG = pathlib.Path(__file__).parents[1] / "models" / "drag.c"
 
 #: Gravity of scenes in which no water has to be level.
 TILTED = (0.1, 0.2, -9.81)
@@ -270,6 +273,15 @@ SCENE: dict[str, Any] = {
             "slip": {"stiffness": [15.0, 12.0], "friction": 0.9, "velocity": 0.1},
         }
     },
+    "laws": {
+        "drag": {
+            "source": str(_DRAG),
+            "function": "drag",
+            "arguments": {"u": "m/s"},
+            "results": {"force": "N"},
+            "parameters": {"coefficient": 0.7},
+        }
+    },
     "waves": {"sea": {"spectrum": {"type": "jonswap", "height": 1.1, "period": 9.0}, "components": 2}},
     "hulls": {
         "leg": {
@@ -356,9 +368,10 @@ def _numbers(value: Any, place: Path) -> Iterator[Path]:
 
 
 def key_at(place: Path) -> str:
-    """Return the key of the schema for a place."""
+    """Return the key of the schema for a place; names of values in a table of formulas are no keys."""
     words = [part for part in place if isinstance(part, str)]
-    return ".".join(words[:1] + words[2:] if words[0] in SECTIONS else words)
+    key = ".".join(words[:1] + words[2:] if words[0] in SECTIONS else words)
+    return key.removesuffix(f".{words[-1]}") if words[0] == "laws" else key
 
 
 def number_at(place: Path) -> float:

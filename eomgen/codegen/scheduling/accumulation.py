@@ -39,11 +39,6 @@ class Summand:
     component: int
     sign: int
 
-    @property
-    def place(self) -> tuple[int, int]:
-        """Return output and component."""
-        return self.output, self.component
-
 
 @dataclass(frozen=True)
 class Accumulated:
@@ -108,11 +103,12 @@ def _without_incomplete(
 
     A sum of results of several Maps needs all these Maps.
     """
-    kept = {item.place for number, items in sums.items() if number not in additions for item in items}
-    while dropped := [number for number in additions if any(item.place in kept for item in sums[number])]:
+    places = {number: {(item.output, item.component) for item in items} for number, items in sums.items()}
+    kept = {place for number, some in places.items() if number not in additions for place in some}
+    while dropped := [number for number in additions if not kept.isdisjoint(places[number])]:
         for number in dropped:
             del additions[number]
-            kept |= {item.place for item in sums[number]}
+            kept |= places[number]
     return kept
 
 

@@ -112,6 +112,7 @@ LAWS = _Laws(
     behind="maps",
     after=("parameters",),
     before=("inputs", "bodies", "definitions"),
+    bounds={"parameters": None},
     documentation="""
     Add a function of several numbers in a C file, for formulas: ``law.NAME(x, y)``.""",
 )
