@@ -404,9 +404,9 @@ class Derivation:
         sizes, extents = [row.size for row in rows], self._extents(rows)
         return [
             self._vector(
-                "size", sizes, "what the magnitudes of the summands of each row add up to, in its unit; m of m/s"
+                "size", sizes, "sum of the magnitudes of the summands of each row, in the unit of the row; m of m/s"
             ),
-            self._vector("extent", extents, "what turning what each row joins may move it by, m"),
+            self._vector("extent", extents, "largest displacement of the joined points of each row per radian, m"),
         ]
 
     def _extents(self, rows: Sequence[Row]) -> list[Scalar]:

@@ -138,7 +138,7 @@ _PLAIN = (
     Term(
         "constraint_bias",
         ("p", "t", "q", "v", "base"),
-        "what is left of the constraints' accelerations when vdot = 0",
+        "bias of the constraints' accelerations: their value at vdot = 0",
         exists=_CONSTRAINED,
     ),
     Term(
@@ -150,7 +150,7 @@ _PLAIN = (
     Term(
         "constraint_size",
         _KINEMATIC,
-        "what the magnitudes of the summands of each row add up to, and the extent of what it joins",
+        "scales of each row: the sum of the magnitudes of its summands, and the extent of the joined bodies",
         exists=_CONSTRAINED,
     ),
     Term(
@@ -204,7 +204,7 @@ _PLAIN = (
     Term(
         "event_impulse",
         _KINEMATIC,
-        "M, B and the gradients of impacts: what impulses at the events follow from",
+        "M, B and the gradients of impacts, which determine the impulses at events",
         exists=("event_impulse",),
         observed=True,
         of_events=True,
@@ -307,8 +307,8 @@ _PLAIN = (
     Term(
         "momenta",
         _STATE,
-        "generalized momenta p = dT/dv, and dT/dq + Q (left-trivialised), which with brackets and constraint forces is"
-        " what changes them",
+        "generalized momenta p = dT/dv, and dT/dq + Q (left-trivialised): with brackets and constraint forces the rate"
+        " of p",
         on_request=True,
     ),
 )

@@ -34,7 +34,7 @@ void active_vehicle_initial_state(real *q, real *v, real *z)
     (void)z;
 }
 
-EG_APART void active_vehicle_partials_part1(const active_vehicle_parameters *p, const real *q, const real *v,
+EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *p, const real *q, const real *v,
     const real *a, real *restrict w, real *restrict K, real *restrict C, real *restrict M)
 {
     int i;
@@ -706,7 +706,7 @@ EG_APART void active_vehicle_partials_part1(const active_vehicle_parameters *p, 
     w[174] = x421;
 }
 
-EG_APART void active_vehicle_partials_part2(const active_vehicle_parameters *p, real *restrict w, real *restrict K,
+EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *p, real *restrict w, real *restrict K,
     real *restrict C)
 {
     /* Partials of applied forces */

@@ -39,7 +39,7 @@ extern "C" {
 typedef struct {
     eomgen_real p_damper_front; /* damper_front (N s/m) */
     eomgen_real p_damper_rear; /* damper_rear (N s/m) */
-    /* skyhook (N s/m): actuator force per vertical velocity of the body_s corner; 0 is the passive car */
+    /* skyhook (N s/m): actuator force per vertical velocity of the body's corner; 0 is the passive car */
     eomgen_real p_skyhook;
     /* coherence: of the right track with the left; 1 lets both wheels of an axle see the same road */
     eomgen_real p_coherence;
@@ -53,42 +53,36 @@ void active_vehicle_initial_state(eomgen_real *q, eomgen_real *v, eomgen_real *z
 
 /* inertia matrix M(q), symmetric, full
  *   M [7 x 7]  inertia matrix
- *   2 additions, 2 multiplications,
- * 0 divisions, 1 functions */
+ *   2 additions, 2 multiplications, 0 divisions, 1 function calls */
 void active_vehicle_mass(const active_vehicle_parameters *p, const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [7]  nonlinear coupling vector
- *   2 additions, 11 multiplications,
- * 0 divisions, 2 functions */
+ *   2 additions, 11 multiplications, 0 divisions, 2 function calls */
 void active_vehicle_coupling(const active_vehicle_parameters *p, const eomgen_real *q, const eomgen_real *v,
     eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [7]  generalized force
- *   152 additions, 175 multiplications,
- * 4 divisions, 10 functions */
+ *   152 additions, 175 multiplications, 4 divisions, 10 function calls */
 void active_vehicle_force(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *u, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [7]  generalized force that the motion a needs
- *   168 additions, 190 multiplications,
- * 4 divisions, 10 functions */
+ *   168 additions, 190 multiplications, 4 divisions, 10 function calls */
 void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [7]  time derivative of v
- *   158 additions, 191 multiplications,
- * 5 divisions, 10 functions */
+ *   158 additions, 191 multiplications, 5 divisions, 10 function calls */
 void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *u, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [7]  residual
- *   168 additions, 190 multiplications,
- * 4 divisions, 10 functions */
+ *   168 additions, 190 multiplications, 4 divisions, 10 function calls */
 void active_vehicle_residual(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *r);
 
@@ -96,45 +90,39 @@ void active_vehicle_residual(const active_vehicle_parameters *p, eomgen_real t, 
  *   K [7 x 7]  d residual / dq, left-trivialised
  *   C [7 x 7]  d residual / dv
  *   M [7 x 7]  d residual / da
- *   797 additions, 1094 multiplications,
- * 8 divisions, 8 functions */
+ *   797 additions, 1094 multiplications, 8 divisions, 8 function calls */
 void active_vehicle_partials(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [7 x 7]  quaternion (w, x, y, z) and position of heaving, pitching, body, wheel_front_left, wheel_front_right,
  * wheel_rear_left, wheel_rear_right
- *   1 additions, 6 multiplications,
- * 0 divisions, 4 functions */
+ *   1 additions, 6 multiplications, 0 divisions, 4 function calls */
 void active_vehicle_poses(const active_vehicle_parameters *p, const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [7 x 6]  angular and linear velocity of heaving, pitching, body, wheel_front_left, wheel_front_right,
  * wheel_rear_left, wheel_rear_right
- *   0 additions, 6 multiplications,
- * 0 divisions, 4 functions */
+ *   0 additions, 6 multiplications, 0 divisions, 4 function calls */
 void active_vehicle_twists(const active_vehicle_parameters *p, const eomgen_real *q, const eomgen_real *v,
     eomgen_real *twist);
 
 /* named outputs of the scene
  *   y [22]  body_acceleration, driver_acceleration, pitch_acceleration, roll_acceleration, energy, power,
  * suspension_travel [4], actuator_force [4], road [4], tyre_load [4]
- *   141 additions, 178 multiplications,
- * 4 divisions, 10 functions */
+ *   141 additions, 178 multiplications, 4 divisions, 10 function calls */
 void active_vehicle_outputs(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
- *   121 additions, 154 multiplications,
- * 4 divisions, 10 functions */
+ *   121 additions, 154 multiplications, 4 divisions, 10 function calls */
 void active_vehicle_energy(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *u, eomgen_real *energy);
 
 /* inputs given by the scene
  *   u [4]  inputs
- *   1600 additions, 1800 multiplications,
- * 0 divisions, 400 functions */
+ *   1600 additions, 1800 multiplications, 0 divisions, 400 function calls */
 void active_vehicle_inputs(const active_vehicle_parameters *p, eomgen_real t, eomgen_real *u);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */

@@ -16,14 +16,14 @@
 
 #ifdef EOMGEN_REAL_FLOAT
 #define active_vehicle_EPSILON K(1.1920929e-07)
-#define active_vehicle_NOTHING K(1e-37)
-#define active_vehicle_FAR K(64.0)
+#define active_vehicle_TINY K(1e-37)
+#define active_vehicle_PROBE_FAR K(64.0)
 #else
 #define active_vehicle_EPSILON K(2.220446049250313e-16)
-#define active_vehicle_NOTHING K(1e-300) /* keeps quotients finite */
-#define active_vehicle_FAR K(4096.0) /* distances of corrections in the search for rounding: far and near */
+#define active_vehicle_TINY K(1e-300) /* keeps quotients finite */
+#define active_vehicle_PROBE_FAR K(4096.0) /* far and near distances in the search for rounding */
 #endif
-#define active_vehicle_NEAR K(0.015625)
+#define active_vehicle_PROBE_NEAR K(0.015625)
 
 static real active_vehicle_larger(real x, real y) { return x > y ? x : y; }
 
@@ -1485,7 +1485,7 @@ static void active_vehicle_tolerances(const active_vehicle_settings *settings, c
     work->rounding_decay = work->rounding_decay > K(1e-3) ? K(0.96) * work->rounding_decay : K(0.0);
     for (i = 0; i < 7; ++i)
         work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->rounding_decay * work->rounding[i]
-            + settings->rtol * EG_ABS(work->unknown[i]) + active_vehicle_NOTHING);
+            + settings->rtol * EG_ABS(work->unknown[i]) + active_vehicle_TINY);
     work->tolerance_steps_left = from->history < 3 ? 1 : 4;
     work->tolerance_step = step;
 }
@@ -1562,14 +1562,15 @@ static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, con
         within_spacing = 0;
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(active_vehicle_size_of_correction(work));
-    size_near = active_vehicle_correction_error(p, scale, from, t, step, correction, moved, active_vehicle_NEAR, near,
-        work,
+    size_near = active_vehicle_correction_error(p, scale, from, t, step, correction, moved, active_vehicle_PROBE_NEAR,
+        near, work,
         statistics);
-    size_far = active_vehicle_correction_error(p, scale, from, t, step, correction, moved, active_vehicle_FAR, far,
+    size_far = active_vehicle_correction_error(p, scale, from, t, step, correction, moved, active_vehicle_PROBE_FAR,
+        far,
         work, statistics);
     active_vehicle_add(scale, correction, K(1.0), work);
-    if (!((within_spacing || size_near >= K(0.125) * active_vehicle_NEAR * size)
-        && size_far <= K(0.125) * active_vehicle_FAR * size))
+    if (!((within_spacing || size_near >= K(0.125) * active_vehicle_PROBE_NEAR * size)
+            && size_far <= K(0.125) * active_vehicle_PROBE_FAR * size))
         return 0;
     for (i = 0; i < 7; ++i) {
         const real most = active_vehicle_larger(EG_ABS(correction[i]),

@@ -538,11 +538,11 @@ static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_selec
 /* Parts of a function stay apart in every type: within one function compilers fuse products with sums. GCC 12 leaves
  * calls out of parts that store by loops, if it may look into them: it addresses the workspace from a table. */
 #if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
-#define EG_APART __attribute__((noipa))
+#define EG_NOINLINE __attribute__((noipa))
 #elif defined(__GNUC__)
-#define EG_APART __attribute__((noinline))
+#define EG_NOINLINE __attribute__((noinline))
 #else
-#define EG_APART
+#define EG_NOINLINE
 #endif
 
 #if defined(EOMGEN_SHORT_NAMES)

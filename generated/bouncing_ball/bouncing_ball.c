@@ -149,7 +149,7 @@ void bouncing_ball_events(const bouncing_ball_parameters *p, real t, const real 
     event[2] = EG_SELECT(EG_LE(K(1.2), q[0]), q[1], x4);
     event[3] = -(K(1.2) - q[0]);
 
-    /* Rates of the events_ functions */
+    /* Rates of the events' functions */
     event_rate[0] = EG_SELECT(x3, v[1] - p->p_shake * (K(12.0) * x2), v[1]);
     event_rate[1] = EG_SELECT(x5, a[1], K(0.0));
 }

@@ -45,42 +45,36 @@ void bouncing_ball_initial_state(eomgen_real *q, eomgen_real *v, eomgen_real *z)
 
 /* inertia matrix M(q), symmetric, full
  *   M [2 x 2]  inertia matrix
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_mass(const bouncing_ball_parameters *p, const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [2]  nonlinear coupling vector
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_coupling(const bouncing_ball_parameters *p, const eomgen_real *q, const eomgen_real *v,
     eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [2]  generalized force
- *   2 additions, 5 multiplications,
- * 0 divisions, 0 functions */
+ *   2 additions, 5 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_force(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v,
     eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [2]  generalized force that the motion a needs
- *   4 additions, 7 multiplications,
- * 0 divisions, 0 functions */
+ *   4 additions, 7 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_inverse_dynamics(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *a, eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [2]  time derivative of v
- *   2 additions, 7 multiplications,
- * 0 divisions, 0 functions */
+ *   2 additions, 7 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_forward_dynamics(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [2]  residual
- *   4 additions, 7 multiplications,
- * 0 divisions, 0 functions */
+ *   4 additions, 7 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_residual(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *a, eomgen_real *r);
 
@@ -88,58 +82,50 @@ void bouncing_ball_residual(const bouncing_ball_parameters *p, eomgen_real t, co
  *   K [2 x 2]  d residual / dq, left-trivialised
  *   C [2 x 2]  d residual / dv
  *   M [2 x 2]  d residual / da
- *   0 additions, 3 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 3 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_partials(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *a, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [2 x 7]  quaternion (w, x, y, z) and position of carriage, ball
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_poses(const bouncing_ball_parameters *p, const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [2 x 6]  angular and linear velocity of carriage, ball
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_twists(const bouncing_ball_parameters *p, const eomgen_real *q, const eomgen_real *v,
     eomgen_real *twist);
 
 /* named outputs of the scene
  *   y [2]  plate, ball
- *   0 additions, 2 multiplications,
- * 0 divisions, 1 functions */
+ *   0 additions, 2 multiplications, 0 divisions, 1 function calls */
 void bouncing_ball_outputs(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, eomgen_real *y);
 
-/* functions whose roots are the scene_s events, and their rates along the motion
+/* functions whose roots are the scene's events, and their rates along the motion
  *   event [4]  functions whose roots are the events
  *   event_rate [4]  their time derivatives; 0 where they are not known
- *   4 additions, 4 multiplications,
- * 0 divisions, 2 functions */
+ *   4 additions, 4 multiplications, 0 divisions, 2 function calls */
 void bouncing_ball_events(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v,
     const eomgen_real *a, eomgen_real *event, eomgen_real *event_rate);
 
 /* new values of the state and of modes at the events, and restitutions
  *   action [2]  new values, restitutions and new modes, event by event
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_event_actions(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, eomgen_real *action);
 
-/* M, B and the gradients of impacts: what impulses at the events follow from
+/* M, B and the gradients of impacts, which determine the impulses at events
  *   M [2 x 2]  inertia matrix
  *   gradient [1 x 2]  d event / dq of the impacts, left-trivialised
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_event_impulse(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q,
     eomgen_real *M, eomgen_real *gradient);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
- *   3 additions, 13 multiplications,
- * 0 divisions, 0 functions */
+ *   3 additions, 13 multiplications, 0 divisions, 0 function calls */
 void bouncing_ball_energy(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q, const eomgen_real *v,
     eomgen_real *energy);
 
@@ -219,7 +205,7 @@ typedef enum bouncing_ball_event_number {
     BOUNCING_BALL_AT_bounce = 0,
     BOUNCING_BALL_AT_top = 1, /* the ball is highest */
     BOUNCING_BALL_AT_catch = 2, /* the tray catches the ball */
-    BOUNCING_BALL_AT_edge = 3 /* the ball passes the tray_s edge */
+    BOUNCING_BALL_AT_edge = 3 /* the ball passes the tray's edge */
 } bouncing_ball_event_number;
 
 /* Names of the events, by their numbers. */

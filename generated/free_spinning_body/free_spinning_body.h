@@ -42,72 +42,61 @@ void free_spinning_body_initial_state(eomgen_real *q, eomgen_real *v, eomgen_rea
 
 /* inertia matrix M(q), symmetric, full
  *   M [6 x 6]  inertia matrix
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [6]  nonlinear coupling vector
- *   4 additions, 16 multiplications,
- * 0 divisions, 0 functions */
+ *   4 additions, 16 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [6]  generalized force
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_force(const eomgen_real *q, const eomgen_real *v, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [6]  generalized force that the motion a needs
- *   11 additions, 16 multiplications,
- * 0 divisions, 0 functions */
+ *   11 additions, 16 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
     eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [6]  time derivative of v
- *   4 additions, 12 multiplications,
- * 0 divisions, 0 functions */
+ *   4 additions, 12 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_forward_dynamics(const eomgen_real *q, const eomgen_real *v, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [6]  residual
- *   11 additions, 16 multiplications,
- * 0 divisions, 0 functions */
+ *   11 additions, 16 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [6 x 6]  d residual / dq, left-trivialised
  *   C [6 x 6]  d residual / dv
  *   M [6 x 6]  d residual / da
- *   9 additions, 17 multiplications,
- * 0 divisions, 0 functions */
+ *   9 additions, 17 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *K,
     eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of nut
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_poses(const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of nut
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_twists(const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
 /* named outputs of the scene
  *   y [7]  handle [3], omega [3], energy
- *   13 additions, 25 multiplications,
- * 0 divisions, 0 functions */
+ *   13 additions, 25 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_outputs(const eomgen_real *q, const eomgen_real *v, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
- *   6 additions, 15 multiplications,
- * 0 divisions, 0 functions */
+ *   6 additions, 15 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_energy(const eomgen_real *q, const eomgen_real *v, eomgen_real *energy);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */

@@ -16,14 +16,14 @@
 
 #ifdef EOMGEN_REAL_FLOAT
 #define free_spinning_body_EPSILON K(1.1920929e-07)
-#define free_spinning_body_NOTHING K(1e-37)
-#define free_spinning_body_FAR K(64.0)
+#define free_spinning_body_TINY K(1e-37)
+#define free_spinning_body_PROBE_FAR K(64.0)
 #else
 #define free_spinning_body_EPSILON K(2.220446049250313e-16)
-#define free_spinning_body_NOTHING K(1e-300) /* keeps quotients finite */
-#define free_spinning_body_FAR K(4096.0) /* distances of corrections in the search for rounding: far and near */
+#define free_spinning_body_TINY K(1e-300) /* keeps quotients finite */
+#define free_spinning_body_PROBE_FAR K(4096.0) /* far and near distances in the search for rounding */
 #endif
-#define free_spinning_body_NEAR K(0.015625)
+#define free_spinning_body_PROBE_NEAR K(0.015625)
 
 static real free_spinning_body_larger(real x, real y) { return x > y ? x : y; }
 
@@ -883,7 +883,7 @@ static void free_spinning_body_tolerances(const free_spinning_body_settings *set
     work->rounding_decay = work->rounding_decay > K(1e-3) ? K(0.96) * work->rounding_decay : K(0.0);
     for (i = 0; i < 6; ++i)
         work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->rounding_decay * work->rounding[i]
-            + settings->rtol * EG_ABS(work->unknown[i]) + free_spinning_body_NOTHING);
+            + settings->rtol * EG_ABS(work->unknown[i]) + free_spinning_body_TINY);
     work->tolerance_steps_left = from->history < 3 ? 1 : 4;
     work->tolerance_step = step;
 }
@@ -964,13 +964,14 @@ static int free_spinning_body_learn_rounding(const free_spinning_body_parameters
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(free_spinning_body_size_of_correction(work));
     size_near = free_spinning_body_correction_error(p, scale, from, t, step, correction, moved,
-        free_spinning_body_NEAR, near, work,
+        free_spinning_body_PROBE_NEAR, near, work,
         statistics);
-    size_far = free_spinning_body_correction_error(p, scale, from, t, step, correction, moved, free_spinning_body_FAR,
-        far, work, statistics);
+    size_far = free_spinning_body_correction_error(p, scale, from, t, step, correction, moved,
+        free_spinning_body_PROBE_FAR, far,
+        work, statistics);
     free_spinning_body_add(scale, correction, K(1.0), work);
-    if (!((within_spacing || size_near >= K(0.125) * free_spinning_body_NEAR * size)
-        && size_far <= K(0.125) * free_spinning_body_FAR * size))
+    if (!((within_spacing || size_near >= K(0.125) * free_spinning_body_PROBE_NEAR * size)
+            && size_far <= K(0.125) * free_spinning_body_PROBE_FAR * size))
         return 0;
     for (i = 0; i < 6; ++i) {
         const real most = free_spinning_body_larger(EG_ABS(correction[i]),

@@ -43,33 +43,28 @@ void heavy_top_r3xso3_initial_state(eomgen_real *q, eomgen_real *v, eomgen_real 
 
 /* inertia matrix M(q), symmetric, full
  *   M [6 x 6]  inertia matrix
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [6]  nonlinear coupling vector
- *   0 additions, 4 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 4 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [6]  generalized force
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_force(const eomgen_real *q, const eomgen_real *v, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [6]  generalized force that the motion a needs
- *   3 additions, 8 multiplications,
- * 0 divisions, 0 functions */
+ *   3 additions, 8 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
     eomgen_real *tau);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [6]  residual
- *   61 additions, 67 multiplications,
- * 0 divisions, 0 functions */
+ *   61 additions, 67 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
     const eomgen_real *lam, eomgen_real *r);
 
@@ -77,54 +72,46 @@ void heavy_top_r3xso3_residual(const eomgen_real *q, const eomgen_real *v, const
  *   K [6 x 6]  d residual / dq, left-trivialised
  *   C [6 x 6]  d residual / dv
  *   M [6 x 6]  d residual / da
- *   103 additions, 99 multiplications,
- * 0 divisions, 0 functions */
+ *   103 additions, 99 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
     const eomgen_real *lam, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* holonomic constraints Phi(q, t), zero where they are met
  *   Phi [3]  holonomic constraints
- *   21 additions, 27 multiplications,
- * 0 divisions, 0 functions */
+ *   21 additions, 27 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_constraint(const eomgen_real *q, eomgen_real *Phi);
 
 /* rates of the holonomic constraints, and velocity-level constraints
  *   w_out [3]  B v + Phi_t, then constraints at velocity level
- *   42 additions, 54 multiplications,
- * 0 divisions, 0 functions */
+ *   42 additions, 54 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_constraint_velocity(const eomgen_real *q, const eomgen_real *v, eomgen_real *w_out);
 
-/* what is left of the constraints_ accelerations when vdot = 0
+/* bias of the constraints' accelerations: their value at vdot = 0
  *   g [3]  rate of the velocity rows at vdot = 0
- *   69 additions, 81 multiplications,
- * 0 divisions, 0 functions */
+ *   69 additions, 81 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_constraint_bias(const eomgen_real *q, const eomgen_real *v, eomgen_real *g);
 
 /* B: derivative of the constraints along w is B w, left-trivialised
  *   B [3 x 6]  constraint Jacobian, left-trivialised
- *   41 additions, 42 multiplications,
- * 0 divisions, 0 functions */
+ *   41 additions, 42 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_constraint_jacobian(const eomgen_real *q, eomgen_real *B);
 
-/* what the magnitudes of the summands of each row add up to, and the extent of what it joins
- *   size [3]  what the magnitudes of the summands of each row add up to, in its unit; m of m/s
- *   extent [3]  what turning what each row joins may move it by, m
- *   3 additions, 0 multiplications,
- * 0 divisions, 3 functions */
+/* scales of each row: the sum of the magnitudes of its summands, and the extent of the joined bodies
+ *   size [3]  sum of the magnitudes of the summands of each row, in the unit of the row; m of m/s
+ *   extent [3]  largest displacement of the joined points of each row per radian, m
+ *   3 additions, 0 multiplications, 0 divisions, 3 function calls */
 void heavy_top_r3xso3_constraint_size(const eomgen_real *q, eomgen_real *size, eomgen_real *extent);
 
-/* left-trivialised partials in q of the constraints_ rates
+/* left-trivialised partials in q of the constraints' rates
  *   Z [3 x 6]  left-trivialised partials in q of the velocity rows
- *   117 additions, 126 multiplications,
- * 0 divisions, 0 functions */
+ *   117 additions, 126 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_velocity_partials(const eomgen_real *q, const eomgen_real *v, eomgen_real *Z);
 
 /* residual, constraints and their rates together
  *   r [6]  residual
  *   Phi [3]  holonomic constraints
  *   w_out [3]  B v + Phi_t, then constraints at velocity level
- *   90 additions, 103 multiplications,
- * 0 divisions, 0 functions */
+ *   90 additions, 103 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_equations(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
     const eomgen_real *lam, eomgen_real *r, eomgen_real *Phi, eomgen_real *w_out);
 
@@ -134,39 +121,33 @@ void heavy_top_r3xso3_equations(const eomgen_real *q, const eomgen_real *v, cons
  *   M [6]  nonzeros of M: d residual / da
  *   B [17]  nonzeros of B: constraint Jacobian, left-trivialised
  *   Z [18]  nonzeros of Z: left-trivialised partials in q of the velocity rows
- *   205 additions, 207 multiplications,
- * 0 divisions, 0 functions */
+ *   205 additions, 207 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_iteration(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
     const eomgen_real *lam, eomgen_real *K, eomgen_real *C, eomgen_real *M, eomgen_real *B, eomgen_real *Z);
 
 /* nonzeros of B
  *   B [17]  nonzeros of B: constraint Jacobian, left-trivialised
- *   41 additions, 42 multiplications,
- * 0 divisions, 0 functions */
+ *   41 additions, 42 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_jacobian_values(const eomgen_real *q, eomgen_real *B);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of top
- *   7 additions, 9 multiplications,
- * 0 divisions, 0 functions */
+ *   7 additions, 9 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_poses(const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of top
- *   20 additions, 27 multiplications,
- * 0 divisions, 0 functions */
+ *   20 additions, 27 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_twists(const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
 /* named outputs of the scene
  *   y [4]  centre_of_mass [3], energy
- *   25 additions, 43 multiplications,
- * 0 divisions, 0 functions */
+ *   25 additions, 43 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_outputs(const eomgen_real *q, const eomgen_real *v, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
- *   24 additions, 43 multiplications,
- * 0 divisions, 0 functions */
+ *   24 additions, 43 multiplications, 0 divisions, 0 function calls */
 void heavy_top_r3xso3_energy(const eomgen_real *q, const eomgen_real *v, eomgen_real *energy);
 
 /* ---- time integration: generalized-alpha on Lie groups, stabilised index 2 ---- */

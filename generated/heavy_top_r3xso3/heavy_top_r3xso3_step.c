@@ -16,14 +16,14 @@
 
 #ifdef EOMGEN_REAL_FLOAT
 #define heavy_top_r3xso3_EPSILON K(1.1920929e-07)
-#define heavy_top_r3xso3_NOTHING K(1e-37)
-#define heavy_top_r3xso3_FAR K(64.0)
+#define heavy_top_r3xso3_TINY K(1e-37)
+#define heavy_top_r3xso3_PROBE_FAR K(64.0)
 #else
 #define heavy_top_r3xso3_EPSILON K(2.220446049250313e-16)
-#define heavy_top_r3xso3_NOTHING K(1e-300) /* keeps quotients finite */
-#define heavy_top_r3xso3_FAR K(4096.0) /* distances of corrections in the search for rounding: far and near */
+#define heavy_top_r3xso3_TINY K(1e-300) /* keeps quotients finite */
+#define heavy_top_r3xso3_PROBE_FAR K(4096.0) /* far and near distances in the search for rounding */
 #endif
-#define heavy_top_r3xso3_NEAR K(0.015625)
+#define heavy_top_r3xso3_PROBE_NEAR K(0.015625)
 
 static real heavy_top_r3xso3_larger(real x, real y) { return x > y ? x : y; }
 
@@ -1289,7 +1289,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_project(const heavy_top_r3xso3_p
         position = K(0.0); /* in units of the rounding of each row */
         for (i = 0; i < 3; ++i)
             position = heavy_top_r3xso3_larger(position,
-                EG_ABS(work->right[6 + i]) / (heavy_top_r3xso3_EPSILON * work->size[i] + heavy_top_r3xso3_NOTHING));
+                EG_ABS(work->right[6 + i]) / (heavy_top_r3xso3_EPSILON * work->size[i] + heavy_top_r3xso3_TINY));
         if (position <= K(1e3) || (position <= K(1e6) && attempt > 0 && position > K(0.5) * before))
             break;
         before = position;
@@ -1662,7 +1662,7 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
         impulse = impulse + (work->per_unit[i] * work->unknown[i]) * (work->per_unit[i] * work->unknown[i]);
     impulse = EG_SQRT(impulse);
     work->rounding_share = (c->b * K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]
-        + work->rounding_decay * work->multiplier_rounding) / (impulse + heavy_top_r3xso3_NOTHING);
+        + work->rounding_decay * work->multiplier_rounding) / (impulse + heavy_top_r3xso3_TINY);
     impulse = (least + settings->rtol) * impulse
         + c->b * (K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]);
     for (i = 6; i < 9; ++i)
@@ -1673,7 +1673,7 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
     work->rounding_decay = work->rounding_decay > K(1e-3) ? K(0.96) * work->rounding_decay : K(0.0);
     for (i = 0; i < 12; ++i)
         work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->rounding_decay * work->rounding[i]
-            + settings->rtol * EG_ABS(work->unknown[i]) + heavy_top_r3xso3_NOTHING);
+            + settings->rtol * EG_ABS(work->unknown[i]) + heavy_top_r3xso3_TINY);
     work->velocity_tolerance = (K(0.02) * settings->atol + K(1e-4) * settings->rtol
         + K(16.0) * heavy_top_r3xso3_EPSILON) * work->speed[0];
     work->tolerance_steps_left = from->history < 3 ? 1 : 4;
@@ -1798,14 +1798,15 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
         if (!(EG_ABS(work->per_tolerance[i] * correction[i]) > K(0.1) * largest))
             moved[i] = work->solution[i] = K(0.0);
     size = EG_SQRT(heavy_top_r3xso3_size_of_correction(work));
-    size_near = heavy_top_r3xso3_correction_error(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_NEAR,
-        near, work,
+    size_near = heavy_top_r3xso3_correction_error(p, scale, from, t, step, correction, moved,
+        heavy_top_r3xso3_PROBE_NEAR, near, work,
         statistics);
-    size_far = heavy_top_r3xso3_correction_error(p, scale, from, t, step, correction, moved, heavy_top_r3xso3_FAR, far,
+    size_far = heavy_top_r3xso3_correction_error(p, scale, from, t, step, correction, moved,
+        heavy_top_r3xso3_PROBE_FAR, far,
         work, statistics);
     heavy_top_r3xso3_add(scale, correction, K(1.0), work);
-    if (!((within_spacing || size_near >= K(0.125) * heavy_top_r3xso3_NEAR * size)
-        && size_far <= K(0.125) * heavy_top_r3xso3_FAR * size))
+    if (!((within_spacing || size_near >= K(0.125) * heavy_top_r3xso3_PROBE_NEAR * size)
+            && size_far <= K(0.125) * heavy_top_r3xso3_PROBE_FAR * size))
         return 0;
     for (i = 0; i < 12; ++i) {
         const real most = heavy_top_r3xso3_larger(EG_ABS(correction[i]),

@@ -54,48 +54,41 @@ void pendulum_on_shaking_base_initial_state(eomgen_real *q, eomgen_real *v, eomg
 
 /* inertia matrix M(q), symmetric, full
  *   M [1 x 1]  inertia matrix
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void pendulum_on_shaking_base_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [1]  nonlinear coupling vector
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void pendulum_on_shaking_base_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [1]  generalized force
- *   0 additions, 1 multiplications,
- * 0 divisions, 1 functions */
+ *   0 additions, 1 multiplications, 0 divisions, 1 function calls */
 void pendulum_on_shaking_base_force(const eomgen_real *q, const eomgen_real *v,
     const pendulum_on_shaking_base_base_state *base, eomgen_real *Q);
 
 /* base-motion terms b: inertia terms that vanish when the base is at rest
  *   b [1]  base-motion terms
- *   0 additions, 2 multiplications,
- * 0 divisions, 1 functions */
+ *   0 additions, 2 multiplications, 0 divisions, 1 function calls */
 void pendulum_on_shaking_base_base_motion(const eomgen_real *q, const eomgen_real *v,
     const pendulum_on_shaking_base_base_state *base, eomgen_real *b);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [1]  generalized force that the motion a needs
- *   2 additions, 3 multiplications,
- * 0 divisions, 1 functions */
+ *   2 additions, 3 multiplications, 0 divisions, 1 function calls */
 void pendulum_on_shaking_base_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
     const pendulum_on_shaking_base_base_state *base, eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [1]  time derivative of v
- *   1 additions, 2 multiplications,
- * 0 divisions, 1 functions */
+ *   1 additions, 2 multiplications, 0 divisions, 1 function calls */
 void pendulum_on_shaking_base_forward_dynamics(const eomgen_real *q, const eomgen_real *v,
     const pendulum_on_shaking_base_base_state *base, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [1]  residual
- *   2 additions, 3 multiplications,
- * 0 divisions, 1 functions */
+ *   2 additions, 3 multiplications, 0 divisions, 1 function calls */
 void pendulum_on_shaking_base_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
     const pendulum_on_shaking_base_base_state *base, eomgen_real *r);
 
@@ -103,42 +96,36 @@ void pendulum_on_shaking_base_residual(const eomgen_real *q, const eomgen_real *
  *   K [1 x 1]  d residual / dq, left-trivialised
  *   C [1 x 1]  d residual / dv
  *   M [1 x 1]  d residual / da
- *   1 additions, 2 multiplications,
- * 0 divisions, 1 functions */
+ *   1 additions, 2 multiplications, 0 divisions, 1 function calls */
 void pendulum_on_shaking_base_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
     const pendulum_on_shaking_base_base_state *base, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of bob
- *   0 additions, 1 multiplications,
- * 0 divisions, 2 functions */
+ *   0 additions, 1 multiplications, 0 divisions, 2 function calls */
 void pendulum_on_shaking_base_poses(const eomgen_real *q, const pendulum_on_shaking_base_base_state *base,
     eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of bob
- *   0 additions, 2 multiplications,
- * 0 divisions, 2 functions */
+ *   0 additions, 2 multiplications, 0 divisions, 2 function calls */
 void pendulum_on_shaking_base_twists(const eomgen_real *q, const eomgen_real *v,
     const pendulum_on_shaking_base_base_state *base, eomgen_real *twist);
 
 /* named outputs of the scene
  *   y [4]  bob [3], lean
- *   2 additions, 2 multiplications,
- * 0 divisions, 2 functions */
+ *   2 additions, 2 multiplications, 0 divisions, 2 function calls */
 void pendulum_on_shaking_base_outputs(const eomgen_real *q, const eomgen_real *v,
     const pendulum_on_shaking_base_base_state *base, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
- *   8 additions, 23 multiplications,
- * 0 divisions, 2 functions */
+ *   8 additions, 23 multiplications, 0 divisions, 2 function calls */
 void pendulum_on_shaking_base_energy(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
     const pendulum_on_shaking_base_base_state *base, eomgen_real *energy);
 
 /* motion of the base at time t
- *   0 additions, 4 multiplications,
- * 0 divisions, 2 functions */
+ *   0 additions, 4 multiplications, 0 divisions, 2 function calls */
 void pendulum_on_shaking_base_base(eomgen_real t, pendulum_on_shaking_base_base_state *base);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */

@@ -16,14 +16,14 @@
 
 #ifdef EOMGEN_REAL_FLOAT
 #define pendulum_on_shaking_base_EPSILON K(1.1920929e-07)
-#define pendulum_on_shaking_base_NOTHING K(1e-37)
-#define pendulum_on_shaking_base_FAR K(64.0)
+#define pendulum_on_shaking_base_TINY K(1e-37)
+#define pendulum_on_shaking_base_PROBE_FAR K(64.0)
 #else
 #define pendulum_on_shaking_base_EPSILON K(2.220446049250313e-16)
-#define pendulum_on_shaking_base_NOTHING K(1e-300) /* keeps quotients finite */
-#define pendulum_on_shaking_base_FAR K(4096.0) /* distances of corrections in the search for rounding: far and near */
+#define pendulum_on_shaking_base_TINY K(1e-300) /* keeps quotients finite */
+#define pendulum_on_shaking_base_PROBE_FAR K(4096.0) /* far and near distances in the search for rounding */
 #endif
-#define pendulum_on_shaking_base_NEAR K(0.015625)
+#define pendulum_on_shaking_base_PROBE_NEAR K(0.015625)
 
 static real pendulum_on_shaking_base_larger(real x, real y) { return x > y ? x : y; }
 
@@ -651,7 +651,7 @@ static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_s
     work->rounding_decay = work->rounding_decay > K(1e-3) ? K(0.96) * work->rounding_decay : K(0.0);
     for (i = 0; i < 1; ++i)
         work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->rounding_decay * work->rounding[i]
-            + settings->rtol * EG_ABS(work->unknown[i]) + pendulum_on_shaking_base_NOTHING);
+            + settings->rtol * EG_ABS(work->unknown[i]) + pendulum_on_shaking_base_TINY);
     work->tolerance_steps_left = from->history < 3 ? 1 : 4;
     work->tolerance_step = step;
 }
@@ -732,13 +732,14 @@ static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_bas
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(pendulum_on_shaking_base_size_of_correction(work));
     size_near = pendulum_on_shaking_base_correction_error(p, scale, from, t, step, correction, moved,
-        pendulum_on_shaking_base_NEAR, near, work,
+        pendulum_on_shaking_base_PROBE_NEAR, near, work,
         statistics);
     size_far = pendulum_on_shaking_base_correction_error(p, scale, from, t, step, correction, moved,
-        pendulum_on_shaking_base_FAR, far, work, statistics);
+        pendulum_on_shaking_base_PROBE_FAR, far,
+        work, statistics);
     pendulum_on_shaking_base_add(scale, correction, K(1.0), work);
-    if (!((within_spacing || size_near >= K(0.125) * pendulum_on_shaking_base_NEAR * size)
-        && size_far <= K(0.125) * pendulum_on_shaking_base_FAR * size))
+    if (!((within_spacing || size_near >= K(0.125) * pendulum_on_shaking_base_PROBE_NEAR * size)
+            && size_far <= K(0.125) * pendulum_on_shaking_base_PROBE_FAR * size))
         return 0;
     for (i = 0; i < 1; ++i) {
         const real most = pendulum_on_shaking_base_larger(EG_ABS(correction[i]),

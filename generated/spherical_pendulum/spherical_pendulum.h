@@ -42,72 +42,61 @@ void spherical_pendulum_initial_state(eomgen_real *q, eomgen_real *v, eomgen_rea
 
 /* inertia matrix M(q), symmetric, full
  *   M [3 x 3]  inertia matrix
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void spherical_pendulum_mass(const eomgen_real *q, eomgen_real *M);
 
 /* nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest
  *   h [3]  nonlinear coupling vector
- *   2 additions, 6 multiplications,
- * 0 divisions, 0 functions */
+ *   2 additions, 6 multiplications, 0 divisions, 0 function calls */
 void spherical_pendulum_coupling(const eomgen_real *q, const eomgen_real *v, eomgen_real *h);
 
 /* generalized force Q: gravity, springs, dampers, actuators, formulas
  *   Q [3]  generalized force
- *   2 additions, 6 multiplications,
- * 0 divisions, 0 functions */
+ *   2 additions, 6 multiplications, 0 divisions, 0 function calls */
 void spherical_pendulum_force(const eomgen_real *q, const eomgen_real *v, eomgen_real *Q);
 
 /* tau = M a + h + b - Q in one recursion
  *   tau [3]  generalized force that the motion a needs
- *   10 additions, 13 multiplications,
- * 0 divisions, 0 functions */
+ *   10 additions, 13 multiplications, 0 divisions, 0 function calls */
 void spherical_pendulum_inverse_dynamics(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a,
     eomgen_real *tau);
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [3]  time derivative of v
- *   6 additions, 14 multiplications,
- * 0 divisions, 0 functions */
+ *   6 additions, 14 multiplications, 0 divisions, 0 function calls */
 void spherical_pendulum_forward_dynamics(const eomgen_real *q, const eomgen_real *v, eomgen_real *vdot);
 
 /* residual r = M a + h + b - Q + B^T lam of an implicit step
  *   r [3]  residual
- *   10 additions, 13 multiplications,
- * 0 divisions, 0 functions */
+ *   10 additions, 13 multiplications, 0 divisions, 0 function calls */
 void spherical_pendulum_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *r);
 
 /* its partials: K in q (left-trivialised), C in v, M in a
  *   K [3 x 3]  d residual / dq, left-trivialised
  *   C [3 x 3]  d residual / dv
  *   M [3 x 3]  d residual / da
- *   10 additions, 19 multiplications,
- * 0 divisions, 0 functions */
+ *   10 additions, 19 multiplications, 0 divisions, 0 function calls */
 void spherical_pendulum_partials(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *K,
     eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
  *   pose [1 x 7]  quaternion (w, x, y, z) and position of rod
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void spherical_pendulum_poses(const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [1 x 6]  angular and linear velocity of rod
- *   0 additions, 0 multiplications,
- * 0 divisions, 0 functions */
+ *   0 additions, 0 multiplications, 0 divisions, 0 function calls */
 void spherical_pendulum_twists(const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
 /* named outputs of the scene
  *   y [4]  bob [3], energy
- *   10 additions, 20 multiplications,
- * 0 divisions, 0 functions */
+ *   10 additions, 20 multiplications, 0 divisions, 0 function calls */
 void spherical_pendulum_outputs(const eomgen_real *q, const eomgen_real *v, eomgen_real *y);
 
 /* kinetic and potential energy, non-conservative power, power of base and drivers
  *   energy [4]  kinetic, potential (J), non-conservative power, power of base and drivers (W)
- *   7 additions, 13 multiplications,
- * 0 divisions, 0 functions */
+ *   7 additions, 13 multiplications, 0 divisions, 0 function calls */
 void spherical_pendulum_energy(const eomgen_real *q, const eomgen_real *v, eomgen_real *energy);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */

@@ -16,14 +16,14 @@
 
 #ifdef EOMGEN_REAL_FLOAT
 #define spherical_pendulum_EPSILON K(1.1920929e-07)
-#define spherical_pendulum_NOTHING K(1e-37)
-#define spherical_pendulum_FAR K(64.0)
+#define spherical_pendulum_TINY K(1e-37)
+#define spherical_pendulum_PROBE_FAR K(64.0)
 #else
 #define spherical_pendulum_EPSILON K(2.220446049250313e-16)
-#define spherical_pendulum_NOTHING K(1e-300) /* keeps quotients finite */
-#define spherical_pendulum_FAR K(4096.0) /* distances of corrections in the search for rounding: far and near */
+#define spherical_pendulum_TINY K(1e-300) /* keeps quotients finite */
+#define spherical_pendulum_PROBE_FAR K(4096.0) /* far and near distances in the search for rounding */
 #endif
-#define spherical_pendulum_NEAR K(0.015625)
+#define spherical_pendulum_PROBE_NEAR K(0.015625)
 
 static real spherical_pendulum_larger(real x, real y) { return x > y ? x : y; }
 
@@ -783,7 +783,7 @@ static void spherical_pendulum_tolerances(const spherical_pendulum_settings *set
     work->rounding_decay = work->rounding_decay > K(1e-3) ? K(0.96) * work->rounding_decay : K(0.0);
     for (i = 0; i < 3; ++i)
         work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->rounding_decay * work->rounding[i]
-            + settings->rtol * EG_ABS(work->unknown[i]) + spherical_pendulum_NOTHING);
+            + settings->rtol * EG_ABS(work->unknown[i]) + spherical_pendulum_TINY);
     work->tolerance_steps_left = from->history < 3 ? 1 : 4;
     work->tolerance_step = step;
 }
@@ -864,13 +864,14 @@ static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(spherical_pendulum_size_of_correction(work));
     size_near = spherical_pendulum_correction_error(p, scale, from, t, step, correction, moved,
-        spherical_pendulum_NEAR, near, work,
+        spherical_pendulum_PROBE_NEAR, near, work,
         statistics);
-    size_far = spherical_pendulum_correction_error(p, scale, from, t, step, correction, moved, spherical_pendulum_FAR,
-        far, work, statistics);
+    size_far = spherical_pendulum_correction_error(p, scale, from, t, step, correction, moved,
+        spherical_pendulum_PROBE_FAR, far,
+        work, statistics);
     spherical_pendulum_add(scale, correction, K(1.0), work);
-    if (!((within_spacing || size_near >= K(0.125) * spherical_pendulum_NEAR * size)
-        && size_far <= K(0.125) * spherical_pendulum_FAR * size))
+    if (!((within_spacing || size_near >= K(0.125) * spherical_pendulum_PROBE_NEAR * size)
+            && size_far <= K(0.125) * spherical_pendulum_PROBE_FAR * size))
         return 0;
     for (i = 0; i < 3; ++i) {
         const real most = spherical_pendulum_larger(EG_ABS(correction[i]),

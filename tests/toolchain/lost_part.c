@@ -3,7 +3,7 @@
 #define EOMGEN_SHORT_NAMES
 #include "eomgen_real.h"
 
-static EG_APART void part(real *restrict w)
+static EG_NOINLINE void part(real *restrict w)
 {
     {
         static const double table0[2] = {

@@ -133,7 +133,7 @@ def regressor_blocks(derivation: Derivation) -> list[Block]:
     description = f"tau per unit of {', '.join(names)}"
     return [
         derivation.block("Y", (tree.nv, len(names)), [value for row in rows for value in row], description),
-        derivation.block("tau0", (tree.nv,), left, "what of tau no parameter of the regressor is a factor of"),
+        derivation.block("tau0", (tree.nv,), left, "part of tau that is independent of the regressor's parameters"),
     ]
 
 

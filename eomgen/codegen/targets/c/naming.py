@@ -16,7 +16,7 @@ from eomgen.system.system import base_component
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 #: An underscore between two words avoids clashes with names of the generated code: x12, w, angle, EG_...
 _LOCAL = re.compile(r"(?!EG_|eg_)[A-Za-z][A-Za-z0-9]*_[A-Za-z0-9_]*")
-_COMMENT_UNSAFE = re.compile(r"[^A-Za-z0-9 _.,:;=()\[\]{}<>+^|/-]")
+_COMMENT_UNSAFE = re.compile(r"[^A-Za-z0-9 _.,:;='()\[\]{}<>+^|/-]")
 _C_WORDS = re.compile(
     r"auto|break|case|char|const|continue|default|do|double|else|enum|extern|float|for|goto|if|inline|int|long|register|restrict|return|short|signed|sizeof|static|struct|switch|"
     r"typedef|union|unsigned|void|volatile|while|_Bool|_Complex|_Imaginary|asm|bool|catch|class|delete|explicit|export|false|friend|mutable|namespace|new|operator|private|protected|public|template|this|throw|"
