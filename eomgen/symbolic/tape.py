@@ -299,9 +299,12 @@ class Tape:
         self.blocks.append((len(self.op), previous))
 
     def name(self, ref: Ref, text: str) -> None:
-        """Name the operation behind a reference (not a leaf), ``minus_text`` behind a negative; the first stays."""
-        if self.op[abs(ref)] not in LEAVES:
-            self.names.setdefault(abs(ref), text if ref > 0 else f"minus_{text}")
+        """Name the operation of a reference (not a leaf), ``minus_text`` if the reference is negative; the first name
+        stays."""
+        if self.op[abs(ref)] in LEAVES or abs(ref) in self.names:
+            return
+        negative = text.removeprefix("minus_") if text.startswith("minus_") else f"minus_{text}"
+        self.names[abs(ref)] = text if ref > 0 else negative
 
     def operands(self, node: int) -> tuple[int, ...]:
         """Return the operand references of a node; leaves have none; for results of a Map, the references that the Map

@@ -370,6 +370,9 @@ class ConstraintCalculus:
         self.rates = rates_of(self.tape, self.seeds, base)
         self.holonomic = [row.value.ref for row in rows.holonomic]
         self.level = [row.value.ref for row in rows.velocity]
+        for symbol, refs in (("Phi", self.holonomic), ("psi", self.level)):
+            for number, ref in enumerate(refs):
+                self.tape.name(ref, f"{symbol}_{number}")
 
     @cached_property
     def tangents(self) -> list[Tangent]:

@@ -67,7 +67,9 @@ def push(wrenches: list[Wrench | None], quantities: Quantities, name: str, force
     link, s = quantities.kinematics.local(*quantities.at(quantities.points[name]))
     if link >= 0:
         force = apply(transpose(quantities.kinematics.pose(link)[0]), force_in_base)
-        add_wrench(wrenches, link, (cross(s, force), force))
+        force = quantities.algebra.named(f"force_on_{name}", force)
+        moment = quantities.algebra.named(f"moment_on_{name}", cross(s, force))
+        add_wrench(wrenches, link, (moment, force))
 
 
 def add_wrench(wrenches: list[Wrench | None], link: int, load: Wrench) -> None:

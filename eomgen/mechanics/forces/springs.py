@@ -179,14 +179,19 @@ def _results(
 
 def stretch(quantities: Quantities, spring: Spring) -> tuple[Scalar, Scalar, Vector]:
     """Return length, m, rate of length, m/s, and unit vector from first to second point, (3,), in base axes."""
-    first, second = quantities.at(quantities.points[spring.first]), quantities.at(quantities.points[spring.second])
-    span = minus(quantities.kinematics.position_in_base(*second), quantities.kinematics.position_in_base(*first))
-    speed = minus(quantities.kinematics.velocity_in_base(*second), quantities.kinematics.velocity_in_base(*first))
+    points = {name: quantities.at(quantities.points[name]) for name in (spring.first, spring.second)}
+    algebra, kinematics = quantities.algebra, quantities.kinematics
+    positions = [algebra.named(f"p_{name}", kinematics.position_in_base(*point)) for name, point in points.items()]
+    velocities = [algebra.named(f"v_{name}", kinematics.velocity_in_base(*point)) for name, point in points.items()]
+    span = minus(positions[1], positions[0])
+    speed = minus(velocities[1], velocities[0])
     length = quantities.algebra.call(Op.SQRT, dot(span, span))
     if length.is_zero:
         fault = f"the points {spring.first} and {spring.second} coincide for all coordinates, so it has no direction"
         raise ModelError(Problem(f"spring {spring.name}", fault, "points that can move apart, or a torsion spring"))
     direction = scaled(quantities.algebra.one / length, span)
+    for quantity, vector in (("span", span), ("rate", speed), ("direction", direction)):
+        quantities.algebra.named(f"{quantity}_{spring.name}", vector)
     return length, dot(direction, speed), direction
 
 
@@ -206,7 +211,7 @@ def add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
     force = tension(quantities, spring)
     for quantity, value in (("length", length), ("rate", rate), ("tension", force)):
         value.tape.name(value.ref, f"{quantity}_{spring.name}")
-    pull = scaled(force, direction)
+    pull = quantities.algebra.named(f"force_{spring.name}", scaled(force, direction))
     ends = ((spring.first, spring.second, pull), (spring.second, spring.first, negative(pull)))
     for name, other, end_force in ends:
         push(loads.wrenches, quantities, name, end_force)

@@ -48,8 +48,19 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
     Notes
     -----
     Linear in (live nodes) x (directions that reach them). Each local partial is recorded once and shared by all
-    directions.
+    directions. Derivatives of a named node take the name with the number of the direction, ``length_d2``.
     """
+    first = len(tape.op)
+    tangents = _tangents(tape, outputs, seeds)
+    for node in [node for node in tangents if node in tape.names]:
+        for direction, ref in tangents[node].items():
+            if abs(ref) >= first:  # an older node means a quantity of motion, too
+                tape.name(ref, f"{tape.names[node]}_d{direction}")
+    return [signed_tangent(tangents, ref) for ref in outputs]
+
+
+def _tangents(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> dict[int, Tangent]:
+    """Return the derivatives of the nodes that the outputs need, by node; see ``forward_partials``."""
     seeded = seeds_by_node(tape, seeds)
     tangents: dict[int, Tangent] = {}
     maps: dict[int, list[Tangent]] = {}
@@ -69,7 +80,7 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
             tangent = node_tangent(tape, node, op, tangents)
         if tangent:
             tangents[node] = tangent
-    return [signed_tangent(tangents, ref) for ref in outputs]
+    return tangents
 
 
 def jacobian_vector(tape: Tape, outputs: Sequence[Ref], direction: Mapping[Ref | InputSymbol, Ref]) -> list[Ref]:
@@ -86,8 +97,8 @@ def jacobian_vector(tape: Tape, outputs: Sequence[Ref], direction: Mapping[Ref |
     -------
     derivatives of the outputs; ``ZERO`` for structural zeros
     """
-    partials = forward_partials(tape, outputs, {key: {0: ref} for key, ref in direction.items()})
-    return [partial.get(0, ZERO) for partial in partials]
+    tangents = _tangents(tape, outputs, {key: {0: ref} for key, ref in direction.items()})
+    return [signed_tangent(tangents, ref).get(0, ZERO) for ref in outputs]
 
 
 def second_directional(
