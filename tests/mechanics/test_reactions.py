@@ -27,8 +27,6 @@ from tests.oracles.newton_euler import MOTION, imbalance, moving, pull, with_rea
 from tests.oracles.random_scenes import random_scene, with_base
 from tests.oracles.states import on_base, random_states, rotation_of
 
-pytestmark = pytest.mark.slow
-
 STATES = 4
 SPRING = Spring("strut", "here", "there", stiffness=number(30.0), damping=number(2.0), length=number(0.4))
 
@@ -207,6 +205,7 @@ def swinging(kind: str) -> Array:
 CONSTRAINED = ["constraint_jacobian", "constraint_bias", "constraint_velocity"]
 
 
+@pytest.mark.slow
 def test_a_hinge_is_the_same_as_joint_in_absolute_coordinates_and_as_constraint() -> None:
     """The same machine three ways: force, moment, moments about points of either body in either axes."""
     found = {kind: swinging(kind) for kind in HINGED}
@@ -255,6 +254,7 @@ def test_one_component_costs_one_component() -> None:
     assert operations('"reaction.rod.force[2]"') < operations(every) / 2
 
 
+@pytest.mark.slow
 def test_a_beam_carries_what_its_coordinates_say(rng) -> None:
     """The moment about a revolute joint's axis is the residual of its coordinate, whatever hangs on a beam."""
     scene = load_toml(BEAM)
@@ -320,6 +320,7 @@ MEANT = {
 }
 
 
+@pytest.mark.slow
 def test_the_table_of_multipliers_on_the_page() -> None:
     """Every equation of every type, one multiplier of 1 at a time, the frames together."""
     seen = set()

@@ -63,6 +63,30 @@ def test_a_point_load_at_an_inner_node_is_a_jump_with_both_sides_right() -> None
     np.testing.assert_allclose(forces.ravel(), [17.0, 14.5, 14.5, 12.0, 5.0, 2.5, 2.5, 0.0], atol=1e-5)
 
 
+@pytest.mark.parametrize("x", [0.0, 1.0, 2.5, 6.0, LENGTH])
+def test_outputs_of_a_section_are_the_statics_of_the_part_beyond(x: float) -> None:
+    """A straight beam under a force F and a moment T at the end: T + (l - x) e_x x F, F, and both over the stiffness
+    in the middle of the element."""
+    force, moment = np.array([5.0, -3.0, 7.0]), np.array([2.0, 11.0, -13.0])
+    kinds = ("section_moment", "section_force", "section_curvature", "section_strain")
+    scene = beam_scene(4, {"force": [*force], "torque": [*moment]}, {"stiffness": STIFF})
+    scene["outputs"] = {kind: {kind: "rope", "at": x} for kind in kinds}
+    system = derive(from_data(scene), ("outputs", "residual", "partials"))
+    state = {"q": rest(system, 1), "p": np.ones(1)} | {block: np.zeros(system.nv) for block in "va"}
+    given = tape_evaluator(system)("outputs", state)["y"].reshape(4, 3)
+    arm = np.array([LENGTH, 0.0, 0.0])
+    middle = 2.5 * (min(x // 2.5, 3.0) + 0.5)
+    turning, straining = (
+        np.array([STIFF[name] for name in names])
+        for names in (("torsion", "bending_y", "bending_z"), ("stretch", "shear_y", "shear_z"))
+    )
+    curvature = (moment + np.cross((1.0 - middle / LENGTH) * arm, force)) / turning
+    np.testing.assert_allclose(given[0], moment + np.cross((1.0 - x / LENGTH) * arm, force), atol=1e-4)
+    np.testing.assert_allclose(given[1], force, atol=1e-4)
+    np.testing.assert_allclose(given[2], curvature, rtol=1e-4)
+    np.testing.assert_allclose(given[3], force / straining, rtol=1e-4)
+
+
 def spinning(model: str) -> dict[str, Any]:
     """Return a beam on a hinge, with weight, damping by its own speed and outputs of its first section."""
     stiffness = {name: value for name, value in ROLL_UP.items() if model == "cosserat" or "shear" not in name}
