@@ -120,7 +120,7 @@ def write_root_locus(locus: RootLocus, path: Path) -> Path:
     """Write roots over a parameter as a table: its values, then real and imaginary parts of each root."""
     names = [locus.parameter]
     names += [
-        f"root{k} {part}" for k in range(locus.eigenvalues.shape[1]) for part in ("real [1/s]", "imaginary [rad/s]")
+        f"root{k + 1} {part}" for k in range(locus.eigenvalues.shape[1]) for part in ("real [1/s]", "imaginary [rad/s]")
     ]
     parts = np.stack([locus.eigenvalues.real, locus.eigenvalues.imag], axis=2).reshape(len(locus.values), -1)
     write_table(path, names, np.concatenate([locus.values[:, np.newaxis], parts], axis=1))

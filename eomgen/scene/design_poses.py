@@ -135,7 +135,13 @@ class DesignPoses:
         return frame
 
     def placed(self, given: Placement, body: str) -> Placement:
-        """Return a placement in the frame of a body, by the design position of both frames."""
+        """Return a placement in the frame of a body, by the design position of both frames. Raises
+        UnknownPoseError."""
+        if body == WORLD and self._base_moves:
+            if given.frame == WORLD:
+                return given
+            fault = "the base has a place of its own in the world"
+            raise UnknownPoseError(fault, f'in = "{WORLD}", or body = "{BASE}"')
         frame, carrier = self.pose(given.frame), self.pose(body)
         apart = tuple(
             _plus(_plus(one, other), base, -1.0)

@@ -347,7 +347,7 @@ class Scene:
         for point in self.points:
             yield f"{'frames' if point.name in frames else 'points'}.{point.name}", point.body, point.position
         for constraint in self.constraints:
-            for side, frame in (("first", constraint.first), ("second", constraint.second)):
+            for side, frame in zip(("first", "second"), constraint.frames, strict=False):
                 yield f"constraints.{constraint.name}.{side}", frame.body, frame.position
 
     def __repr__(self) -> str:

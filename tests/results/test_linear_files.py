@@ -119,10 +119,10 @@ def test_roots_and_diagrams_are_columns_over_the_parameter(tmp_path: Path) -> No
     locus = RootLocus("speed", values, roots, ("stable",) * 2)
     assert columns_of(linear_files.write_root_locus(locus, tmp_path / "roots.csv")) == {
         "speed": [10.0, 20.0],
-        "root0 real [1/s]": [-1.0, -5.0],
-        "root0 imaginary [rad/s]": [2.0, 6.0],
-        "root1 real [1/s]": [-3.0, -7.0],
-        "root1 imaginary [rad/s]": [4.0, 8.0],
+        "root1 real [1/s]": [-1.0, -5.0],
+        "root1 imaginary [rad/s]": [2.0, 6.0],
+        "root2 real [1/s]": [-3.0, -7.0],
+        "root2 imaginary [rad/s]": [4.0, 8.0],
     }
     diagram = Campbell("speed", "rad/s", values, roots, np.array([[1, -1], [0, 1]]), (), (), ("stable",) * 2)
     columns = columns_of(linear_files.write_campbell(diagram, tmp_path / "diagram.csv"))

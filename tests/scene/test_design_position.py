@@ -186,6 +186,25 @@ def test_mistakes_are_told_with_their_key(change: dict[str, Any], message: str) 
     assert message in str(raised.value)
 
 
+MOVING = {
+    "joints": {"hinge": {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, 1, 0]}},
+    "base": {"position": ["t", 0, 0]},
+}
+
+
+def test_a_point_of_the_world_is_placed_in_the_world_although_the_base_moves() -> None:
+    (point,) = scene_of(**MOVING, points={"mark": {"body": "world", "position": [1, 2, 3], "in": "world"}}).points
+    assert (point.body, numbers(point.position, {}).tolist()) == ("world", [1, 2, 3])
+
+
+@pytest.mark.parametrize("frame", ["base", "arm"])
+def test_a_point_of_the_world_is_not_placed_in_frames_that_move_with_the_base(frame: str) -> None:
+    with pytest.raises(DescriptionError) as raised:
+        scene_of(**MOVING, points={"mark": {"body": "world", "position": [1, 2, 3], "in": frame}})
+    fault = "(points.mark.in): the design position is not known: the base has a place of its own in the world"
+    assert f'{fault}; try: in = "world", or body = "base"' in str(raised.value)
+
+
 def test_places_on_exact_beams_are_counted_along_the_beam() -> None:
     data = beam_scene(4, {"force": [0.0, 0.0, 1.0]})
     data.setdefault("points", {})["end"] = {"body": "rope", "position": [1.0, 0, 0], "in": "world"}
@@ -212,6 +231,18 @@ def test_info_prints_places_in_the_body_and_in_the_world(tmp_path: Path, capsys:
     assert places["points.tip"] == {"name": "points.tip", "body": "arm", "position": [1, 0, -0.5], "world": [1, 0, 1.5]}
     assert main(["info", str(path)]) == 0
     assert "points.tip    arm   1, 0, -0.5      1, 0, 1.5" in capsys.readouterr().out
+
+
+def test_constraints_have_places_of_frames_and_equations_have_none() -> None:
+    hinge = {"type": "revolute", "parent": "base", "axis": [0, 1, 0]}
+    hinges = {name: {**hinge, "child": name} for name in ("arm", "leg")}
+    constraints = {
+        "gear": {"type": "formula", "equation": "q.arm - 2 * q.leg", "unit": "rad"},
+        "pin": {"type": "spherical", "first": {"body": "arm", "position": [1, 0, 0]}, "second": {"body": "leg"}},
+    }
+    places = scene_of(hinges, constraints=constraints).design_places()
+    named = [place.name for place in places if place.name.startswith("constraints.")]
+    assert named == ["constraints.pin.first", "constraints.pin.second"]
 
 
 def test_builders_name_the_key_given_in() -> None:

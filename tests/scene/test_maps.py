@@ -185,6 +185,10 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
         "(maps.torque): the values of a periodic map differ between the first and the last node",
     ),
     "no file": ({"table": {"file": "missing.csv"}}, "cannot be read"),
+    "beyond": (
+        {**LISTS, "values": [[1, 2], [3, -1.1e100], [5, 6]]},
+        "(maps.torque): the value at x = 1, y = 1 is beyond 1e+100; try: other units",
+    ),
 }
 
 
@@ -193,6 +197,10 @@ def test_mistakes_are_told_with_their_key(entry: dict[str, Any], message: str) -
     with pytest.raises(DescriptionError) as raised:
         eomgen.load(scene(entry))
     assert message in str(raised.value)
+
+
+def test_the_largest_value_of_a_map_is_accepted() -> None:
+    eomgen.load(scene({**LISTS, "values": [[1, 2], [3, -1e100], [5, 6]]}))
 
 
 LINEAR = {"x": [0, 1, 2], "y": [0, 1], "values": [[1, 2], [3, 4], [5, 7]], "interpolation": "linear", "outside": "hold"}

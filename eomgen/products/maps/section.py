@@ -18,7 +18,7 @@ from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Numbers, Unit
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading, Section, Unused
-from eomgen.scene.signals.curves import fault, unit_factor
+from eomgen.scene.signals.curves import LARGEST, fault, unit_factor
 from eomgen.scene.signals.tables import TableError, is_in_si, read_columns, unit_of_title
 
 #: Largest number of nodes, and of nodes along the shorter axis: each line of the grid is a spline in the C.
@@ -82,6 +82,11 @@ class _Grid:
                 place, text, hint = wrong
                 self.report.add(f"{self.key}.{axis}", f"node {place + 1} of {axis}: {text}", hint)
                 return None
+        if np.max(np.abs(z)) > LARGEST:
+            i, j = (int(part[0]) for part in np.nonzero(np.abs(z) > LARGEST))
+            text = f"the value at x = {x[i]:.9g}, y = {y[j]:.9g} is beyond {LARGEST:.0e}"
+            self.report.add(self.key, text, "other units")
+            return None
         if z.size > MOST_NODES or min(z.shape) > MOST_LINES:
             text = (
                 f"the grid has {len(x)} x {len(y)} nodes, more than {MOST_NODES} or than {MOST_LINES} along both axes"

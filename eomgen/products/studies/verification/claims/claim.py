@@ -72,8 +72,10 @@ def on_tape(system: System) -> Engine:
         with np.errstate(all="ignore"):
             values = np.concatenate(
                 [
-                    evaluate_tape(
-                        tape, system.functions[function].refs, {n: a[first : first + part] for n, a in flat.items()}
+                    np.atleast_2d(  # without inputs there is no batch
+                        evaluate_tape(
+                            tape, system.functions[function].refs, {n: a[first : first + part] for n, a in flat.items()}
+                        )
                     )
                     for first in range(0, count, part)
                 ]

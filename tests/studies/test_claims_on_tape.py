@@ -1,0 +1,144 @@
+"""The claims of ``eomgen check`` on the tape, without compiled code: all agree at random states, and each is able to
+fail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from eomgen.compiled.coordinates import coordinate_names
+from eomgen.lie.product import update
+from eomgen.mechanics.derive import derive
+from eomgen.mechanics.describe import describe
+from eomgen.pipeline.model import Model
+from eomgen.products.studies.verification import check as checking
+from eomgen.products.studies.verification.claims.claim import (
+    FEW,
+    Array,
+    Blocks,
+    Claim,
+    Engine,
+    Space,
+    directions,
+    on_tape,
+    prescribed,
+)
+from eomgen.products.studies.verification.states import States
+from eomgen.system.system import System
+from tests.studies.scenes import drone, gate, reed, rod, striker
+
+SCENES = {"drone": drone, "gate": gate, "reed": reed, "rod": rod, "striker": striker}
+STATES = 2
+#: Terms of scenes of which few are derived; all terms by default.
+TERMS = {"reed": ("section_loads", "residual", "poses", "twists", "equations", "constraint", "constraint_jacobian")}
+
+
+@cache
+def derived(scene: str) -> System:
+    return derive(SCENES[scene](), TERMS.get(scene, [term.name for term in checking._CHECKED]))
+
+
+@cache
+def claims_of(scene: str) -> tuple[tuple[Claim, ...], States]:
+    """Return the claims of a scene, and random states near the initial one."""
+    system, rng = derived(scene), np.random.default_rng(7)
+    engine, names = on_tape(system), coordinate_names(system.factors)[1]
+    z_names = [state.name for state in system.states]
+    rows, parameters = system.multipliers, [parameter.name for parameter in system.parameters]
+    values = np.array([parameter.value for parameter in system.parameters])
+    along = {
+        "v": directions(names, np.ones(system.nv), rng),
+        "z": directions(z_names, np.ones(system.nz), rng),
+        "lam": directions(rows, np.ones(len(rows)), rng),
+        "p": directions(parameters, np.where(values != 0.0, 0.5 * np.abs(values), 1.0), rng),
+    }
+    space = Space(
+        system.nv,
+        system.holonomic,
+        system.bodies,
+        along | {"a": along["v"], "q": along["v"]},
+        directions(names, np.ones(system.nv), rng, FEW),
+        {"v": tuple(names), "z": tuple(z_names), "lam": tuple(rows)},
+    )
+    model = SimpleNamespace(scene=SCENES[scene](), description=describe(SCENES[scene]()))
+    return tuple(checking._claims(space, engine, system, cast(Model, model))), _states(system, engine, values, rng)
+
+
+def _states(system: System, engine: Engine, parameters: Array, rng: np.random.Generator) -> States:
+    def drawn(size: int, reach: float = 1.0) -> Array:
+        return rng.uniform(-reach, reach, (STATES, size))
+
+    state = {
+        "q": update(system.factors, np.tile(system.initial_q, (STATES, 1)), drawn(system.nv, 0.02)),
+        **{name: drawn(system.nv) for name in ("v", "a", "j", "s")},
+        "z": drawn(system.nz),
+        "t": rng.uniform(0.1, 0.9, (STATES, 1)),
+        **{name: drawn(system.nu) for name in ("u", "u_dot", "u_ddot")},
+        "lam": drawn(len(system.multipliers)),
+        "p": np.broadcast_to(parameters, (STATES, len(parameters))),
+        **{name: drawn(size) for name, size in system.second_sizes.items()},
+    }
+    for name in ("base", "base_rates"):
+        if name in engine:
+            state[name] = prescribed(engine, name, state)
+    there = {name: block for name, block in state.items() if block.shape[-1]}
+    return States(there, tuple(f"state {k}" for k in range(STATES)), ())
+
+
+#: By scene: the beginnings of the names of claims in the first tier; the other claims are of the second tier, compiled.
+CHECKED: dict[str, tuple[str, ...]] = {
+    "drone": (
+        "base_motion.", "internal", "frame_jacobians.", "frame_jacobian_rates_world", "frame_drifts.",
+        "frame_drifts_aligned", "frame_mobilities", "center_of_mass", "output", "input_rates", "parameter_partials",
+        "momenta",
+    ),
+    "gate": ("constraint", "velocity_partials", "joint_velocities", "parameter_partials"),
+    "reed": ("section_loads",),
+    "rod": ("",),
+    "striker": ("",),
+}  # fmt: skip  # a table
+
+
+@pytest.mark.parametrize("scene", CHECKED)
+def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> None:
+    system, (claims, states) = derived(scene), claims_of(scene)
+    engine = on_tape(system)
+    chosen = [claim for claim in claims if claim.name.startswith(CHECKED[scene])]
+    assert all(any(claim.name.startswith(name) for claim in chosen) for name in CHECKED[scene])
+    reports = [checking.judged(claim, engine, engine, system, states, rng) for claim in chosen]
+    assert [(report.name, report.verdict, str(report.worst)) for report in reports if report.verdict != "agrees"] == []
+    errors = [report.complex_step for report in reports if report.complex_step is not None]
+    assert max(errors, default=0.0) < 1e-11
+    assert errors or scene == "reed"  # loads along its section have no partials to check
+
+
+SLOWER = [pytest.param("drone", marks=pytest.mark.slow), pytest.param("gate", marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("scene", [*SLOWER, "reed", "rod", "striker"])
+def test_a_wrong_entry_of_one_state_fails_each_claim(scene: str, rng: np.random.Generator) -> None:
+    """The largest entry changes by a millionth, a zero entry by a thousandth."""
+    system, (claims, states) = derived(scene), claims_of(scene)
+    engine = on_tape(system)
+    for claim in claims:
+        if claim.name.startswith(CHECKED[scene]):
+            wrong = replace(claim, value=_changed(claim.value))
+            report = checking.judged(wrong, engine, engine, system, states, rng)
+            assert (claim.name, report.verdict) == (claim.name, "FAILS")
+            assert report.worst is not None and report.worst.state == "state 1"
+
+
+def _changed(value: Callable[[Engine, Blocks], Array]) -> Callable[[Engine, Blocks], Array]:
+    def changed(engine: Engine, state: Blocks) -> Array:
+        array = np.array(value(engine, state))
+        place = (1, *np.unravel_index(np.argmax(np.abs(array[1])), array.shape[1:]))
+        array[place] = array[place] * (1.0 + 1e-6) if abs(array[place]) > 1e-9 else 1e-3
+        return array
+
+    return changed
