@@ -30,7 +30,7 @@ _CSV = 'save("run.csv")'
 _STATES = 'q, v and z; solution["q.joint"] is one column'
 _PARAMETERS = "simulate(..., parameters={...}); between steps start(...).set_parameter(name, value)"
 
-#: Names of a term in other programs and in the field, in lower case, and its name here.
+#: Names of a term in other programs and in the field, in lower case, and the name of the term in eomgen.
 TERMS_ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("inertia", "inertia_matrix", "mass_matrix", "joint_space_inertia", "m", "crba"), "mass"),
     **dict.fromkeys(("h", "bias", "nle", "centrifugal", "gyroscopic", "coriolis_vector", "nonlinear"), "coupling"),
@@ -197,7 +197,7 @@ _SYMBOLS: Mapping[str, str] = {
     **dict.fromkeys(("qpos",), "q"),
 }
 _MEANING = {"q": "positions", "v": "velocities"}
-#: Largest number of arguments by name of which the first one is an example.
+#: Largest number of arguments by name for which the first argument is an example.
 _FEW = 8
 #: Names of first parameters that a caller does not write.
 _OWNERS = ("self", "cls", "model")
@@ -222,7 +222,7 @@ class NoAssignment(UsageError, FrozenInstanceError):
 
 
 class ByName(dict[str, T]):
-    """Results by name, which answer a name that they do not have with the nearest ones.
+    """Results by name; a request for a missing name is answered with the nearest names.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ class ByName(dict[str, T]):
         hint = nearest(str(name), self) if self else f"a scene or a model that has {self.kind}s"
         raise UnknownName(Problem("", f"there is no {self.kind} {shown(name)}", hint))
 
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+    if not TYPE_CHECKING:  # a type checker knows the attributes without this method
 
         def __getattr__(self, name: str) -> object:
             if name in self:
@@ -253,15 +253,15 @@ def _several(kind: str) -> str:
 
 
 class ReadOnly(ByName[T]):
-    """Values by name that a caller reads; they are written elsewhere.
+    """Values by name that a caller reads; the values are written elsewhere.
 
     Parameters
     ----------
     what_to_try : str
-        How they are changed.
+        How the values are changed.
     """
 
-    #: Why they are not written here.
+    #: Reason for which the values are not written here.
     why = "these are read, and not assigned to"
 
     def __init__(self, kind: str, values: Mapping[str, T], what_to_try: str) -> None:
@@ -293,7 +293,7 @@ def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R
     what_to_try : str
         Hint for arguments that are missing.
     meant : str
-        Names of arguments in other tools, and their names here; or a call in place of one, with its brackets.
+        Names of arguments in other tools, and the names here; or a call in place of an argument, with brackets.
     """
 
     def decorated(function: Callable[P, R]) -> Callable[P, R]:
@@ -337,7 +337,7 @@ def with_options_of(source: Callable[..., Any], names: Iterable[str]) -> Callabl
 def check_options(
     where: str, given: Iterable[str], known: Iterable[str], meant: Mapping[str, str], own: Iterable[str] = ()
 ) -> None:
-    """Raise UsageError for options that the function to which they would be passed does not have.
+    """Raise UsageError for options that the called function does not have.
 
     Parameters
     ----------
@@ -354,7 +354,7 @@ def check_options(
 
 
 def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
-    """Return a class decorator that puts ``checked_call`` on constructor and public methods, also inherited ones."""
+    """Return a class decorator that puts ``checked_call`` on constructor and public methods, also inherited methods."""
 
     def decorated(kind: C) -> C:
         getattr(kind, "__init__")  # compiles methods of a dataclass  # noqa: B009
@@ -368,14 +368,15 @@ def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
 
 
 def unknown_attribute(owner: object, name: str) -> AttributeError:
-    """Return the error for an attribute that an object of a public class does not have: from its ``__getattr__``.
+    """Return the error for an attribute that an object of a public class does not have: from the ``__getattr__`` of the
+    class.
 
-    Names with an underscore are not for users, and Python's protocols ask for them.
+    Names with an underscore are not for users, and Python's protocols ask for such names.
     """
     kind = type(owner).__name__
     if name.startswith("_"):
         return AttributeError(f"{kind!r} object has no attribute {name!r}")
-    if hasattr(type(owner), name):  # a property failed so, and its own error says more
+    if hasattr(type(owner), name):  # a property failed so, and the error of the property says more
         try:
             object.__getattribute__(owner, name)
         except AttributeError as error:
@@ -389,8 +390,8 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
 
 
 def none_to_set(owner: object, name: str, arguments: Iterable[str], parameters: Iterable[str]) -> UnknownAttribute:
-    """Return the error for setting an attribute that a model does not have; ``arguments`` are the arguments of its
-    runs."""
+    """Return the error for setting an attribute that a model does not have; ``arguments`` are the arguments of the
+    model's runs."""
     kind = type(owner).__name__
     hint = attribute_hint(name, dir(owner), kind)
     if name in arguments:
@@ -401,7 +402,7 @@ def none_to_set(owner: object, name: str, arguments: Iterable[str], parameters: 
 
 
 def not_unpacked(owner: object, what_to_try: str) -> NotUnpacked:
-    """Return the error for taking a result apart as a tuple: from its ``__iter__``."""
+    """Return the error for taking a result apart as a tuple: from the ``__iter__`` of the result."""
     kind = type(owner).__name__
     article = "an" if kind[0] in "AEIOU" else "a"
     return NotUnpacked(Problem("", f"{article} {kind} is one object, and not several to be unpacked", what_to_try))
@@ -432,7 +433,7 @@ def meant_term(name: str) -> str:
 
 
 def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
-    """Return the remedy for an attribute that does not exist; ``kind`` names the class that lacks it."""
+    """Return the remedy for an attribute that does not exist; ``kind`` names the class without the attribute."""
     if other := ATTRIBUTES.get(kind, {}).get(name):
         return other
     if name in of_models() and kind != "Model":
@@ -451,7 +452,7 @@ def of_models() -> frozenset[str]:
 
 
 def _meant(name: str, meant: Mapping[str, str], named: Sequence[str]) -> str:
-    """Return the name here of an argument of another tool, or a call in place of it."""
+    """Return the name here of an argument of another tool, or a call in place of the argument."""
     other = meant.get(name, "")
     return other if other in named or "(" in other else nearest(name, named)
 
@@ -463,7 +464,7 @@ def _misfit(
     what_to_try: str,
     meant: Mapping[str, str],
 ) -> Problem | None:
-    """Return the fault in the arguments of a call; None if they fit."""
+    """Return the fault in the arguments of a call; None if the arguments fit."""
     signature = inspect.signature(function)
     try:
         signature.bind(*args, **kwargs)

@@ -67,7 +67,7 @@ _HINT = "a first line of names, t,angle, and below it rows of numbers, 0.01,0.2"
 
 
 def read_cells(path: Path) -> tuple[list[str], list[tuple[str, list[str]]]]:
-    """Return the names of the columns, and for each row its place (file and line) and its cells without blanks.
+    """Return the names of the columns, and for each row the place (file and line) and the cells without blanks.
 
     Columns are separated by commas, semicolons or tabs; lines that are empty or begin with # do not count.
 
@@ -98,7 +98,7 @@ def read_cells(path: Path) -> tuple[list[str], list[tuple[str, list[str]]]]:
 
 
 def read_table(path: Path) -> tuple[list[str], Array]:
-    """Return the names of the columns and the numbers (rows, columns); missing ones are nan.
+    """Return the names of the columns and the numbers (rows, columns); missing numbers are nan.
 
     Raises
     ------

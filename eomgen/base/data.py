@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 __all__ = ["asdict", "dataclass", "field", "fields", "is_dataclass", "replace", "without_search_for_circles"]
 
-#: Attributes that ``dataclasses.dataclass`` makes, by the option under which it does; empty for any options.
+#: Attributes that ``dataclasses.dataclass`` makes, by the option that asks for the attribute; empty for any options.
 _MADE = {
     "": ("__dataclass_fields__", "__dataclass_params__", "__match_args__", "__init__"),
     "repr": ("__repr__",),
@@ -27,7 +27,8 @@ _COMPILING = threading.RLock()
 
 
 class _Deferred:
-    """Attribute of a dataclass whose methods are not compiled yet: compiles them and gives the attribute itself."""
+    """Attribute of a dataclass whose methods are not compiled yet: a request compiles the methods and returns the
+    attribute itself."""
 
     __slots__ = ("kind", "module", "name", "options")
 
@@ -69,11 +70,11 @@ else:
 
 @contextmanager
 def without_search_for_circles() -> Iterator[None]:
-    """Switch Python's search for circles of references off meanwhile, and on again if it was on.
+    """Switch Python's search for circles of references off meanwhile, and on again if the search was on before.
 
-    Modules and tapes are up to millions of objects without circles. The search looks at all objects each time that
-    their number has grown by a quarter, which was a quarter to a third of the time of a model of thousands of bodies,
-    and a tenth of the way to a first step. Objects without references are freed as ever.
+    Modules and tapes are up to millions of objects without circles. The search looks at all objects each time that the
+    number of objects has grown by a quarter, which was a quarter to a third of the time of a model of thousands of
+    bodies, and a tenth of the way to a first step. Objects without references are freed as ever.
     """
     was_on = gc.isenabled()
     gc.disable()

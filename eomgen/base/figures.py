@@ -11,7 +11,7 @@ from eomgen.errors import FileError, Problem, UsageError
 
 def new_figure(size: tuple[float, float]) -> Any:
     """Return an empty figure of a width and a height in inches."""
-    # slow to import, and only drawing needs it
+    # slow to import, and only drawing needs this class
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
@@ -34,14 +34,14 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str]) -> list[Any]:
     ----------
     call : str
         The call, for messages.
-    axes : matplotlib's Axes, or a sequence or an array of them
+    axes : Axes of matplotlib, or a sequence or an array of Axes
     panels : sequence of str
         Titles of the panels, for messages.
 
     Raises
     ------
     UsageError
-        Something that is no axes, or another number of them than there are panels.
+        An object that is no axes, or another number of axes than of panels.
     """
     from matplotlib.axes import Axes  # noqa: PLC0415  # slow to import, and only drawing needs it
 
@@ -59,7 +59,7 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str]) -> list[Any]:
 
 
 def saved(figure: Any, path: Path, hint: str = "another folder") -> Path:
-    """Write a figure to a file and return its path. Raises FileError, with a remedy."""
+    """Write a figure to a file and return the path of the file. Raises FileError, with a remedy."""
     try:
         figure.savefig(path)
     except OSError as error:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def write_file(path: Path, needed: int, fill: Callable[[IO[bytes]], object]) -> None:
-    """Write a file of about ``needed`` bytes by a function of its stream. Raises FileError."""
+    """Write a file of about ``needed`` bytes by a function of the file's stream. Raises FileError."""
     temporary: Path | None = None
     try:
         with temporary_file(path) as stream:
@@ -74,7 +74,7 @@ def make_folder(path: Path) -> Path:
 
 
 def check_writable(path: Path) -> None:
-    """Raise FileError if a file could not be written, before the work whose result it takes."""
+    """Raise FileError if a file could not be written, before the work whose result the file takes."""
     import tempfile  # noqa: PLC0415  # before long work only
 
     try:
@@ -86,7 +86,8 @@ def check_writable(path: Path) -> None:
 
 
 def temporary_file(path: Path) -> IO[bytes]:
-    """Open a new file in the folder of a path, under a unique name.
+    """Open a new file for bytes beside ``path``, under a hidden unique name; the file remains when it is closed, and
+    the caller renames or removes the file by its ``name``.
 
     The system sets the permissions of new files. Reading the process's mask would change the mask for a moment, for
     files of other threads as well.
@@ -94,6 +95,7 @@ def temporary_file(path: Path) -> IO[bytes]:
     Raises
     ------
     OSError
+        The file cannot be made.
     """
     flags = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_BINARY", 0)
     place = path.parent / f".{path.name}.{os.urandom(8).hex()}"
@@ -104,7 +106,8 @@ _COMPARED = 2000  # of a folder
 
 
 def nearby(path: Path, otherwise: str = "another path") -> str:
-    """Return a hint: the files in the same folder with the nearest names, or the folder, if it is missing itself.
+    """Return a hint: the files in the same folder with the nearest names, or the folder, if the folder itself is
+    missing.
 
     Parameters
     ----------
@@ -195,8 +198,8 @@ def read_arrays(
         raise FileError(
             Problem(str(path), f"this is not a {kind} written by eomgen: {error.args[0]} is missing", hint)
         ) from None
-    # zipfile raises NotImplementedError for a compression or encryption that it does not know, and NumPy reads headers
-    # as Python's text: such a file is not ours
+    # zipfile raises NotImplementedError for a compression or encryption that zipfile does not know, and NumPy reads
+    # headers as Python's text: such a file is not ours
     except (
         ValueError, EOFError, NotImplementedError, SyntaxError, tokenize.TokenError, zlib.error, zipfile.BadZipFile
     ) as error:  # fmt: skip  # a list of kinds
@@ -229,13 +232,13 @@ _DIGESTS: ContextVar[dict[str, str] | None] = ContextVar("digests", default=None
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Return the first bytes of a file, at most ``most`` of them and one more. Raises OSError or ValueError."""
+    """Return the first bytes of a file, at most ``most`` + 1 bytes. Raises OSError or ValueError."""
     with path.open("rb") as stream:
         data = stream.read(most + 1)
     digests = _DIGESTS.get()
     if digests is not None:
         file, digest = os.path.abspath(path), digest_of_file(data)  # noqa: PTH100  # links are followed again
-        digests[file] = digest if digests.get(file, digest) == digest else ""  # it changed in between
+        digests[file] = digest if digests.get(file, digest) == digest else ""  # the file changed in between
     return data
 
 
@@ -257,7 +260,7 @@ def digests_of_files() -> Iterator[dict[str, str]]:
 
 
 def template_folder() -> Path:
-    """Return the folder of the templates, one folder in it for each kind of text that is made."""
+    """Return the folder of the templates, which has one folder for each kind of generated text."""
     package = Path(__file__).resolve().parents[1]
     for folder in (package / "_templates", package.parent / "templates"):
         if (folder / "c").is_dir():

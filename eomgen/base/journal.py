@@ -16,7 +16,7 @@ Row = TypeVar("Row")
 class Journal(Generic[Row]):
     """Rows of work that are done, and the file for further rows.
 
-    The first line identifies the work; a last line without its end, as a killed process leaves it, is dropped.
+    The first line identifies the work; a last line without an end, as a killed process leaves, is dropped.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Journal(Generic[Row]):
     others : str
         Description of other work in messages, for instance ``another scene``.
     row_of : callable
-        Makes a row of a line; KeyError, TypeError or ValueError tell that it is none.
+        Makes a row of a line; KeyError, TypeError or ValueError tell that the line is no row.
     resume : bool
         Whether the rows of an existing file are taken.
 

@@ -19,19 +19,20 @@ except ImportError:  # pragma: no cover  # not on Windows
 
 @contextlib.contextmanager
 def claimed(file: Path) -> Iterator[None]:
-    """Hold the lock on this file, waiting while another process holds it. The file is removed afterwards."""
+    """Hold the lock on this file, waiting while another process holds the lock. The file is removed afterwards."""
     descriptor = _taken(file)
     try:
         yield
     finally:
         if descriptor is not None:
             with contextlib.suppress(OSError):
-                file.unlink()  # while it is still held: who waits for it sees that it has gone, and makes another
+                # while the lock is still held: a waiting process sees that the file has gone, and makes another
+                file.unlink()
             os.close(descriptor)
 
 
 def hold(folder: Path) -> int | None:
-    """Return a descriptor that marks a folder as in use until it is closed; None if there are no locks."""
+    """Return a descriptor that marks a folder as in use until the descriptor is closed; None if there are no locks."""
     return _locked(folder, os.O_RDONLY, wait=False)
 
 
@@ -73,7 +74,7 @@ def _taken(file: Path) -> int | None:
             if os.path.samestat(os.fstat(descriptor), file.stat()):
                 return descriptor
         except OSError:
-            pass  # its last holder has removed it
+            pass  # the last holder has removed the file
         os.close(descriptor)
 
 

@@ -35,14 +35,14 @@ def shown(text: object) -> str:
 
 
 def distinct(first: float, second: float, digits: int = 4) -> tuple[str, str]:
-    """Return two numbers in as few digits as tell them apart, and no fewer than these."""
+    """Return two numbers in as few digits as tell the numbers apart, and no fewer than ``digits``."""
     while digits < 17 and f"{first:.{digits}g}" == f"{second:.{digits}g}":
         digits += 1
     return f"{first:.{digits}g}", f"{second:.{digits}g}"
 
 
 def distinct_texts(values: Sequence[float], digits: int = 6) -> list[str]:
-    """Return numbers in as few digits as tell all different ones apart, and no fewer than these."""
+    """Return numbers in as few digits as tell all different numbers apart, and no fewer than ``digits``."""
     while digits < 17 and len({f"{value:.{digits}g}" for value in values}) < len(set(values)):
         digits += 1
     return [f"{value:.{digits}g}" for value in values]
@@ -67,7 +67,7 @@ def listed(names: Iterable[str]) -> str:
 
 
 def counted(count: int, singular: str, plural: str = "") -> str:
-    """Return a count with its noun: ``1 body``, ``2 bodies``."""
+    """Return a count with the noun: ``1 body``, ``2 bodies``."""
     return f"{count} {singular if count == 1 else plural or singular + 's'}"
 
 

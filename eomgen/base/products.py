@@ -26,7 +26,7 @@ Row = TypeVar("Row")
 
 @dataclass(frozen=True)
 class Product:
-    """Public names of one product, and its rows in the registers of the core.
+    """Public names of one product, and the product's rows in the registers of the core.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Product:
         Group of a register, as of the entry points of other distributions -> rows: objects, or texts ``module:name``
         of objects, which are imported when the register is read.
     needs : tuple of str
-        Products whose modules it imports.
+        Products whose modules this product imports.
     """
 
     modules: Mapping[str, str] = field(default_factory=dict)
@@ -69,16 +69,16 @@ def rows_of(group: str, kind: type[Row]) -> tuple[Row, ...]:
 def placed(
     rows: Sequence[Row], added: Sequence[Row], name: Callable[[Row], str], behind: Callable[[Row], str]
 ) -> tuple[Row, ...]:
-    """Return rows with others added, each directly behind the row that it names.
+    """Return rows with the added rows among them, each directly behind the row that the added row names.
 
     Parameters
     ----------
     rows, added : sequences
-        The added rows have no order among them.
+        The added rows have no order of their own.
     name : callable
         Name of a row.
     behind : callable
-        Name of the row before an added row; without a row of this name it is at the end.
+        Name of the row before an added row; without a row of this name the added row is at the end.
     """
     result, waiting = list(rows), list(added)
     while waiting:
@@ -90,7 +90,8 @@ def placed(
 
 
 def fault_of_absent(name: str) -> tuple[str, str] | None:
-    """Return the fault of a name that a product offers which is not installed, and a remedy; None for others."""
+    """Return the fault of a name that a product offers which is not installed, and a remedy; None for any other
+    name."""
     absent = [product for product, names in OFFERED.items() if name in names and product not in products()]
     if not absent:
         return None
@@ -122,7 +123,8 @@ OF_THE_CORE = {
 
 
 class _Renamed:
-    """Loader that puts the module of another name in place; ``importlib.abc`` has its base class, and imports much."""
+    """Loader that puts the module of another name in place; ``importlib.abc`` has the base class of loaders, and
+    imports much."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -140,7 +142,8 @@ def _specification(fullname: str, name: str, *, is_package: bool = False) -> Mod
 
 
 class _Within:
-    """Finder of modules within imported public modules; asked first, since their folders hold files of these names."""
+    """Finder of modules within imported public modules; asked first, since the folders of these modules hold files of
+    the same names."""
 
     def __init__(self) -> None:
         #: Prefix of names with the dot -> prefix of the names of the modules themselves.

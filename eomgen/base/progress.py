@@ -23,7 +23,7 @@ Progress = Callable[[int, int], None]
 _SELDOM = 0.2
 #: Delay of the progress display in a terminal, s.
 _PATIENCE = 1.0
-#: Delay of the display of compilers, s: a user waits for their end before anything else happens.
+#: Delay of the display of compilers, s: a user waits for the end of the compilers before anything else happens.
 _SHORT_PATIENCE = 0.5
 #: Function that tells the progress of compilers in a display that is already there.
 _TELLS: ContextVar[Callable[[str], None] | None] = ContextVar("told_by", default=None)
@@ -32,7 +32,7 @@ _TELLS: ContextVar[Callable[[str], None] | None] = ContextVar("told_by", default
 class Interrupts:
     """Context in which the first Ctrl-C sets ``heard`` and the second one raises KeyboardInterrupt.
 
-    Work in chunks ends between two of them. Only the main thread receives signals; in other threads, and if not
+    Work in chunks ends between two chunks. Only the main thread receives signals; in other threads, and if not
     ``heeded``, Ctrl-C has its usual effect.
     """
 
@@ -188,8 +188,8 @@ def _notebook_line(title: str, began: float) -> Iterator[Progress]:
 
 @contextlib.contextmanager
 def _after_a_while(bar: Any, patience: float) -> Iterator[None]:
-    """Start a display of Rich after some seconds, by a thread since the work may not report before; stop it at the
-    end."""
+    """Start a display of Rich after some seconds, by a thread since the work may not report before; stop the display at
+    the end."""
     timer = threading.Timer(patience, bar.start)
     timer.start()
     try:

@@ -16,7 +16,7 @@ from eomgen.base.arrays import Array
 
 #: Reference spatial frequency n0, cycle/m.
 REFERENCE_FREQUENCY = 0.1
-#: G_d(n0) by class, m^3; each class has four times the roughness of the one before.
+#: G_d(n0) by class, m^3; each class has four times the roughness of the class before.
 ROUGHNESS = {name: 16e-6 * 4.0**power for power, name in enumerate("ABCDEFGH")}
 #: Spatial frequencies that the standard describes, cycle/m.
 FREQUENCY_RANGE = (0.011, 2.83)
@@ -42,7 +42,7 @@ def road_harmonics(
     road_class : one of ``A`` .. ``H``
     speed : in m/s
     seed : of the phases; the same seed gives the same road
-    offset : distance in m by which this wheel follows the one with offset 0 in the same track
+    offset : distance in m by which this wheel follows the wheel with offset 0 in the same track
     harmonics : number of bands
     """
     generator = random.Random(seed)
@@ -59,7 +59,7 @@ def road_harmonics(
     return tuple(result)
 
 
-#: Under which name waves have their variables.
+#: Name of the stream from which waves have random numbers.
 WAVES = "waves"
 
 

@@ -33,7 +33,8 @@ def thread_count() -> int:
 
 
 def share(call: Callable[[int, int], None], pieces: Iterable[tuple[int, int]], threads: int) -> None:
-    """Call a function with each piece, in this thread and in ``threads - 1`` others; raise its first error.
+    """Call a function with each piece, in this thread and in ``threads - 1`` further threads; raise the first error of
+    the calls.
 
     A batch is there in milliseconds, of which a pool of threads would take a third.
     """
@@ -48,7 +49,7 @@ def share(call: Callable[[int, int], None], pieces: Iterable[tuple[int, int]], t
                 return
             try:
                 call(*piece)
-            except BaseException as error:  # it is raised in the thread of the caller
+            except BaseException as error:  # the error is raised in the thread of the caller
                 failures.append(error)
                 waiting.clear()
 

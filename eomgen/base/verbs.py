@@ -22,7 +22,7 @@ from eomgen.errors import UsageError
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-#: The group of entry points under which a distribution gives its verbs, each a ``Verb``.
+#: The group of entry points under which a distribution gives verbs, each a ``Verb``.
 GROUP = "eomgen.verbs"
 _TARGET = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
 
@@ -34,16 +34,16 @@ class Verb:
     Parameters
     ----------
     name : str
-        Its name on the command line.
+        Name of the verb on the command line.
     summary : str
-        Its line in the list of commands.
+        Line of the verb in the list of commands.
     command : str
-        ``module:name`` of its ``click.Command``, which returns an exit code; empty for a job of Python alone.
+        ``module:name`` of the ``click.Command``, which returns an exit code; empty for a job of Python alone.
     methods : tuple of str
         ``module:function`` of methods of ``Model``, each attached under the function's name. The function takes the
         model as its first argument, ``model``.
     behind : str
-        Name of the verb before it in lists; at the end if there is none of this name.
+        Name of the verb before this verb in lists; at the end if there is none of this name.
     """
 
     name: str
@@ -157,9 +157,9 @@ class Others:
     verbs : mapping
         Rows by name, in alphabetical order.
     methods : mapping
-        Name of a method of ``Model`` -> its verb and target.
+        Name of a method of ``Model`` -> verb and target of the method.
     faults : mapping
-        Name of an entry point that cannot be used -> error that names its distribution.
+        Name of an entry point that cannot be used -> error that names the distribution.
     """
 
     verbs: Mapping[str, Verb]
@@ -186,7 +186,7 @@ def others() -> Others:
 
 
 def _checked(entry: EntryPoint, names: set[str], taken_methods: set[str]) -> Verb:
-    """Return the row of an entry point. Raises UsageError naming its distribution."""
+    """Return the row of an entry point. Raises UsageError with the name of the distribution."""
     row = loaded(entry, Verb)
     if row.name != entry.name:
         raise broken(entry, f"has the row of another verb, {shown(row.name)}")

@@ -25,9 +25,9 @@ from eomgen.errors import NumericalError, Problem, UsageError
 _SINGULAR = 1e-10
 #: Residual of the equations, relative to the required forces, up to which efforts are accepted.
 _LEFT_OVER = 1e-8
-#: By how much accelerations may miss the constraints, as a share of their summands.
+#: Tolerated residual of the constraints at accelerations, as a share of its summands.
 _MISSED = 1e-6
-#: Share of the largest effort in an internal effort below which an actuator takes no part in it.
+#: Share of the largest effort in an internal effort below which an actuator takes no part in the internal effort.
 _PART = 1e-6
 
 
@@ -40,8 +40,8 @@ class ActuatorEfforts:
     names : of the actuators
     efforts : (..., n), N m or N: unique, or the least in norm
     multipliers : (..., rows), of the constraints, with these efforts
-    null_space : (..., n, k), orthonormal columns: efforts along them change no motion, only multipliers; k is 0 if
-        the efforts are unique
+    null_space : (..., n, k), orthonormal columns: efforts along the columns change no motion, only multipliers; k is 0
+        if the efforts are unique
     """
 
     names: tuple[str, ...]
@@ -99,9 +99,9 @@ def actuator_efforts(
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     actuators : sequence of str
-        Joints of one coordinate, or components such as ``ball[0]`` and ``slider``, that carry one each, as in
-        ``model.v_names`` without ``v.``; by default the inputs of the scene that it does not prescribe, each with its
-        generalized force. Prescribed inputs have their values.
+        Joints of one coordinate, or components such as ``ball[0]`` and ``slider``, that carry one actuator each, as in
+        ``model.v_names`` without ``v.``; by default the inputs of the scene that the scene does not prescribe, each
+        with the generalized force of the input. Prescribed inputs keep the prescribed values.
 
     Returns
     -------
@@ -148,7 +148,8 @@ def actuator_efforts(
 def _columns(
     model: Extensible, actuators: Sequence[str] | None, given: dict[str, Any]
 ) -> tuple[tuple[str, ...], Array, dict[str, float]]:
-    """Return the names of actuators, their generalized forces per unit, (..., nv, n), and the inputs set to zero."""
+    """Return the names of actuators, generalized forces per unit of each actuator, (..., nv, n), and the inputs set to
+    zero."""
     terms = model.evaluator
     driven = terms.description.driven
     still = dict.fromkeys(driven, 0.0)

@@ -187,7 +187,8 @@ def by_name(
 
 
 def measured(name: str, value: Any, units: Sequence[str], otherwise: str = "") -> Any:
-    """Return the values given for the components of a vector, each text ("30 deg") as the number in its unit.
+    """Return the values given for the components of a vector, each text ("30 deg") as the number in the unit of its
+    component.
 
     ``otherwise`` is the remedy for a text that is no number, if arguments other than numbers are allowed.
 
@@ -248,7 +249,7 @@ def count_of(name: str, value: object) -> int:
 
 #: Sets of parameters that are checked at once: as many as caches hold.
 _BATCH = 8192
-#: So many parameters are listed in a message.
+#: Number of parameters that a message lists.
 _LISTED = 8
 
 
@@ -268,7 +269,7 @@ class Requirements:
         self._met = b""  # the last set of parameters that met everything
 
     def check(self, parameters: Array) -> None:
-        """Check one set of parameters, or a batch (..., np) of them.
+        """Check one set of parameters, or a batch (..., np) of sets.
 
         Raises
         ------
@@ -321,7 +322,8 @@ class Requirements:
 
 
 def _problem(item: Requirement, values: Mapping[str, float], names: Sequence[str]) -> Problem | None:
-    """Return the problem of a requirement that is broken at the values of all parameters, None if it is met."""
+    """Return the problem of a requirement that is broken at the values of all parameters, None for a satisfied
+    requirement."""
     try:
         numbers = [evaluate(formula, lambda symbol: values[symbol.name]) for formula in item.formulas]
     except ArithmeticError as error:
@@ -333,7 +335,7 @@ def _problem(item: Requirement, values: Mapping[str, float], names: Sequence[str
 
 
 def _listed(item: Requirement, values: Mapping[str, float], names: Sequence[str]) -> str:
-    """Return the tunable parameters that a requirement depends on, with their values."""
+    """Return the tunable parameters that a requirement depends on, with the values of these parameters."""
     mentioned = {symbol.name for formula in item.formulas for symbol in symbols(formula) if symbol.kind == "parameter"}
     specified = [f"{name} = {values[name]:.6g}" for name in names if name in mentioned]
     more = f" and {len(specified) - _LISTED} more" if len(specified) > _LISTED else ""

@@ -71,14 +71,14 @@ def beams_at(model: ModelWithBeams, t: float, p: Array) -> Beams | None:
 def placed_nodes(
     model: ModelWithBeams, before: tuple[Array, Array], after: tuple[Array, Array], p: Array, given: Sequence[str]
 ) -> tuple[Array, Array]:
-    """Return q and v with the nodes of beams placed, and moving, rigidly with their first nodes.
+    """Return q and v with the nodes of each beam placed, and moving, rigidly with the first node of the beam.
 
     Parameters
     ----------
     before : q, (nq,), with the shapes of the beams at the default parameters, and v, (nv,), of rigid motions
-    after : q and v of the other coordinates
+    after : q and v of the remaining coordinates
     p : (np,) parameters
-    given : bodies that keep their coordinates
+    given : bodies whose coordinates stay as given
     """
     shapes, beams = beams_at(model, 0.0, model.parameter_array()), beams_at(model, 0.0, p)
     if shapes is None or beams is None:
@@ -101,12 +101,13 @@ _SIGNS = np.array([[1.0], [-1.0]])
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SectionLoads:
-    """Strains and loads of one beam, of n elements, in the axes of its sections.
+    """Strains and loads of one beam, of n elements, in the axes of the beam's sections.
 
     Strains refer to the section in the middle of an element. A load is exerted by the part of the beam beyond a
-    section, of larger x, on the part before it, so pulling and stretching are positive: stiffness times strains, plus
-    damping times rates of strains, is the mean load of an element. Loads at the ends of an element differ by the
-    distributed loads, the weight and the inertia forces of its halves; they jump at nodes by concentrated loads alone.
+    section, of larger x, on the part before the section, so pulling and stretching are positive: stiffness times
+    strains, plus damping times rates of strains, is the mean load of an element. Loads at the ends of an element differ
+    by the distributed loads, the weight and the inertia forces of the element's halves; loads jump at nodes by
+    concentrated loads alone.
 
     Attributes
     ----------
@@ -140,7 +141,7 @@ class SectionLoads:
     def at(self, x: float) -> tuple[Array, Array]:
         """Return moment, N m, and force, N, of the section at x, (..., 3) each, linear between the ends of an element.
 
-        At a node the loads are taken on the element beyond it, at the end on the last element.
+        At a node the loads are taken on the element beyond the node, at the end on the last element.
 
         Raises
         ------
@@ -227,7 +228,7 @@ def section_loads(
 
 
 def by_beam(beams: Sequence[Sequence[str]], values: Mapping[str, Array]) -> Mapping[str, SectionLoads]:
-    """Return the blocks of the term ``section_loads`` by beams, which are given by the names of their nodes."""
+    """Return the blocks of the term ``section_loads`` by beams; a beam is given by the names of its nodes."""
     result, start = {}, 0
     for nodes in beams:
         here = slice(start, start + len(nodes) - 1)

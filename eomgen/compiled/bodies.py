@@ -29,7 +29,7 @@ from eomgen.lie.numeric import quaternion_product, rotated
 from eomgen.system.description import BASE, WORLD, FixedFrame
 from eomgen.system.terms import REFERENCES
 
-#: Terms that are compiled together if one of them is missing.
+#: Terms that are compiled together if one of these terms is missing.
 _TOGETHER = ("poses", "twists", "jacobians")
 
 
@@ -217,9 +217,8 @@ def point(
 def body_jacobian(model: Extensible, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
     """Return the Jacobian of a body or a frame in the axes of the body or frame.
 
-    The inertial twist is ``body_jacobian(body, q) @ v`` plus the twist of the moving base at the body. Columns
-    belong
-    to the components of v, so they are left-trivialised.
+    The inertial twist is ``body_jacobian(body, q) @ v`` plus the twist of the moving base at the body. Columns belong
+    to the components of v, so the columns are left-trivialised.
 
     Parameters
     ----------
@@ -313,14 +312,15 @@ def _having(model: Extensible, name: str, *terms: str) -> Extensible:
 
 
 def _check_name(model: Evaluated, name: str) -> None:
-    """Raise UsageError for a name of no body and no frame, unless it is the base or the world with frames on it."""
+    """Raise UsageError for a name of no body and no frame; base and world are allowed if frames are fixed to the base
+    or the world."""
     frames = model.evaluator.fixed_frames
     if name not in (BASE, WORLD) or all(frame.body != name for frame in frames.values()):
         check_name("body", name, [*model.evaluator.bodies, *frames])
 
 
 class _Placed(NamedTuple):
-    """Carrying body of a point, and the point's position on it; ``fixed`` is None for a body itself."""
+    """Carrying body of a point, and the point's position on the body; ``fixed`` is None for a body itself."""
 
     body: str
     fixed: FixedFrame | None
@@ -338,7 +338,7 @@ def _placed(model: Evaluated, name: str, parameters: Parameters) -> _Placed:
 
 
 def _fixed_in(model: Evaluated, body: str, r: ArrayLike, parameters: Parameters) -> tuple[str, Array]:
-    """Return the body that carries a point, and the point's coordinates in it."""
+    """Return the body that carries a point, and the point's coordinates in the frame of the body."""
     check_place(body)
     at = components("r", r, 3)
     place = _placed(model, body, parameters)
@@ -348,7 +348,7 @@ def _fixed_in(model: Evaluated, body: str, r: ArrayLike, parameters: Parameters)
 
 
 def _rigid(model: Evaluated, name: str, body: str, position: Array) -> Array:
-    """Return coordinates in a body's frame, once it is clear that they belong to a point that the frame carries."""
+    """Return coordinates in a body's frame, after a check that the point is fixed in the frame."""
     if body in model.evaluator.beams and np.any(position != 0.0):
         fault = "the beam deforms, and the compiled model knows its shapes at the points of the scene only"
         raise UsageError(
@@ -392,7 +392,7 @@ _ELSEWHERE: Mapping[str, str] = {
 }
 #: Part of the largest eigenvalue of J M^-1 J^T below which a direction counts as one in which a frame cannot move.
 _SINGULAR = 1e-12
-#: Share of the largest singular value of B below which a row counts as one that repeats others.
+#: Share of the largest singular value of B below which a row counts as dependent on other rows.
 _DEPENDENT = 1e-10
 
 
@@ -409,9 +409,8 @@ def jacobian(
     """Return the Jacobian J of a body or a frame against the base.
 
     J v is the twist against the base, without the motion of the base; a wrench (moment, force) in the same reference
-    adds J^T wrench to Q. The term is ``frame_jacobians`` (``_aligned``, ``_world``), compiled at the first call if
-    the
-    model was built without it.
+    adds J^T wrench to Q. The term is ``frame_jacobians`` (``_aligned``, ``_world``), compiled at the first call if the
+    model was built without the term.
 
     Parameters
     ----------
@@ -565,15 +564,14 @@ def operational_inertia(
 ) -> Array:
     """Return the operational-space inertia (J M^-1 J^T)^-1 of a body or a frame.
 
-    J is ``local_world_aligned``, so rows 0 to 2 turn about world axes and 3 to 5 move the origin along them; kg m^2
-    and
-    kg. Khatib, IEEE J. Robotics and Automation 3 (1987) 43. The term is ``frame_mobilities``, J M^-1 J^T.
+    J is ``local_world_aligned``, so rows 0 to 2 turn about world axes and 3 to 5 move the origin along these axes; kg
+    m^2 and kg. Khatib, IEEE J. Robotics and Automation 3 (1987) 43. The term is ``frame_mobilities``, J M^-1 J^T.
 
-    If the scene has constraints, M^-1 is replaced by Z (Z^T M Z)^-1 Z^T, with Z a basis of the velocities that they
-    leave (B Z = 0): the constraint-consistent inertia, by which a force at the frame changes its acceleration while
-    the
-    loops stay closed. Mistry and Righetti, Robotics: Science and Systems VII (2011), after Aghili, IEEE Trans.
-    Robotics 21 (2005) 834. Its terms are ``mass``, ``constraint_jacobian`` and ``frame_jacobians_aligned``.
+    If the scene has constraints, M^-1 is replaced by Z (Z^T M Z)^-1 Z^T, with Z a basis of the velocities that the
+    constraints allow (B Z = 0): the constraint-consistent inertia, by which a force at the frame changes the frame's
+    acceleration while the loops stay closed. Mistry and Righetti, Robotics: Science and Systems VII (2011), after
+    Aghili, IEEE Trans. Robotics 21 (2005) 834. The terms are ``mass``, ``constraint_jacobian`` and
+    ``frame_jacobians_aligned``.
 
     Parameters
     ----------
@@ -598,7 +596,7 @@ def operational_inertia(
     Raises
     ------
     NumericalError
-        A direction in which the frame cannot move: J has not full row rank there, or constraints hold it.
+        A direction in which the frame cannot move: J has not full row rank there, or constraints hold the frame.
     UsageError
         Names that are not there, frames that are no task frames, wrong shapes.
 
@@ -628,8 +626,8 @@ def operational_inertia(
 def _held_mobility(model: Extensible, frame: str, given: Mapping[str, Any]) -> Array:
     """Return J Z (Z^T M Z)^-1 Z^T J^T, (..., 6, 6).
 
-    By the projector P = Z Z^T, which needs no basis of one size at all states: on the velocities that constraints
-    leave, P M P + s (1 - P) is M, and any s does for the others.
+    By the projector P = Z Z^T, which needs no basis of one size at all states: P M P + s (1 - P) equals M on the
+    velocities that constraints leave, and the result does not depend on s > 0.
     """
     able = model.having(("mass", "constraint_jacobian", "frame_jacobians_aligned"))
     M = able.evaluator.call("mass", **{name: given[name] for name in ("q", "parameters")})[0]

@@ -84,7 +84,7 @@ def center_of_mass_jacobian(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the Jacobian J of the centre of mass: its velocity against the base is J v.
+    """Return the Jacobian J of the centre of mass: the velocity of the centre against the base is J v.
 
     Parameters
     ----------

@@ -29,9 +29,8 @@ _REACH = {"rad": math.pi, "m": 1.0}
 def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, parameters: Parameters = None) -> Array:
     """Return q exp(dq~): the configuration after an increment.
 
-    Quaternions are scaled back to unit length and keep their sign. Angles that are counted over turns, behind the
-    poses
-    in q, follow.
+    Quaternions are scaled back to unit length without a change of sign. Angles that are counted over turns, behind the
+    poses in q, follow.
 
     Parameters
     ----------
@@ -55,7 +54,7 @@ def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, 
     Warns
     -----
     RuntimeWarning
-        A third argument if no angle depends on t: it is no step.
+        A third argument if no angle depends on t: the argument is a time, not a step.
 
     Examples
     --------
@@ -107,7 +106,7 @@ def neutral(model: Evaluated) -> Array:
     """Return the configuration in which every joint is at zero: unit quaternions (1, 0, 0, 0), else zeros.
 
     In absolute coordinates every body is then at the world's origin, which constraints do not allow;
-    ``model.initial_q`` meets them.
+    ``model.initial_q`` meets the constraints.
 
     Returns
     -------
@@ -134,9 +133,9 @@ def random(
 ) -> Array:
     """Return random configurations.
 
-    Orientations are uniform; coordinates are uniform within the limits of their joints if the scene has limits, else
-    in -pi to pi rad or -1 to 1 m, and elastic ones in small deformations. Constraints are not regarded:
-    ``model.consistent`` finds the nearest configuration that meets them.
+    Orientations are uniform; coordinates are uniform within the limits of their joints if the scene has limits, else in
+    -pi to pi rad or -1 to 1 m, and elastic coordinates in small deformations. Constraints are not regarded:
+    ``model.consistent`` finds the nearest configuration that meets the constraints.
 
     Parameters
     ----------

@@ -23,8 +23,9 @@ __all__ = ["ConsistentStates", "consistent_samples"]
 def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, parameters: Array) -> ConsistentStates:
     """Return the states nearest to guesses that meet the constraints, as ``model.consistent`` does one by one.
 
-    Last digits may differ from its own. Samples that are not met have to be looked at by it, since it says why; so have
-    all at parameters at which rows that were left out have to be checked.
+    Last digits may differ from the result of ``model.consistent``. Samples that are not met have to be examined by
+    ``model.consistent``, which says why; so have all samples at parameters at which rows that were left out have to be
+    checked.
 
     Parameters
     ----------

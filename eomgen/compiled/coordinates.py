@@ -47,7 +47,8 @@ def coordinate_units(factors: Sequence[Factor], coordinates: Iterable[Coordinate
 
 
 def reaches(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> list[float]:
-    """Return the range of each component of v for random draws, in its own unit; infinity for any value."""
+    """Return the range of each component of v for random draws, in the unit of the component; infinity for any
+    value."""
     known = {item.name: item.reach for item in coordinates if item.reach}
     result = [math.inf] * sum(factor.v_size for factor in factors)
     for factor in factors:
@@ -89,7 +90,7 @@ def configuration_rate(factors: Sequence[Factor], q: Array, v: Array) -> Array:
 
 
 def with_unit_quaternions(factors: Sequence[Factor], q: Array) -> Array:
-    """Return q with its quaternions scaled to unit length."""
+    """Return q with quaternions scaled to unit length."""
     result = np.array(q)
     for factor in factors:
         if factor.group != "R":

@@ -75,8 +75,8 @@ def _hint(model: Evaluated) -> str:
     return "these parameters as defaults of the scene, or links that differ less"
 
 
-#: Residual of constraints at accelerations, relative to the size of the cancelling summands, from which on it is
-#: reported.
+#: Residual of constraints at accelerations, relative to the size of the cancelling summands, from which on the residual
+#: is reported.
 _BROKEN = 1e-6
 #: Velocity components up to which whole matrices are made of nonzeros.
 _MOST_WHOLE = 200
@@ -237,7 +237,7 @@ def inverse_dynamics(
 ) -> Array:
     """Return the generalized forces that a motion needs, tau = M a + h + b - Q.
 
-    Forces of constraints are no part of it: with closed loops ``actuator_efforts`` shares tau out.
+    Forces of constraints are not included: with closed loops ``actuator_efforts`` shares tau out.
 
     Parameters
     ----------
@@ -499,7 +499,8 @@ def partials(
 
 
 def has_residual_partials(model: Evaluated) -> bool:
-    """Return whether ``residual_partials`` gives whole matrices: by their term, or by nonzeros of a small scene."""
+    """Return whether ``residual_partials`` gives whole matrices: by the term of the matrices, or by nonzeros of a small
+    scene."""
     functions = model.evaluator.functions
     if "partials" in functions:
         return True
@@ -602,7 +603,7 @@ def energy(
 ) -> dict[str, Array]:
     """Return energies and powers relative to inertial space.
 
-    Accelerations are computed by forward dynamics if the power of the base needs them and none are given.
+    Accelerations are computed by forward dynamics if the power of the base needs them and the caller gives none.
 
     Parameters
     ----------
@@ -747,7 +748,7 @@ def internal_rates(
     Returns
     -------
     zdot : (..., nz) ndarray
-        In the order of ``model.states``, in their units per second.
+        In the order of ``model.states``, in the units of the states per second.
 
     Examples
     --------

@@ -44,7 +44,7 @@ LANES_VARIABLE = "EOMGEN_LANES"
 LEAST = 16
 #: Seconds of an operation if no batch has been timed; seconds for compiling a companion: a start, and seconds per
 #: operation (gcc 12 on a core that others use as well: 0.64 s for the 608 of Panda's inverse dynamics, 5.9 s for the
-#: 3664 of Talos', of which 0.32 and 2.4 s are its own).
+#: 3664 of Talos', of which 0.32 and 2.4 s are the compiler's own).
 _OPERATION, _START, _COMPILED = 2e-10, 0.3, 1e-3
 #: Seconds of a function's batches from which on a look into the cache pays.
 _LOOK = 2e-3
@@ -53,7 +53,8 @@ _COMPARED = 64
 
 
 class Choice(Enum):
-    """Whether there are companions: never, when they pay, or at once for every batch."""
+    """Whether companions are compiled: never, if the time saved exceeds the time of compilation, or at once for every
+    batch."""
 
     OFF = "off"
     AUTO = "auto"
@@ -71,10 +72,11 @@ def chosen() -> Choice:
 
 
 class Companion:
-    """State of one function's companion library: its costs, and whether it is compiled, checked or refused."""
+    """State of one function's companion library: costs of the library, and whether the library is compiled, checked or
+    refused."""
 
     def __init__(self, operations: int) -> None:
-        self.seconds = 0.0  # that its batches took or will take
+        self.seconds = 0.0  # that batches of this companion took or will take
         self.of_sample = _OPERATION * operations
         self.compiling = _START + _COMPILED * operations
         self.library: Library | None = None
@@ -82,7 +84,7 @@ class Companion:
 
 
 class Lanes:
-    """The companions of a library, shared by all who use it.
+    """The companions of a library, shared by all callers of the library.
 
     Parameters
     ----------
@@ -96,15 +98,15 @@ class Lanes:
 
     @classmethod
     def of(cls, library: Library) -> Lanes:
-        """Return the companions of a library, the same ones each time."""
+        """Return the companions of a library, the same object for each call."""
         kept: Lanes | None = library.kept.get("lanes")
         if kept is None:
             kept = library.kept.setdefault("lanes", cls(library))
         return kept
 
     def expect(self, name: str, operations: int, count: int, choice: Choice) -> Companion | None:
-        """Announce a batch, so that its companion is looked for or compiled if it pays; return the state of the
-        companion, or None if there will be none."""
+        """Announce a batch, so that a companion is looked for, or compiled if the compilation saves time; return the
+        state of the companion, or None if there will be none."""
         make = self._library.companion
         if make is None or choice is Choice.OFF or count < LEAST:
             return None
@@ -141,7 +143,7 @@ class Lanes:
             return None
         if companion.judged:
             return library
-        if not self._lock.acquire(blocking=False):  # another thread is at it
+        if not self._lock.acquire(blocking=False):  # another thread holds the lock
             return None
         try:
             why = self._reason_against(library, name, inputs, sizes, choice)
@@ -183,7 +185,7 @@ class Lanes:
         in_background("eomgen-lanes", lambda running: self._make(name, companion, running))
 
     def _make(self, name: str, companion: Companion, running: Running) -> None:
-        """Compile a companion; without one, batches go on as they are."""
+        """Compile a companion; without a companion, batches are evaluated as before."""
         try:
             if self._library.companion is not None:
                 companion.library = self._library.companion(name, running)
@@ -203,12 +205,12 @@ def _same_bits(one: Array, other: Array) -> bool:
     return bool(np.all((one.view(np.int64) == other.view(np.int64)) | (np.isnan(one) & np.isnan(other))))
 
 
-#: Bytes of results that are kept for: below, the heap has them at hand; above, NumPy asks for pages of 2 MB, which cost
-#: less to fetch than to fill.
+#: Bytes of results whose memory is kept: below, the heap has the memory at hand; above, NumPy asks for pages of 2 MB,
+#: which cost less to fetch than to fill.
 _LEAST, _LARGEST = 2**16, 2**23
 #: Bytes that are kept at most.
 _KEPT = 2**26
-#: References to memory that only this module holds: of its list, of a loop and of the call that counts them.
+#: References to memory that only this module holds: of the list, of a loop and of the call that counts references.
 _UNUSED = 3
 
 
@@ -216,7 +218,8 @@ class ResultMemory:
     """Uninitialised arrays, in the memory of dropped arrays of the same size if there is any.
 
     The system takes pages of freed memory back, and fetching one costs as much as some ten samples of a batch; loops
-    over batches drop one result for the next. Whoever holds an array, or any view of it, keeps its memory.
+    over batches drop one result for the next. Whoever holds an array, or any view of the array, keeps the memory of the
+    array.
     """
 
     def __init__(self) -> None:
@@ -244,8 +247,8 @@ class ResultMemory:
         return new
 
 
-#: Functions that compute arguments of the others: the functions of time alone, and the angles that the configuration's
-#: references follow.
+#: Functions that compute arguments of further functions: the functions of time alone, and the angles that the
+#: configuration's references follow.
 DRIVERS = ("base", "inputs", "base_rates", "input_rates", "joint_angles")
 
 
@@ -284,7 +287,7 @@ class Functions:
         return list(self._layouts)
 
     def inputs(self, name: str) -> list[str]:
-        """Return the input blocks of a function. Raises UsageError when the model was built without it."""
+        """Return the input blocks of a function. Raises UsageError when the model was built without the function."""
         if name not in self._layouts:
             there = ", ".join(name for name in self._layouts if name not in DRIVERS)
             fault = f"the term {name} is not in this model, which was built with {there}"
@@ -341,7 +344,7 @@ class Functions:
         return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)
 
     def renew(self) -> None:
-        """Take the compiled library in place of the tape engine if it is there and no run is under way.
+        """Take the compiled library in place of the tape engine if the library is made and no run is under way.
 
         Warns
         -----
@@ -354,7 +357,8 @@ class Functions:
 
     @contextlib.contextmanager
     def one_library(self) -> Iterator[None]:
-        """Keep the library, after it is renewed: a run has the bits of one library from its first step on."""
+        """Keep the library, once renewed, for the time of a context: a run has the bits of one library from its first
+        step on."""
         self.renew()
         with self._lock:
             self._runs += 1
@@ -392,13 +396,13 @@ class Functions:
             companion.of_sample = max(1, threads) * (time.perf_counter() - began) / count
 
     def fastest(self, name: str, blocks: Mapping[str, Array], count: int) -> Library:
-        """Return the library by which samples of a function take least, for C that calls it: the model's own, or
-        its companion in lanes.
+        """Return the library by which samples of a function take least time, for C that calls the function: the model's
+        own, or the companion in lanes.
 
         Parameters
         ----------
         blocks : as of a call, of some of the samples
-        count : of all of them
+        count : number of all samples
         """
         companion = Lanes.of(self.library).expect(name, max(1, int(self._layouts[name]["operations"])), count, chosen())
         if companion is None:
@@ -421,7 +425,8 @@ class Functions:
 
 
 def by_one_library(function: Callable[P, R]) -> Callable[P, R]:
-    """Return a function of a model during which the model keeps its library, so that a run has the bits of one."""
+    """Return a function of a model during which the model keeps its library, so that a run has the bits of a single
+    library."""
 
     @functools.wraps(function)
     def called(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -435,7 +440,7 @@ def by_one_library(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def compiled_or_same(library: Library) -> Library:
-    """Return the successor of a library, or the library itself if it has none, or none yet.
+    """Return the successor of a library, or the library itself without a successor, or before the successor is made.
 
     Warns
     -----

@@ -45,10 +45,11 @@ def initial_state(
         ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": "30 deg", "velocity":
         1.0}}``; or internal states: ``{"filtered": 0.2}``, ``{"z": {"filtered": 0.2}}``.
     parameters : (np,) array, optional
-        Of the run; the scene's own state in absolute coordinates may depend on them.
+        Of the run; the scene's own state in absolute coordinates may depend on these parameters.
     asked : bool
-        Whether to return the state requested by the scene, before its correction at the default parameters: if initial
-        values are given or parameters differ, runs move it onto the constraints as the scene's own was.
+        Whether to return the state requested by the scene, before the correction of the state at the default
+        parameters: if initial values are given or parameters differ, runs move the state onto the constraints as the
+        scene's own state was.
 
     Raises
     ------
@@ -117,7 +118,7 @@ def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | N
 
 
 def _written_by_hand(q: object, size: int) -> list[float] | None:
-    """Return all of q, (nq,), if it is of plain numbers of one decimal at most; None for other values."""
+    """Return all of q, (nq,), if q has plain numbers of one decimal at most; None for any other value."""
     values = q.tolist() if isinstance(q, np.ndarray) else q
     if not isinstance(values, list | tuple) or len(values) != size:
         return None
@@ -169,10 +170,11 @@ def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]
 def _with_nodes(
     model: CompiledModel, before: InitialState, state: InitialState, parameters: Array | None, given: Mapping[str, Any]
 ) -> InitialState:
-    """Return a state with the nodes of each beam following its first node, in the shapes of the scene's start.
+    """Return a state in which the nodes of each beam follow the first node of the beam, in the shapes of the scene's
+    start.
 
-    Nodes have coordinates of their own. Joints that a caller moves, and parameters of the places of joints, move the
-    first node of a beam alone.
+    Nodes have coordinates independent of joints. Joints that a caller moves, and parameters of the places of joints,
+    move the first node of a beam alone.
 
     Parameters
     ----------

@@ -67,25 +67,26 @@ class CompiledModel:
     library : Library
         Functions, and the stepper of the default method.
     stepper : callable
-        Gives the library with the stepper of a method, and with the functions of a ``Selection`` if one is given;
-        asked once for each of them.
+        Returns the library with the stepper of a method, and with the functions of a ``Selection`` if one is given;
+        called once for each method and selection.
     start : callable, optional
-        Gives q and v of the scene's initial state at other parameters, if they depend on them.
+        Returns q and v of the scene's initial state at other parameters, if the state depends on parameters.
     built : callable, optional
         Builds a model of the same scene with other terms.
     gains : callable, optional
-        Finds the parameters that calibrations fill, at values of the others.
+        Finds the parameters that calibrations fill, at values of the remaining parameters.
     every_row : callable, optional
-        Derives the constraints with the rows that were left out as redundant, and gives a function of parameters
-        (np,) that evaluates them.
+        Derives the constraints with the rows that were left out as redundant, and returns a function of parameters
+        (np,) that evaluates these constraints.
     scene : optional
-        The front end's object from which the model was made, as a scene, or a function that returns it.
+        The front end's object from which the model was made, as a scene, or a function that returns the object.
     again : partial, optional
-        The call that makes this model, from the cache if the library is there: it is pickled in place of the model.
+        The call that makes this model, from the cache if the library is there: the call is pickled in place of the
+        model.
     in_complex : callable, optional
         Builds the library of functions of some terms in complex numbers.
     branches : callable, optional
-        Derives the equations once more, and gives the conditions of their branches.
+        Derives the equations once more, and returns the conditions of the branches in these equations.
     """
 
     def __init__(
@@ -142,7 +143,7 @@ class CompiledModel:
     library: Library = cast("Library", property(operator.attrgetter("functions.library")))
 
     def stepper(self, method: str, selection: Selection | None = None) -> Library:
-        """Return the library with the stepper of a method, made when it is first asked for.
+        """Return the library with the stepper of a method, made on the first request.
 
         Parameters
         ----------
@@ -152,7 +153,7 @@ class CompiledModel:
         return compiled_or_same(library)
 
     def finish_compilation(self) -> None:
-        """Wait for the compiler that works in the background for ``profile="instant"``, and take its result.
+        """Wait for the compiler that works in the background for ``profile="instant"``, and take the compiled library.
 
         Warns
         -----
@@ -191,7 +192,7 @@ class CompiledModel:
         """The front end's object from which the model was made, such as a scene; None without one."""
         return self._scene() if callable(self._scene) else self._scene
 
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+    if not TYPE_CHECKING:  # a type checker knows the attributes without this method
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
@@ -286,7 +287,7 @@ class CompiledModel:
 
     @property
     def parameters(self) -> Mapping[str, float]:
-        """Tunable parameters: names, in the order of the array form, and their defaults."""
+        """Tunable parameters: names, in the order of the array form, and default values."""
         return self._parameters
 
     @property
@@ -319,7 +320,7 @@ class CompiledModel:
         return frozenset(name for name, holds in facts.items() if holds)
 
     def having(self, terms: Sequence[str]) -> Self:
-        """Return a model of this scene that has all of some terms, as far as the scene has them.
+        """Return a model of this scene that has all given terms, if the scene has such terms.
 
         Parameters
         ----------
@@ -329,7 +330,7 @@ class CompiledModel:
         Returns
         -------
         CompiledModel
-            This model, or another, compiled when it is first needed.
+            This model, or another, compiled at first use.
         """
         wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
         if all(name in self.functions for name in wanted) or self._built is None:
@@ -370,7 +371,7 @@ class CompiledModel:
     def calibrate(self, *, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
         """Return gains and references of the scene's calibrated controllers, at other values of tunable parameters.
 
-        They are parameters themselves: ``simulate(parameters={**parameters,
+        Gains and references are parameters themselves: ``simulate(parameters={**parameters,
         **model.calibrate(parameters=parameters)})``. The result is empty if the scene gives all gains itself.
 
         Parameters
@@ -388,7 +389,7 @@ class CompiledModel:
         UsageError
             Unknown parameters, or values that are not finite; a scene without state feedback.
         DescriptionError, ModelError, NumericalError
-            A controller that cannot be calibrated, with its place in the scene.
+            A controller that cannot be calibrated, with the controller's place in the scene.
 
         Examples
         --------
@@ -436,12 +437,12 @@ class CompiledModel:
         return consistent(self, self.evaluator.configuration(q), self.evaluator.velocity("v", v), t, p)
 
     def check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
-        """Check that constraint rows left out as redundant follow from the others at other parameters.
+        """Check that constraint rows left out as redundant follow from the remaining rows at other parameters.
 
         Parameters
         ----------
         q, v : (nq,), (nv,) ndarray
-            State that meets the other rows.
+            State that meets the remaining rows.
         t : float
             Time, s.
         p : (np,) ndarray
@@ -469,9 +470,8 @@ class CompiledModel:
     def rhs(self, t: ArrayLike, y: ArrayLike, u: Inputs = None, *, parameters: Parameters = None) -> Array:
         """Return dy/dt of the state y = [q, v, z], as ``scipy.integrate.solve_ivp(model.rhs, ...)`` calls it.
 
-        Quaternions are brought to unit length before the dynamics are evaluated; their rates keep the length that
-        they
-        have.
+        Quaternions are brought to unit length before the dynamics are evaluated; rates of quaternions belong to the
+        quaternions as given.
 
         Parameters
         ----------
@@ -517,7 +517,7 @@ class CompiledModel:
         Parameters
         ----------
         parameters : mapping or array_like, optional
-            Values by name, (...) each, or all of them (..., np); defaults of the scene if not given.
+            Values by name, (...) each, or an array of all values (..., np); defaults of the scene if not given.
 
         Returns
         -------
@@ -527,7 +527,7 @@ class CompiledModel:
         Raises
         ------
         UsageError
-            Unknown names, wrong shapes, values that are not finite, or that the scene would refuse as its own.
+            Unknown names, wrong shapes, values that are not finite, or values that the scene would refuse as its own.
 
         Examples
         --------

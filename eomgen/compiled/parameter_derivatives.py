@@ -170,7 +170,7 @@ def output_parameter_partials(
 
 
 def _columns(terms: Terms, of: Sequence[str] | None) -> list[int]:
-    """Return the indices of parameters by name, of all of them if no names are given."""
+    """Return the indices of parameters by name, of all parameters if no names are given."""
     if not terms.parameter_names:
         fault = "the scene has no tunable parameters, so there is nothing to differentiate in"
         hint = "mass = { value = ..., tunable = true } in the scene's [parameters]"

@@ -78,7 +78,8 @@ def input_values(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters
 def discontinuity_times(model: Evaluated, start: float, end: float, *, order: int = 2) -> Array:
     """Return the times of an interval at which derivatives of forces up to an order are known to jump.
 
-    Steppers end steps at these times by themselves; for solvers of other packages the motion is smooth between them.
+    Steppers end steps at these times by themselves; for solvers of other packages the motion is smooth between these
+    times.
 
     Parameters
     ----------
@@ -157,6 +158,6 @@ def _jumps(model: Evaluated, order: int) -> list[tuple[float, float]]:
 
 
 def jumps_per_second(waves: Iterable[tuple[float, float]]) -> float:
-    """Return the number of jumps in a second, 1/s; each wave is one of its times and its period, s."""
+    """Return the number of jumps in a second, 1/s; a wave is one of the wave's times and the wave's period, s."""
     phases = {(round(time % period / period, 9) % 1.0, period) for time, period in waves}
     return sum(1.0 / period for _, period in phases)

@@ -33,12 +33,13 @@ Parameters = Mapping[str, ArrayLike | str] | ArrayLike | None
 Inputs = Mapping[str, ArrayLike] | ArrayLike | None
 States = Mapping[str, ArrayLike] | ArrayLike | None
 
-#: Calls of inverse dynamics whose accelerations are held against the constraints: the first ones, which a person makes.
+#: Calls of inverse dynamics whose accelerations are held against the constraints: the first calls, which a person
+#: makes.
 _CHECKED = 16
 
 
 class Terms:
-    """The terms of a compiled model, with the checks of their arguments and the names of their results."""
+    """The terms of a compiled model, with checks of arguments and names of results."""
 
     def __init__(self, library: Library, description: Description) -> None:
         layout: Mapping[str, Any] = library.layout
@@ -83,7 +84,7 @@ class Terms:
         Raises
         ------
         UsageError
-            Unknown names, wrong shapes, values that are not finite, or that the scene would refuse as its own.
+            Unknown names, wrong shapes, values that are not finite, or values that the scene would refuse as its own.
         """
         if parameters is None:
             return self._defaults
@@ -105,7 +106,7 @@ class Terms:
         return p
 
     def place_of(self, frame: FixedFrame, parameters: Parameters) -> Array:
-        """Return the position of a frame's origin in the body that carries it, (..., 3), m."""
+        """Return the position of a frame's origin in the body that carries the frame, (..., 3), m."""
         rows = self.parameters(parameters)
         values: dict[str, float | Array] = {**self._fixed_values}
         values |= {name: rows[..., k] for k, name in enumerate(self.parameter_names)}
@@ -128,7 +129,8 @@ class Terms:
         return array
 
     def with_references(self, name: str, q: ArrayLike) -> ArrayLike:
-        """Return q with the initial state's references of angles behind it, if a caller gives the poses alone."""
+        """Return q with the initial state's references of angles behind the poses, if a caller gives the poses
+        alone."""
         if not self.angles:
             return q
         array = numbers(name, q)
@@ -139,7 +141,8 @@ class Terms:
         )
 
     def followed(self, q: Array, t: float, parameters: Array, base: Array | None = None) -> Array:
-        """Return q (..., nq), its references of angles put to the angles, each within half a turn of them."""
+        """Return q (..., nq) with references of angles that follow the angles, each reference within half a turn of the
+        angle."""
         if not self.angles:
             return q
         return np.concatenate(
@@ -149,7 +152,7 @@ class Terms:
     def angle_motion(
         self, q: Array, v: Array | None, t: ArrayLike, parameters: Array, base: Array | None = None
     ) -> tuple[Array, Array]:
-        """Return the angles that are counted over turns and their rates, (..., number of angles) each."""
+        """Return the angles that are counted over turns, and the rates of the angles, (..., number of angles) each."""
         values = {
             "q": q,
             "v": np.zeros(self.functions.sizes["v"]) if v is None else v,
@@ -241,7 +244,7 @@ class Terms:
         return t
 
     def _add_prescribed(self, values: dict[str, Array], given: Mapping[str, Any], blocks: set[str]) -> None:
-        """Add the state of the base and the inputs, by the caller or by the scene, if blocks have them."""
+        """Add the state of the base and the inputs, by the caller or by the scene, if blocks have such arguments."""
         if given.get("base") is not None:
             values["base"] = self.base(given["base"])
         elif "base" in blocks:
@@ -255,7 +258,7 @@ class Terms:
         Raises
         ------
         UsageError
-            The scene's base is at rest, or a component is not zero that its law keeps at zero at all times.
+            The scene's base is at rest, or a component is not zero that the base's law keeps at zero at all times.
         """
         if not self.moving_base:
             raise UsageError(Problem("base", "the base of this scene is at rest", "a [base] section in the scene"))
@@ -278,8 +281,8 @@ class Terms:
         return given
 
     def _check_zeros(self, name: str, given: Array, places: Sequence[tuple[int, int]]) -> None:
-        """Raise UsageError if components are not zero that equations do not have, since the base's law keeps them
-        at zero."""
+        """Raise UsageError if components are not zero that equations do not have, since the base's law keeps these at
+        zero."""
         for place, component in places:
             wrong = given[..., place][given[..., place] != 0.0]
             if wrong.size:
@@ -291,7 +294,7 @@ class Terms:
                 raise UsageError(Problem(name, fault, f"0 there, or a law in [base] by which {of_base} changes"))
 
     def formula_inputs(self, values: Mapping[str, Array]) -> Array:
-        """Return the inputs that the scene specifies at ``values["t"]``, 0 for others."""
+        """Return the inputs that the scene specifies at ``values["t"]``, 0 for any other input."""
         if "inputs" in self.functions:
             return self.functions("inputs", values)[0]
         return np.zeros((*values["t"].shape, len(self.input_names)))
@@ -346,13 +349,13 @@ def derivative_values(
     ----------
     given : arguments of the caller; missing derivatives of inputs are the scene's, or zero for inputs that the caller
         gives
-    values : the other blocks
+    values : the remaining blocks
 
     Raises
     ------
     UsageError
-        For derivatives of a that are missing, arrays of the wrong shape, names that are not there, and a base without
-        its rates.
+        For derivatives of a that are missing, arrays of the wrong shape, names that do not exist, and a base without
+        rates.
     """
     blocks = terms.functions.inputs(term)
     result: dict[str, Array] = {}

@@ -36,7 +36,7 @@ def rates(
     base: ArrayLike | None = None,
     base_rates: ArrayLike | None = None,
 ) -> tuple[Array, ...]:
-    """Return tau = M a + h + b - Q and its time derivatives up to an order.
+    """Return tau = M a + h + b - Q and the time derivatives of tau up to an order.
 
     Parameters
     ----------
@@ -55,8 +55,8 @@ def rates(
     base_rates : array_like, optional
         Derivatives of the base's twist from the second on (..., order, 6), in base axes; needed with ``base``.
     order : int, optional
-        2 needs the term ``rates``, others ``rates_1``, ``rates_3``, ...; by default 2, or the lowest one built if that
-        is missing.
+        2 needs the term ``rates``, others ``rates_1``, ``rates_3``, ...; by default 2, or the lowest built order if
+        that term is missing.
     a_higher, u_higher : (..., order - 2, nv or nu)
         Time derivatives of a and u from the third on, for orders above 2; derivatives of u are zero by default, or the
         scene's.

@@ -47,7 +47,7 @@ def library_key(content: bytes, compiler: Compiler, profile: Profile, flags: Seq
     Parameters
     ----------
     content : everything that the sources depend on
-    flags : all of them, with the flags of the profile
+    flags : all flags of the compiler, with the flags of the profile
     mode : of cffi, ``api`` or ``abi``
     """
     return _digest(compiler.identity, content, profile, flags, mode)
@@ -92,20 +92,21 @@ _COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/', re.DOTALL)
 _OBJECT = "object.o"
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
 _LANES, _ROUTINE = "lanes.so", "routine.so"
-#: The source of the tape engine, which is the same for all models, so that its object is in the cache.
+#: The source of the tape engine is the same for all models, so that the object of the source is in the cache.
 _ENGINE = "eomgen_tape.c"
 #: Says why a stepper cannot be made for lanes.
 REFUSED = "refused.txt"
-#: From files and the name of one to its text without directives of the preprocessor.
+#: From files and the name of one file to the text of that file without directives of the preprocessor.
 Preprocess = Callable[[Mapping[str, str], str], str]
 #: Maps the files of a library, and a function that removes directives of the preprocessor from one of them, to the
 #: files of its lanes, or to the reason in ``refused.txt`` alone.
 LaneFiles = Callable[[Mapping[str, str], Preprocess], Mapping[str, str]]
 #: File with the origin of an entry, found without a compiler.
 _ORIGIN = "origin.txt"
-#: A vector register of AVX-512 has eight lanes; compilers split it in two unless they are told not to.
+#: A vector register of AVX-512 has eight lanes; compilers split it in two unless a flag forbids the split.
 _WIDE = ("-mprefer-vector-width=512",) if platform.machine() in ("x86_64", "AMD64") else ()
-#: Most values of lanes wait in memory for their use; gcc's order of statements is 7 % faster then (Panda, AVX2).
+#: Most values of lanes wait in memory until a statement uses the value; gcc's order of statements is 7 % faster then
+#: (Panda, AVX2).
 _OF_GCC = ("-flive-range-shrinkage",)
 #: How many lanes there are at most: times as much stack as a number needs.
 _MOST_LANES = 8
@@ -122,14 +123,16 @@ def _copy_object(made: Path, folder: Path) -> None:
 
 
 def _headers_first(files: Mapping[str, str]) -> list[tuple[str, str]]:
-    """Return files so that they can be compiled in turn, the longest sources first."""
+    """Return files in an order in which each can be compiled at once: headers before sources, the longest sources
+    first."""
     return sorted(files.items(), key=lambda file: (file[0].endswith(".c"), -len(file[1])))
 
 
 class Builder:
     """Builds and finds libraries for one compiler, profile and number type.
 
-    Without an installed compiler it finds libraries made by any compiler for this machine and Python, and builds none.
+    Without an installed compiler the builder finds libraries made by any compiler for this machine and Python, and
+    builds none.
 
     Parameters
     ----------
@@ -179,7 +182,7 @@ class Builder:
         return Builder(own, number, self.mode, self.cache, self._compiler, self.timeout)
 
     def _find_compiler(self) -> None:
-        """Look for a compiler; a missing one is reported when it is needed, a wrong ``CC`` now."""
+        """Look for a compiler; a missing compiler is reported when a build needs a compiler, a wrong ``CC`` now."""
         try:
             self._compiler = find_compiler()
         except ToolchainError as error:
@@ -235,8 +238,8 @@ class Builder:
         return None
 
     def claim(self, content: bytes) -> AbstractContextManager[None]:
-        """Return the right to make the library of these content bytes: of many processes one makes it, and others
-        wait."""
+        """Return the right to make the library of these content bytes: one of many processes makes the library, and the
+        rest wait."""
         return self.cache.claim(self.key(content))
 
     def build(
@@ -249,15 +252,15 @@ class Builder:
         running: Running | None = None,
         straight: Container[str] = (),
     ) -> Library:
-        """Compile files, keep the result under these content bytes, and load it.
+        """Compile files, keep the library under these content bytes, and load the library.
 
         Parameters
         ----------
         content : bytes
-            Everything that the files depend on; two different sets of files must not share it.
+            Everything that the files depend on; two different sets of files must not share these bytes.
         files : mapping from name to text, or pairs of both as they are written, headers before files that include them
             C sources and headers; ``interface.h`` has the declarations of ``cdef``. ``main.c`` is left out. A source is
-            compiled while those behind it are written.
+            compiled while the sources behind it in the order are written.
         layout : mapping
             JSON data, handed back as ``Library.layout``.
         written : mapping
@@ -270,7 +273,7 @@ class Builder:
         Raises
         ------
         ToolchainError
-            The files cannot be compiled. If the fault is in a file of the user, the error names its line.
+            The files cannot be compiled. If the fault is in a file of the user, the error names the line in that file.
         """
         cached = self.find(content)
         if cached is not None:
@@ -457,7 +460,7 @@ class Builder:
         Raises
         ------
         ToolchainError
-            It cannot be compiled.
+            The library cannot be compiled.
         OSError, UnicodeError
             The library's sources cannot be read.
         """
@@ -479,5 +482,5 @@ def _sources(folder: Path) -> Iterator[Path]:
 
 @cache
 def _loaded(routine: Path, cdef: str) -> tuple[Any, Any]:
-    """Return ``ffi`` and ``lib`` of a routine; its declarations take longer to read than it takes to run."""
+    """Return ``ffi`` and ``lib`` of a routine; the declarations take longer to read than the routine takes to run."""
     return load_abi(routine, cdef)

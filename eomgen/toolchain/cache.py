@@ -28,15 +28,16 @@ from eomgen.errors import FileError, Problem
 
 #: Bytes that the cache may hold; the least recently used entries go first.
 DEFAULT_LIMIT = 2_000_000_000
-#: Part of that to which entries go once there are more bytes, so that not every build after it measures them all.
+#: Part of the limit in bytes down to which entries are removed once the cache exceeds the limit, so that not every
+#: build after a removal measures all entries.
 KEPT_PART = 7 / 8
 #: Damaged entries, and failed builds, of which the newest are kept for diagnosis.
 KEPT = 8
 #: Age in s after which an unlocked build folder is removed: between making and locking it a process needs a moment.
 ABANDONED_AFTER = 60.0
 _META, _TEMPORARY = "entry.json", "tmp-"
-#: Bytes of all entries at the last measurement, then a line per build with the bytes it added: measuring thousands of
-#: folders takes as long as a build.
+#: Bytes of all entries at the last measurement, then a line per build with the bytes that the build added: measuring
+#: thousands of folders takes as long as a build.
 _SIZES = "sizes.txt"
 #: Folders of the bytecode of templates and of records of scenes, which are no entries.
 TEMPLATES, READINGS = "templates", "readings"
@@ -44,7 +45,7 @@ TEMPLATES, READINGS = "templates", "readings"
 
 @dataclass(frozen=True)
 class Entry:
-    """A folder of the cache and the files it promises."""
+    """A folder of the cache and the files promised by the folder's record."""
 
     folder: Path
     files: tuple[str, ...]
@@ -71,7 +72,7 @@ def default_folder(environ: Mapping[str, str] | None = None) -> Path:
 
 
 class Cache:
-    """The store in one folder; if the folder is read-only, it is read, and new entries go to a temporary one.
+    """The store in one folder; if the folder is read-only, its entries are read, and new entries go to a temporary one.
 
     Parameters
     ----------
@@ -124,8 +125,8 @@ class Cache:
 
     @contextlib.contextmanager
     def claim(self, key: str) -> Iterator[None]:
-        """Hold the right to build an entry: of many processes one builds and the others wait for it, dead or
-        alive."""
+        """Hold an exclusive build lock for a key; other processes wait until the lock is released or its holder has
+        died."""
         self._substitute_folder()
         claims = self.folder / "claims"
         with contextlib.suppress(OSError):
@@ -134,7 +135,7 @@ class Cache:
             yield
 
     def put(self, key: str, build: Callable[[Path], None]) -> Entry:
-        """Let ``build`` fill a private folder, keep it as the entry of the key, and return it.
+        """Let ``build`` fill a private folder, keep the folder as the entry of the key, and return the entry.
 
         The folder survives a failure of ``build`` as ``failed/<key>``, and the exception passes through; an OSError, of
         a full disk for one, becomes FileError, and the folder is removed.
@@ -167,7 +168,8 @@ class Cache:
         return entry
 
     def _place(self, private: Path, key: str, sums: Mapping[str, str]) -> Entry:
-        """Move a filled folder to its place, unless another process was faster; its entry is kept if complete."""
+        """Move a filled folder to its place, unless another process was faster; that process's entry is kept if
+        complete."""
         target = self.folder / key
         for _ in range(2):
             try:
@@ -182,7 +184,7 @@ class Cache:
         return Entry(target, tuple(sums))
 
     def quarantine(self, key: str) -> None:
-        """Move an entry out of the way, into ``quarantine``; if that fails, remove it."""
+        """Move an entry out of the way, into ``quarantine``; if the move fails, remove the entry."""
         shelf, entry = self.folder / "quarantine", self.folder / key
         with contextlib.suppress(OSError):
             shelf.mkdir(exist_ok=True)
@@ -253,7 +255,8 @@ class Cache:
         """Return the bytes of all entries by the record of sizes, with the bytes added by this build; infinite without
         a record that can be read.
 
-        Entries that other processes remove, or add while sizes are recorded anew, leave it wrong until it is next.
+        Entries that other processes remove, or add while sizes are recorded anew, leave the record wrong until the next
+        measurement.
         """
         record = self.folder / _SIZES
         try:
@@ -299,7 +302,7 @@ def _new_folder(prefix: str, parent: Path | None = None) -> Path:
 
 
 def refusal(folder: Path) -> str:
-    """Return the reason for which a folder, made if it is missing, is not writable; empty if it is."""
+    """Return the reason for which a folder, made if missing, is not writable; empty for a writable folder."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with temporary_file(folder / "written") as file:
@@ -313,7 +316,7 @@ def refusal(folder: Path) -> str:
 def writable_by_others(folder: Path) -> str:
     """Return the other users with write access to a folder, as the end of a sentence; empty if none.
 
-    A group of the user's own does not count: it has no other members on most systems.
+    A group of the user's own does not count: on most systems such a group has no further members.
     """
     if not hasattr(os, "geteuid"):
         return ""

@@ -53,7 +53,7 @@ def wrapper_source(cdef: str, header: str) -> str:
 
 
 def load_api(path: Path) -> tuple[Any, Any]:
-    """Return ``ffi`` and ``lib`` of an extension module. Raises ToolchainError when it cannot be loaded."""
+    """Return ``ffi`` and ``lib`` of an extension module. Raises ToolchainError when the module cannot be loaded."""
     loader = importlib.machinery.ExtensionFileLoader(MODULE, str(path))
     spec = importlib.util.spec_from_file_location(MODULE, path, loader=loader)
     try:
@@ -67,7 +67,7 @@ def load_api(path: Path) -> tuple[Any, Any]:
 
 
 def load_abi(path: Path, cdef: str) -> tuple[Any, Any]:
-    """Return ``ffi`` and ``lib`` of a plain shared library. Raises ToolchainError when it cannot be loaded."""
+    """Return ``ffi`` and ``lib`` of a plain shared library. Raises ToolchainError when the library cannot be loaded."""
     import cffi  # noqa: PLC0415  # the API mode does without
 
     ffi = cffi.FFI()

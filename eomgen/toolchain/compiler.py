@@ -47,7 +47,7 @@ _COMMON = ("-std=c99", "-fPIC", "-fvisibility=hidden", "-Wno-psabi")
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler: the words of its command (``CC`` may hold options) and the file behind the first of them."""
+    """A C compiler: the words of its command (``CC`` may hold options) and the file behind the first word."""
 
     command: tuple[str, ...]
     path: Path
@@ -128,7 +128,7 @@ def install_hint() -> str:
 
 
 def as_root(command: str) -> str:
-    """Return a command as this user has to call it to act as root."""
+    """Return a command with the prefix that this user needs to act as root."""
     return command if not hasattr(os, "geteuid") or os.geteuid() == 0 else f"sudo {command}"
 
 
@@ -164,13 +164,13 @@ def compile_library(
     timeout: float = DEFAULT_TIMEOUT,
     running: Running | None = None,
 ) -> list[str]:
-    """Compile sources side by side, as many as there are processors by default, and link them, with ready ``objects``,
-    to a shared library; return the commands. The processes are entered in ``running``.
+    """Compile sources side by side, as many as there are processors by default, and link the objects, with ready
+    ``objects``, to a shared library; return the commands. The processes are entered in ``running``.
 
     Raises
     ------
     ToolchainError
-        With the command, its exit status, its last lines, and the folder of the sources.
+        With the compiler's command, its exit status, its last lines, and the folder of the sources.
     """
     with Compilation(compiler, flags, jobs=jobs, timeout=timeout) as compilation:
         for source in sorted(sources, key=_longest_first):
@@ -186,14 +186,14 @@ def _longest_first(source: Path) -> int:
 class Compilation:
     """Sources that are compiled side by side while further ones are written; the longest waiting source first.
 
-    A context: if it is left by an exception, the running compilers are ended.
+    A context: an exception that leaves the context ends the running compilers.
 
     Parameters
     ----------
     jobs : compilers at once, as many as there are processors by default; 0: one, in the thread of the caller, so that
         no other thread keeps the process from its end
-    timeout : for all of it, seconds
-    running : collection of the processes, for a caller who may stop them
+    timeout : for all files together, seconds
+    running : collection of the processes, for a caller who may stop the processes
     progress : called with the numbers of compiled and of all files so far, by the threads that compile
     """
 
@@ -231,9 +231,9 @@ class Compilation:
         self._ended.__exit__(kind, error, trace)
 
     def add(self, source: Path, flags: Sequence[str] | None = None) -> None:
-        """Compile a source, beside which all that it includes is there, to an object beside it.
+        """Compile a source, which lies in one folder with all files that it includes, to an object in the same folder.
 
-        ``flags``: of this source, in place of the common ones.
+        ``flags``: of this source, in place of the common flags.
         """
         self._added += 1
         self._waiting.put((_longest_first(source), source, tuple(self._flags if flags is None else flags)))
@@ -255,7 +255,7 @@ class Compilation:
     def linked(self, sources: Sequence[Path], output: Path, objects: Callable[[], Sequence[Path]]) -> list[str]:
         """Link all sources, which were added before, in this order, to a shared library; return the commands.
 
-        ``objects``: returns object files for it, compiled meanwhile if they are missing.
+        ``objects``: returns object files for the library, compiled meanwhile if missing.
         """
         ready = objects()
         for task in self._tasks:
@@ -305,12 +305,12 @@ class Running:
 
 
 def in_background(name: str, work: Callable[[Running], None]) -> None:
-    """Start work on a thread of its own, whose compilers are ended with the process.
+    """Start work on a thread of its own; compilers of the work are ended with the process.
 
     Parameters
     ----------
     name : of the thread
-    work : takes the collection in which it enters its compilers
+    work : takes the collection in which the work enters its compilers
     """
     running = Running()
     atexit.register(running.stop)
@@ -332,7 +332,7 @@ def compile_object(
     deadline: float | None = None,
     running: Running | None = None,
 ) -> tuple[Path, str]:
-    """Compile one file to an object beside it; return the object and the command."""
+    """Compile one file to an object in the same folder; return the object and the command."""
     made = source.with_suffix(".o")
     command = _object_command(compiler, source, flags)
     _run(command, made, time.monotonic() + DEFAULT_TIMEOUT if deadline is None else deadline, running)
@@ -349,7 +349,7 @@ def preprocessed(compiler: Compiler, files: Mapping[str, str], name: str) -> str
     Parameters
     ----------
     files : mapping from name to text
-        All files that it includes; no header of the system is used.
+        All files that the file includes; no header of the system is used.
     """
     import tempfile  # noqa: PLC0415  # for lanes only
 
@@ -380,11 +380,11 @@ def printable(text: str) -> str:
 
 
 def faults_in(output: str, written: Mapping[str, str]) -> list[Problem]:
-    """Return the faults that a compiler finds in files that the user wrote, each with its file and line.
+    """Return the faults that a compiler reports in files written by the user, each fault with file and line.
 
     Parameters
     ----------
-    output : of the compiler, with its command
+    output : of the compiler, with the compiler's command
     written : names of these files, by the names given to the compiler
     """
     result: dict[tuple[str, str], Problem] = {}

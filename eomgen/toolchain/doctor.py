@@ -39,7 +39,8 @@ _PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n
 
 @dataclass(frozen=True)
 class Check:
-    """One item: whether it is fine, description, command that mends it, and whether building needs the item."""
+    """One item of the examination: whether the item is fine, description, command that mends the item, and whether
+    building needs the item."""
 
     name: str
     ok: bool
@@ -131,7 +132,8 @@ def _cache() -> Check:
 
 
 def _mended(folder: Path) -> str:
-    """Return the command that makes a cache writable: in its folder if the user owns it, else in another."""
+    """Return the command that makes a cache writable: in the cache's folder if the user owns the folder, else in
+    another."""
     if folder.exists() and not folder.is_dir():
         return f"mv {shlex.quote(str(folder))} {shlex.quote(str(folder))}.old"
     if folder.is_dir() and hasattr(os, "geteuid"):

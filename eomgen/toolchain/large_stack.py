@@ -25,17 +25,18 @@ _CALLED = threading.local()
 
 
 def thread_time_ns() -> int:
-    """Return the processor time of this thread, with the time of functions it called on stacks of their own."""
+    """Return the processor time of this thread, ns, with the time of functions that the thread called on stacks of
+    their own."""
     return time.thread_time_ns() + int(getattr(_CALLED, "spent", 0))
 
 
 def with_stack(lib: Any, needed: int) -> Any:
-    """Return the functions of a library such that each has as many bytes of stack as it needs."""
+    """Return the functions of a library, each called with as many bytes of stack as the function needs."""
     return lib if needed <= ENOUGH else OnLargeStack(lib, max(_LEAST, _RESERVE * needed))
 
 
 class OnLargeStack:
-    """The functions of a library, on stacks of so many bytes."""
+    """The functions of a library, called on stacks of a given number of bytes."""
 
     def __init__(self, lib: Any, size: int) -> None:
         self._lib, self._size = lib, size
@@ -53,7 +54,7 @@ class OnLargeStack:
             began = time.thread_time_ns()
             try:
                 results.append(function(*arguments))
-            except BaseException as error:  # it is raised again in the caller's thread
+            except BaseException as error:  # the error is raised again in the caller's thread
                 failures.append(error)
             spent.append(time.thread_time_ns() - began)
 

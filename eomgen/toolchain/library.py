@@ -24,7 +24,7 @@ _DELAY = 0.3
 
 
 class BoundCall:
-    """A function with its arrays: calling it evaluates into the same outputs again, at the cost of the C call alone."""
+    """A function with its arrays: a call evaluates into the same outputs again, at the cost of the C call alone."""
 
     __slots__ = ("_arrays", "_call", "_count", "_function", "_inputs", "_outputs", "_strides")
 
@@ -59,7 +59,8 @@ class Library:
 
     Attributes
     ----------
-    ffi, lib : of cffi; ``lib`` has the functions of the interface, on a stack of their own if they need a large one.
+    ffi, lib : of cffi; ``lib`` has the functions of the interface, on a stack of their own if the functions need a
+        large stack.
     layout : mapping
         Data stored beside the library; ``functions[k]`` has ``input_sizes`` and ``outputs`` with ``size``.
     mode : str
@@ -68,15 +69,15 @@ class Library:
         Folder of the library and its sources.
     digest : of the compiled code; equal digests give equal bits on one machine.
     dtype : NumPy type of inputs and outputs: float64, or complex128 for a complex build.
-    kept : results that callers computed from this library once, by their own names
+    kept : results that callers computed from this library once, by names that the callers choose
     profile : name of the build profile
     successor : Successor, or None
         Of a library on the tape engine: the compiled library that is being made.
     predecessor : Library, or None
-        The library on the tape engine whose place this one has taken.
+        The library on the tape engine that this library replaced.
     companion : callable, or None if there is no compiler, or numbers are not double
         ``companion(function)`` returns the library with this one function for as many samples as there are lanes, or
-        None if it is not in the cache; ``companion(function, running)`` compiles it then.
+        None if that library is not in the cache; ``companion(function, running)`` compiles the library in that case.
     """
 
     profile = ""
@@ -180,16 +181,16 @@ class Library:
 
 
 class Successor:
-    """The compiled library that takes the place of one on the tape engine; its compiler begins at once.
+    """The compiled library that takes the place of a library on the tape engine; the compiler begins at once.
 
     Attributes
     ----------
-    library : None until it is there
-    error : of the compiler, if it failed
+    library : None until the library is made
+    error : of the compiler, if the compiler failed
 
     Parameters
     ----------
-    make : makes the library; its compilers are entered in the collection
+    make : makes the library; the compilers are entered in the collection
     """
 
     def __init__(self, make: Callable[[Running], Library]) -> None:
@@ -209,7 +210,7 @@ class Successor:
             self._ended.set()
 
     def wait(self, seconds: float | None = None) -> bool:
-        """Wait until the compiler has ended, so many seconds at most; return whether it has."""
+        """Wait until the compiler has ended, at most for the given seconds; return whether the compiler has ended."""
         return self._ended.wait(seconds)
 
 
@@ -219,7 +220,7 @@ class LaneLibrary:
     Attributes
     ----------
     lanes : how many there are
-    state_size, workspace_size : doubles of the memory of all of them
+    state_size, workspace_size : doubles of the memory of all trajectories together
     layout : of the library of one trajectory
     """
 

@@ -34,10 +34,10 @@ _FAST = (
     "-fno-tree-slp-vectorize",
 )
 
-#: ``fast``: this processor's instructions, fused multiply-add, no errno; all of it keeps NaN, infinities and the order
-#: of sums. No vectors of neighbouring statements: gcc 12.2 makes wrong code of them with 512-bit registers, and they
-#: are no gain here. ``reproducible``: the same bits on every IEEE machine, and as the command in an emitted manifest
-#: gives. ``quick``: for tests. ``instant``: the least work for a compiler; the bits of ``reproducible``.
+#: ``fast``: this processor's instructions, fused multiply-add, no errno; these flags keep NaN, infinities and the order
+#: of sums. No vectors of neighbouring statements: gcc 12.2 makes wrong code of such vectors with 512-bit registers, and
+#: the vectors are no gain here. ``reproducible``: the same bits on every IEEE machine, and as the command in an emitted
+#: manifest gives. ``quick``: for tests. ``instant``: the least work for a compiler; the bits of ``reproducible``.
 PROFILES = {
     "fast": Profile("fast", _FAST, True),
     "reproducible": Profile("reproducible", ("-O2", "-ffp-contract=off"), False),
@@ -56,9 +56,9 @@ _ON_TAPE, _OF_TAPE = 0.25, 5e-6
 #: Seconds of an operation on the tape engine: 1e-9 to 3e-9, with the stepper, which is not optimised.
 _EVALUATED = 3e-9
 
-#: In place of ``-O2`` of gcc: the passes that change long functions without branches, at the same speed. Those left
-#: out (search for dead stores, partial redundancies and equal values across blocks) take a quarter to a half of its
-#: time. Functions have the same bits; in steppers other products may be fused with sums.
+#: In place of ``-O2`` of gcc: the passes that change long functions without branches, at the same speed. The passes
+#: left out (search for dead stores, partial redundancies and equal values across blocks) take a quarter to a half of
+#: the compiler's time. Functions have the same bits; in steppers other products may be fused with sums.
 _WITHOUT_SLOW_PASSES = (
     "-O1",
     "-fexpensive-optimizations",
@@ -72,11 +72,11 @@ _WITHOUT_SLOW_PASSES = (
 #: Characters of a source with branches from which on the slow passes are left out. Steps of shorter models were up to
 #: 5 % slower without these passes, and take at most a second to compile with them.
 _LONG = 130_000
-#: First gcc whose ``-O2`` turns loops into vectors, as these flags say; others are called with ``-O2``.
+#: First gcc whose ``-O2`` turns loops into vectors, as these flags say; older versions are called with ``-O2``.
 _FIRST_GCC = 12
 _GCC = re.compile(r"\S*g?cc\S* \(.*?\) (\d+)\.")
 
-#: The variable that names the default profile, and the profile without it.
+#: The variable that names the default profile, and the default profile without the variable.
 PROFILE_VARIABLE = "EOMGEN_PROFILE"
 STANDARD_PROFILE = os.environ.get(PROFILE_VARIABLE) or "fast"
 #: The profile of the library that takes the place of one on the tape engine.
@@ -122,7 +122,7 @@ def without_slow_passes(flags: Sequence[str], version: str) -> tuple[str, ...]:
 
     Parameters
     ----------
-    version : the first line that the compiler prints about itself
+    version : the first line of the compiler's text about its version
     """
     gcc = _GCC.match(version)
     if gcc is None or int(gcc[1]) < _FIRST_GCC:
@@ -131,10 +131,11 @@ def without_slow_passes(flags: Sequence[str], version: str) -> tuple[str, ...]:
 
 
 def passes_for(source: str, flags: Sequence[str], version: str) -> tuple[str, ...]:
-    """Return the flags for a generated source: without the slow passes if it is so long that they take seconds.
+    """Return the flags for a generated source: without the slow passes if the source is so long that these passes take
+    seconds.
 
     Parameters
     ----------
-    version : the first line that the compiler prints about itself
+    version : the first line of the compiler's text about its version
     """
     return without_slow_passes(flags, version) if len(source) > _LONG else tuple(flags)
