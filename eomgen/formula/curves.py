@@ -19,7 +19,7 @@ from eomgen.base.data import dataclass, field
 Interpolation = Literal["quintic", "linear", "steps"]
 Outside = Literal["error", "hold", "periodic"]
 
-#: An argument that is this much of the range outside of it is taken for rounding of the last point.
+#: An argument outside the range by at most this part of the range is taken for rounding of the last point.
 EDGE = 1e-9
 #: An argument that lies this many units in its last place before a break is taken for the break.
 SNAP = 8.0
@@ -39,11 +39,11 @@ class Bump:
         return f"a bump {self.height:.6g} high over {self.length:.6g} from {self.position:.6g}"
 
     def kinks(self) -> list[tuple[float, int]]:
-        """Return the kinks of the curve, as ``Curve.kinks``: its second derivative jumps at both ends."""
+        """Return the kinks of the curve, as ``Curve.kinks``: the second derivative of the bump jumps at both ends."""
         return [(self.position, 2), (self.position + self.length, 2)]
 
     def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
-        """Return the bump, or a derivative of it, at x (...)."""
+        """Return the bump, or a derivative of the bump, at x (...)."""
         along = (np.asarray(x, dtype=float) - self.position) / self.length
         rate = 2.0 * math.pi
         wave = np.cos(rate * along + derivative * math.pi / 2.0)
@@ -66,7 +66,7 @@ class Waves:
         return []
 
     def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
-        """Return the sum, or a derivative of it, at x (...)."""
+        """Return the sum, or a derivative of the sum, at x (...)."""
         places = np.asarray(x, dtype=float)
         value = np.zeros(places.shape)
         for amplitude, frequency, phase in self.harmonics:
@@ -82,8 +82,8 @@ class Curve:
     Attributes
     ----------
     x, y : (n,) arrays
-        Points, x in increasing order; ``linear`` may hold an x twice, for a jump. A periodic curve of steps
-        ends with the x at which it begins anew.
+        Points, x in increasing order; ``linear`` may hold an x twice, for a jump. A periodic curve of steps ends with
+        the x at which the next period begins.
     interpolation : str
         ``quintic``: four times continuously differentiable. ``linear``. ``steps``: each value until the next point.
     outside : str
@@ -128,7 +128,7 @@ class Curve:
 
     @cached_property
     def coefficients(self) -> Array:
-        """Coefficients of each piece in powers of x - (its start), lowest first: (pieces, degree + 1)."""
+        """Coefficients of each piece in powers of x - (start of the piece), lowest first: (pieces, degree + 1)."""
         if self.interpolation == "steps":
             return np.ascontiguousarray(self.y[:-1, np.newaxis])
         if self.interpolation == "linear":
@@ -139,14 +139,15 @@ class Curve:
 
     @property
     def held(self) -> tuple[float, float]:
-        """Values before the first and after the last point, if they are held."""
+        """Values before the first and after the last point, if the curve holds the values of its ends."""
         return float(self.y[0]), float(self.y[-1])
 
     def kinks(self) -> list[tuple[float, int]]:
         """Return the points at which the curve is not smooth: (x, lowest derivative that jumps); 0 for the value.
 
-        A periodic curve has the kinks of one period, its start included. The ends of a curve of ``error`` are none: it
-        is undefined beyond them. Derivatives of a spline jump from the third on, which methods do not notice.
+        A periodic curve has the kinks of one period, with the start of the period. The ends of a curve of ``error`` are
+        none: the curve is undefined beyond the ends. Derivatives of a spline jump from the third on, which methods do
+        not notice.
         """
         if self.interpolation == "quintic":
             return []
@@ -186,7 +187,8 @@ class Curve:
         return float(self.breaks[piece] + local[piece, number]), float(value[piece, number])
 
     def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
-        """Return the curve, or a derivative of it, at x (...); with complex x, for complex-step differentiation."""
+        """Return the curve, or a derivative of the curve, at x (...); with complex x, for complex-step
+        differentiation."""
         x = np.asarray(x)
         if np.iscomplexobj(x):
             real: NDArray[Any] = self(x.real, derivative) + 1j * x.imag * self(x.real, derivative + 1)

@@ -23,7 +23,8 @@ from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Q
 
 
 def applications(formula: Formula) -> Sequence[Application]:
-    """Return the calls of curves in a formula, with their arguments; curves in arguments of curves included."""
+    """Return the calls of curves in a formula, with the arguments of the calls; curves in arguments of curves
+    included."""
     if isinstance(formula, Application):
         return [formula, *applications(formula.argument)]
     if isinstance(formula, Operation):
@@ -33,7 +34,7 @@ def applications(formula: Formula) -> Sequence[Application]:
 
 
 def affine(formula: Formula, value_of: Callable[[Symbol], float | None]) -> tuple[float, float] | None:
-    """Return a, b of a formula a t + b; ``value_of`` gives numbers of fixed parameters, None for others."""
+    """Return a, b of a formula a t + b; ``value_of`` gives numbers of fixed parameters, None for other symbols."""
     if isinstance(formula, Number):
         return 0.0, formula.value
     if isinstance(formula, Symbol):
@@ -84,8 +85,8 @@ def reaches(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Ite
 class Breakpoint:
     """A time at which something is not smooth: from ``time`` on every ``period`` if that is not 0.
 
-    ``order`` is the lowest derivative of forces that jumps, 0 for forces themselves. ``blur`` is the uncertainty of
-    the time in s, in units of the precision of its numbers.
+    ``order`` is the lowest derivative of forces that jumps, 0 for the forces. ``blur`` is the uncertainty of the time
+    in s, in units of the precision of the numbers behind the time.
     """
 
     time: float
@@ -124,7 +125,7 @@ def breakpoints(
             yield from breakpoints(argument, value_of, derivatives)
 
 
-#: Functions that are not smooth at an argument of 0, or at two equal arguments, and the order of their jump.
+#: Functions that are not smooth at an argument of 0, or at two equal arguments, and the order of the jump.
 _NON_SMOOTH = {"lt": 0, "le": 0, "sign": 0, "abs": 1, "min": 1, "max": 1}
 
 
@@ -143,7 +144,7 @@ _SWITCHES = frozenset({"lt", "le", "sign", "abs", "min", "max"})
 
 
 class SmoothingError(Exception):
-    """A jump that cannot be smoothed: its fault, and a remedy."""
+    """A jump that cannot be smoothed: the fault, and a remedy."""
 
     def __init__(self, fault: str, hint: str) -> None:
         self.what, self.hint = fault, hint
@@ -178,12 +179,12 @@ STEP = Transitions("smooth step", np.array([0.0, 1.0]), np.array([0.0, 1.0]), "q
 
 
 def smoothed(formula: Formula, duration: float, value_of: Callable[[Symbol], float | None]) -> Formula:
-    """Return a law without jumps of itself and of its rate.
+    """Return a law in which neither value nor rate jumps.
 
     Parameters
     ----------
     duration : of every transition, s
-    value_of : gives numbers of fixed parameters, None for others
+    value_of : gives numbers of fixed parameters, None for other symbols
 
     Raises
     ------
@@ -215,7 +216,8 @@ def _is_condition(formula: Formula) -> bool:
 
 
 def _switch(formula: Operation, duration: float, value_of: Callable[[Symbol], float | None]) -> Formula:
-    """Return an operation that is decided by the sign of x, its argument or the difference of its arguments."""
+    """Return an operation that is decided by the sign of x: x is the argument of the operation, or the difference of
+    both arguments."""
     if all(symbol.kind != "time" for symbol in symbols(formula)):
         return formula
     first, second = (*formula.arguments, Number(0.0))[:2]
@@ -227,7 +229,7 @@ def _switch(formula: Operation, duration: float, value_of: Callable[[Symbol], fl
     slope, offset = (a - b for a, b in zip(lines[0], lines[1], strict=True))
     if slope == 0.0:
         return formula
-    # for positive x: behind the crossing, or before it
+    # for positive x: behind the crossing, or before the crossing
     step: Formula = Application(STEP, (Symbol("time") - -offset / slope) / Number(duration))
     positive = step if slope > 0.0 else ONE - step
     match formula.name:
@@ -247,7 +249,7 @@ _KNOWN = "comparisons, sign, abs, min, max and curves of a t + b with fixed numb
 
 
 def _curve(used: Application, duration: float, value_of: Callable[[Symbol], float | None]) -> Formula:
-    """Return a curve at an argument, with its jumps and kinks replaced if it has some."""
+    """Return a curve at an argument, with jumps and kinks of the curve replaced."""
     curve = used.curve
     rough = [place for place, order in curve.kinks() if order - used.derivative < 2]
     if not rough or not isinstance(curve, Curve) or isinstance(curve, Transitions):

@@ -67,7 +67,7 @@ def evaluate(formula: Formula, value_of: Callable[[Symbol], float]) -> float:
     Raises
     ------
     ArithmeticError
-        If an operation has no finite value.
+        If an operation has no finite value, or the formula contains a curve, which has no value here.
     """
     if isinstance(formula, Number):
         return formula.value
@@ -90,7 +90,7 @@ def quantity_at(formula: Quantity, arguments: Sequence[float]) -> float:
 def evaluate_batch(
     formula: Formula, value_of: Callable[[Symbol], ArrayLike], *, along_motion: bool = False
 ) -> NDArray[np.float64]:
-    """Return the values of a formula for a batch of values of its symbols, of their broadcast shape.
+    """Return the values of a formula for a batch of values of the symbols, in the broadcast shape of these values.
 
     Operations that make ``evaluate`` raise give NaN; so of a ``select`` only the branch that is taken counts here, too.
 

@@ -50,7 +50,7 @@ def _rough(formula: Formula) -> Iterator[str]:
 
 
 def _size(symbol: Symbol) -> int:
-    """Return the number of components of a symbol as far as its kind decides it: 3 of points."""
+    """Return the number of components of a symbol as far as the symbol's kind decides the number: 3 of points."""
     return 3 if symbol.kind in ("position", "velocity", "acceleration") else 1
 
 
@@ -61,7 +61,8 @@ def _broken(exponent: Formula) -> bool:
 
 #: Kinds of symbols that do not change within a run.
 _HELD = ("parameter", "number", "place")
-#: Operations by which a formula changes about as fast as its arguments; products and whole powers up to this one, too.
+#: Operations by which a formula changes about as fast as the arguments; products and whole powers up to this exponent,
+#: too.
 _PLAIN = ("add", "sub", "mul", "neg")
 _SMOOTH_POWER = 4.0
 #: Functions with a step or a corner at argument 0, or at equal values of two arguments.
@@ -74,9 +75,10 @@ _STEPS, _COMPARISONS = ("sign",), ("lt", "le")
 
 @dataclass(frozen=True)
 class Feature:
-    """An argument, and the values (n,) at which something happens; again after every ``period`` unless it is 0.
+    """An argument, and the values (n,) of the argument at which the formula may change fast; again after every
+    ``period`` unless the period is 0.
 
-    ``curve``: the places are points of a curve, of which two have to be passed for a part of it to be passed over.
+    ``curve``: the places are points of a curve; a part of the curve is passed over only if a step passes two points.
     """
 
     argument: Formula
@@ -116,7 +118,7 @@ def changes(formula: Formula) -> bool:
 
 
 def may_be_fast(formula: Formula) -> bool:
-    """Return whether a formula may change much faster than its symbols; False for polynomials of low degree."""
+    """Return whether a formula may change much faster than the symbols; False for polynomials of low degree."""
     if isinstance(formula, Application):
         return may_be_fast(formula.argument) or (changes(formula) and not isinstance(formula.curve, Waves))
     if isinstance(formula, Quantity) and not formula.word.fast:
@@ -136,7 +138,7 @@ def may_be_fast(formula: Formula) -> bool:
 
 
 def summands(formula: Formula) -> Iterator[Formula]:
-    """Yield the summands of a formula without their signs; a small summand may be fast though a large one is slow."""
+    """Yield the summands of a formula without signs; a small summand may be fast though a large summand is slow."""
     if isinstance(formula, Operation) and formula.name in ("add", "sub", "neg"):
         for argument in formula.arguments:
             yield from summands(argument)
@@ -145,7 +147,7 @@ def summands(formula: Formula) -> Iterator[Formula]:
 
 
 def features(formula: Formula) -> Iterator[Feature]:
-    """Yield the features of a formula, also of its arguments."""
+    """Yield the features of a formula, also the features of its arguments."""
     zero = np.zeros(1)
     if isinstance(formula, Application):
         if changes(formula.argument):

@@ -55,7 +55,7 @@ def undefined(laws: Iterable[Law], values: Mapping[str, float], start: float, en
 
 @functools.lru_cache(maxsize=256)
 def undefined_from(formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float) -> float | None:
-    """Return from which time on a formula has no value for a while, s; None if it has one at all times.
+    """Return from which time on a formula has no value for a while, s; None if the formula has a value at all times.
 
     A time alone without a value, as of a division by zero, does not count.
 
@@ -93,21 +93,23 @@ def _has_curves(formula: Formula) -> bool:
     return isinstance(formula, Operation) and any(map(_has_curves, formula.arguments))
 
 
-#: Jumps that count, as a part of the range of a law, or of its largest rate: constants are typed with a few digits.
+#: Jumps that count, as a part of the range of a law, or of the largest rate of the law: constants are typed with a few
+#: digits.
 _TOLERANCE = 1e-5
 #: Larger changes of an angle are no turns left out, but infinities that are passed.
 _FARTHEST = 1e4
 #: Times evaluated on each side of periodic breakpoints.
 _PERIODS = 64
 _DIVISIONS = 120
-#: Position in an interval at which it is divided: in its middle the rate 0 of |x| at x = 0 would lie on the chord.
+#: Position in an interval at which the interval is divided: in the middle the rate 0 of |x| at x = 0 would lie on the
+#: chord.
 _PART = 0.375
-#: Intervals that are examined more closely: the most bent ones.
+#: Intervals that are examined more closely: the intervals in which the law bends most.
 _INTERVALS = 64
 
 
 class Jump(NamedTuple):
-    """Time at which a law (order 0) or its rate (order 1) jumps, and its values there."""
+    """Time at which a law (order 0) or its rate (order 1) jumps, and the values before and behind the jump."""
 
     time: float
     order: int
@@ -141,7 +143,8 @@ def jumps(laws: Iterable[Law], values: Mapping[str, float], start: float, end: f
 def first_jump(
     formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, angle: bool
 ) -> Jump | None:
-    """Return the first jump of a law from start to end, its own before one of its rate; None without.
+    """Return the first jump of a law from start to end, a jump of the law itself before a jump of the rate; None
+    without.
 
     Parameters
     ----------
@@ -172,16 +175,16 @@ def first_jump(
 def _lasting_change(
     law: Callable[[Array], tuple[Array, Array]], times: Array, order: int, *, turns: bool
 ) -> float | None:
-    """Return the first time at which a law changes much however closely it is looked at; None if there is none.
+    """Return the first time at which a law changes much however short the interval of time is; None if there is none.
 
     Parameters
     ----------
     law : callable
         From times (n,) to values and rates, (n,) each.
     times : (n,)
-        Grid; the search is between its times.
+        Grid; the search is between these times.
     order : int
-        0 for the law, 1 for its rate.
+        0 for the law, 1 for the rate of the law.
     turns : bool
         Whether changes count up to whole turns.
     """
@@ -215,7 +218,7 @@ def _lasting_change(
 
 
 def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: float, order: int) -> float:
-    """Return the rounding of a law: its summands may be much larger than itself, as at a start from rest."""
+    """Return the rounding of a law: the summands may be much larger than the law, as at a start from rest."""
     times = np.linspace(start, end, 259)[1:-1]
     aside = 1e-5 * (end - start)
     before, here, after = (law(times + shift)[order] for shift in (-aside, 0.0, aside))
@@ -241,8 +244,8 @@ def _described(law: Law, jump: Jump) -> tuple[str, str]:
 
 _HALVINGS = 80
 _EPSILON = float(np.finfo(float).eps)
-#: Error of the trapezoidal rule over one step, as a share of the law's range beside its linear trend: reported above
-#: the first, refused above the second.
+#: Error of the trapezoidal rule over one step, as a share of the law's range beside the linear trend of the law:
+#: reported above the first, refused above the second.
 REPORTED, REFUSED = 0.01, 0.05
 #: How many steps a law is measured over at least: in a few, everything is straight or steep.
 _LEAST_STEPS = 256
@@ -251,7 +254,8 @@ _RESOLVED = 0.003
 
 
 class Steepness(NamedTuple):
-    """Place of the largest error over one step: time, error, its share of the range, and a step that resolves it."""
+    """Place of the largest error over one step: time, error, the error's share of the range, and a step that resolves
+    the law."""
 
     time: float
     missed: float
@@ -262,7 +266,7 @@ class Steepness(NamedTuple):
 def steep(
     laws: Iterable[Law], values: Mapping[str, float], start: float, end: float, step: float
 ) -> tuple[list[Problem], list[str]]:
-    """Return a problem for each law that a step cannot follow, and a sentence for each that it follows badly.
+    """Return a problem for each law that a step cannot follow, and a sentence for each law that a step follows badly.
 
     Parameters
     ----------
@@ -294,11 +298,11 @@ def steep(
 def steepest(
     formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, step: float, angle: bool
 ) -> Steepness | None:
-    """Return the place at which a step misses most of a law, None if all steps follow it.
+    """Return the place at which a step misses most of a law, None if all steps follow the law.
 
-    Steppers take positions of a law at the ends of steps, and its rates and accelerations there; a law that moves
-    between otherwise than they say is not followed. Measured is the trapezoidal rule for the rate against the change of
-    the law.
+    Steppers take positions of a law at the ends of steps, and rates and accelerations of the law there; a law that
+    moves between the ends otherwise than these values say is not followed. Measured is the trapezoidal rule for the
+    rate against the change of the law.
 
     Parameters
     ----------

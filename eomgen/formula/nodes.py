@@ -60,10 +60,10 @@ class Symbol(Node):
     Attributes
     ----------
     kind : str
-        ``time``, ``place`` (along a beam), ``local`` (place of a load), ``number`` (one of a list), ``parameter``,
-        ``input``, ``state``, ``controller``, ``definition`` (until it is written out), ``q``, ``v``, ``a``,
-        ``position``, ``velocity``, ``acceleration``, ``gravity``, ``tau``, ``length``, ``rate``, ``tension``,
-        ``load``, ``deflection``, ``reaction``, ``drive_effort``, ``section_load`` or ``energy``.
+        ``time``, ``place`` (along a beam), ``local`` (place of a load), ``number`` (a number of a list), ``parameter``,
+        ``input``, ``state``, ``controller``, ``definition`` (until the definition is written out), ``q``, ``v``, ``a``,
+        ``position``, ``velocity``, ``acceleration``, ``gravity``, ``tau``, ``length``, ``rate``, ``tension``, ``load``,
+        ``deflection``, ``reaction``, ``drive_effort``, ``section_load`` or ``energy``.
     name : str
         Name of the parameter, input, state, controller, joint, point, spring, tyre, constraint or reaction; empty for
         time, a place and a number; ``position``, ``velocity``, ``rotation`` or ``angular_velocity`` if ``local``;
@@ -91,7 +91,7 @@ class LoadSymbol(Symbol):
     body : str
         The loaded one.
     point : tuple of Formula
-        In its frame, m, formulas of parameters.
+        In the frame of the body, m, formulas of parameters.
     own_axes : bool
         Whether components are in the body's axes, not in the world's.
     """
@@ -112,7 +112,8 @@ class Operation(Node):
         ``sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs sign min max``.
     arguments : tuple of Formula
     label : str
-        Name of the definition whose expression it is; empty for others. Equal operations may differ in it.
+        Name of the definition whose expression the operation is; empty for any other operation. Equal operations may
+        differ in the label.
     """
 
     name: str
@@ -129,7 +130,7 @@ class Quantity(Operation):
     name : str
         The word.
     arguments : tuple of Formula
-        The given ones, and behind them the arguments that the word adds.
+        The given arguments, and behind these the arguments that the word adds.
     item : object
         Object of the entry.
     """
@@ -150,7 +151,8 @@ def quantity_of(word: Word, item: Any, arguments: tuple[Formula, ...], component
 
 @dataclass(frozen=True)
 class Application(Node):
-    """A curve of the scene at an argument, ``road(20 * t)``, or its derivative, ``derivative.road(20 * t)``."""
+    """A curve of the scene at an argument, ``road(20 * t)``, or the derivative of a curve, ``derivative.road(20 *
+    t)``."""
 
     curve: AnyCurve
     argument: Formula
@@ -183,12 +185,13 @@ _PLAIN = ("parameter", "input", "state", "controller")
 
 
 def infix(formula: Formula, sizes: Callable[[Symbol], int] = lambda symbol: 1) -> str:
-    """Return a formula as text; ``sizes`` tells how many components a symbol has, so that one alone has no index."""
+    """Return a formula as text; ``sizes`` gives the number of components of a symbol, so that a single component has no
+    index."""
     return _text(formula, sizes)[0]
 
 
 def _text(formula: Formula, sizes: Callable[[Symbol], int]) -> tuple[str, int]:
-    """Return the text and the precedence of its outermost operation."""
+    """Return the text and the precedence of the outermost operation."""
     if isinstance(formula, Number):
         return f"{formula.value:.9g}", _ATOM if formula.value >= 0.0 else _NEGATION
     if isinstance(formula, Symbol):

@@ -20,7 +20,7 @@ _STEP = 1e-30  # of the complex step
 
 
 def law_and_rate(formula: Formula, known: Mapping[str, float]) -> Callable[[Array], tuple[Array, Array]]:
-    """Return a function that gives a law and its rate at times."""
+    """Return a function that gives a law and the rate of the law at times."""
     tape = Tape()
     algebra = Algebra(tape)
     time = Scalar(tape, tape.input("t", 0))
@@ -44,7 +44,8 @@ _SMOOTH = frozenset({"add", "sub", "mul", "neg", "sin", "cos", "sinh", "cosh", "
 
 @dataclass(frozen=True)
 class Law:
-    """A formula of time that something must follow, with its location and description for messages, and its unit."""
+    """A formula of time that a coordinate or a body must follow, with location and description for messages, and the
+    unit of the formula."""
 
     where: str
     quantity: str
@@ -58,12 +59,12 @@ class Law:
 
     @cached_property
     def smooth(self) -> bool:
-        """Whether neither the law nor its rate can jump."""
+        """Whether neither the law nor the rate of the law can jump."""
         return smooth(self.formula)
 
 
 def smooth(formula: Formula) -> bool:
-    """Return whether neither a formula of time nor its rate can jump, by its operations and curves alone."""
+    """Return whether neither a formula of time nor the rate of the formula can jump, by operations and curves alone."""
     if constant(formula) or not isinstance(formula, Operation | Application):
         return True
     if isinstance(formula, Application):  # a spline's third derivative jumps at its ends

@@ -104,7 +104,7 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
     if formula.name == "select":
         condition, *branches = formula.arguments
         taken = algebra.tape.value(record(algebra, condition, resolve).ref)
-        if taken is not None:  # the other branch may well divide by zero: the condition prevents it
+        if taken is not None:  # the other branch may well divide by zero: the condition prevents the division
             return record(algebra, branches[0 if taken != 0.0 else 1], resolve)
     arguments = [record(algebra, argument, resolve) for argument in formula.arguments]
     if isinstance(formula, Quantity):
@@ -131,7 +131,7 @@ def _operation(algebra: Algebra, name: str, arguments: Sequence[Scalar]) -> Scal
 
 
 def curve_at(algebra: Algebra, curve: AnyCurve, argument: Scalar, derivative: int = 0) -> Scalar:
-    """Return a curve, or a derivative of it, at an argument."""
+    """Return a curve, or a derivative of the curve, at an argument."""
     if isinstance(curve, Bump):
         return _bump(algebra, curve, argument, derivative)
     if isinstance(curve, Waves):
@@ -157,7 +157,8 @@ def waves(algebra: Algebra, curve: Waves, argument: Scalar, derivative: int = 0)
 
 
 def _affine(tape: Tape, ref: Ref) -> tuple[Ref, float, float]:
-    """Return x, scale and shift of a reference that is scale x + shift, with constants as far as they are outermost."""
+    """Return x, scale and shift of a reference that is scale x + shift, with constants as far as the constants are
+    outermost."""
     scale, shift = 1.0, 0.0
     while True:
         node, sign = abs(ref), 1.0 if ref > 0 else -1.0
@@ -177,7 +178,7 @@ def _affine(tape: Tape, ref: Ref) -> tuple[Ref, float, float]:
 
 
 def _bump(algebra: Algebra, bump: Bump, argument: Scalar, derivative: int) -> Scalar:
-    """Return a bump; a select keeps its polynomials apart, so that derivatives do not see beyond its ends.
+    """Return a bump; a select keeps the polynomials of the bump apart, so that derivatives do not see beyond the ends.
 
     The select asks whether the road is flat there, so that an argument that is not a number gives none.
     """

@@ -16,7 +16,7 @@ from eomgen.formula.nodes import Application, Formula, Number, Operation, Quanti
 
 
 def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Formula:
-    """Return a formula with the numbers that are known of its symbols.
+    """Return a formula in which symbols with known values are numbers.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) ->
         return formula
     if formula.name == "select":
         condition = substituted(formula.arguments[0], value_of)
-        if isinstance(condition, Number):  # the other branch may have no value
+        if isinstance(condition, Number):  # the branch that is not taken may have no value
             return substituted(formula.arguments[1 if condition.value != 0.0 else 2], value_of)
     arguments = tuple(substituted(argument, value_of) for argument in formula.arguments)
     numbers = [argument.value for argument in arguments if isinstance(argument, Number)]
@@ -49,7 +49,7 @@ def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) ->
 
 
 def renamed(formula: Formula, symbol_for: Callable[[Symbol], Symbol]) -> Formula:
-    """Return a formula with other symbols in place of its own."""
+    """Return a formula with new symbols in place of the formula's symbols."""
     if isinstance(formula, Symbol):
         return symbol_for(formula)
     if isinstance(formula, Application):
@@ -95,7 +95,7 @@ def total(first: Formula, second: Formula) -> Formula:
 
 
 def folded(formula: Formula) -> Formula:
-    """Return a formula of numbers as a number; NaN if it has no value."""
+    """Return a formula of numbers as a number; NaN if the formula has no value."""
     try:
         return substituted(formula, lambda _: None)
     except ArithmeticError:
@@ -103,7 +103,8 @@ def folded(formula: Formula) -> Formula:
 
 
 def pattern(formulas: tuple[Formula, ...]) -> tuple[tuple[Formula, ...], tuple[float, ...]]:
-    """Return formulas with ``Symbol("number", index=k)`` in place of their k-th number, and these numbers."""
+    """Return formulas with ``Symbol("number", index=k)`` in place of the k-th number of the formulas, and these
+    numbers."""
     numbers: list[float] = []
 
     def without(formula: Formula) -> Formula:

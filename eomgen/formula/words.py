@@ -17,8 +17,8 @@ FUNCTIONS: Mapping[str, int] = {
     **dict.fromkeys(("atan2", "min", "max"), 2),
 }
 RESERVED = WORDS | FUNCTIONS.keys() | {"t", "pi"}
-#: The group of entry points under which a distribution gives its words: objects of the class ``Word``, each under its
-#: name.
+#: The group of entry points under which a distribution gives words: objects of the class ``Word``, each under the
+#: word's name.
 GROUP = "eomgen.formula_words"
 
 
@@ -51,21 +51,23 @@ class Word:
     name : of the word
     section : of scene files
     arguments : names of the arguments, for messages
-    values : of a quantity in NumPy, of the broadcast shape of its arguments: a function of the entry's object, the
-        name of the word, the component and all arguments
-    recording : module and name, ``module:function``, of the function that records it on the tape, of an algebra, the
-        entry's object, the name of the word, the component and the list of all arguments; derivatives follow from the
-        operations
-    added : from the entry's object to the formulas of time and of parameters that are arguments behind the given ones
-    components : number of them; a single one has no index
+    values : of a quantity in NumPy, of the broadcast shape of the arguments: a function of the entry's object, the name
+        of the word, the component and all arguments
+    recording : module and name, ``module:function``, of the function that records the quantity on the tape, of an
+        algebra, the entry's object, the name of the word, the component and the list of all arguments; derivatives
+        follow from the operations
+    added : from the entry's object to the formulas of time and of parameters that are arguments behind the given
+        arguments
+    components : number of components; a single component has no index
     unit : of the value in SI; empty for any
-    smooth : whether neither the value nor its rate can jump along arguments that do not
+    smooth : whether neither the value nor the rate of the value can jump along arguments that do not jump
     fast : whether the value may change much faster than the arguments
     curves : from the entry's object and all arguments to the calls of curves (``Application``) that the value is made
         of, for checks of smoothness and of ranges; a word with curves is for formulas that may have curves
     scope : kind of a scope that may have the word; empty for any
-    signature : from the entry's object to its own arguments and components, which are called by name,
-        ``WORD.NAME.COMPONENT(x, y)``, or ``WORD.NAME(x, y)`` for a single one; None if all entries have the word's
+    signature : from the entry's object to the arguments and components of the entry, which are called by name,
+        ``WORD.NAME.COMPONENT(x, y)``, or ``WORD.NAME(x, y)`` for a single component; None if all entries have the
+        word's
     """
 
     name: str
@@ -87,7 +89,7 @@ class Word:
         return self.arguments if self.signature is None else tuple(self.signature(item).arguments)
 
     def parts_of(self, item: Any) -> tuple[str, ...]:
-        """Return the names of the components of an entry's quantity; empty if they have numbers."""
+        """Return the names of the components of an entry's quantity; empty if the components have numbers."""
         return () if self.signature is None else tuple(self.signature(item).components)
 
     def unit_of(self, item: Any, component: int) -> str:
@@ -101,7 +103,8 @@ class Word:
         return f"{self.name}.{item.name}.{parts[component]}" if len(parts) > 1 else f"{self.name}.{item.name}"
 
     def call(self, entry: str, item: Any = None, part: str = "") -> str:
-        """Return a call of the word for an entry, as users write it, by the entry's object if that is known."""
+        """Return a call of the word for an entry, as users write the call, by the entry's object if the object is
+        known."""
         if item is None:
             return f"{self.name}.{entry}({', '.join(self.arguments)})"
         name = f"{self.name}.{entry}.{part[:64]}" if part else self.named(item, 0)

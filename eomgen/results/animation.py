@@ -25,8 +25,8 @@ from eomgen.results.recorded import Recorded
 from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import BASE, WORLD
 
-#: Stored pictures per second of motion; short runs have at least FEWEST, and a page holds at most LARGEST bytes
-#: of them.
+#: Stored pictures per second of motion; short runs have at least FEWEST pictures, and the pictures of a page take at
+#: most LARGEST bytes.
 RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000
 #: Maximum size of a page embedded in a notebook, bytes.
 _INLINE = 4_000_000
@@ -41,7 +41,7 @@ _SCRIPTS = {
 
 
 class InlineAnimation:
-    """A page that a notebook shows within itself, apart from the notebook's own scripts.
+    """A page that a notebook shows within a cell, apart from the notebook's own scripts.
 
     Parameters
     ----------
@@ -61,14 +61,14 @@ class InlineAnimation:
 
 
 class Animated(Recorded, Protocol):
-    """Data of a page: a ``Solution`` with its poses."""
+    """Data of a page: a ``Solution`` with poses."""
 
     @property
     def poses_and_scenery(self) -> PosesAndScenery: ...
 
 
 def write_animation(solution: Animated, path: str | Path) -> Path:
-    """Write a solution's motion as one self-contained HTML file; return its path.
+    """Write a solution's motion as one self-contained HTML file; return the path of the file.
 
     Poses are thinned to 60 a second (short runs: up to 600 in all) and stored as single precision; the page
     interpolates.
@@ -103,7 +103,7 @@ def inline_animation(solution: Animated) -> InlineAnimation:
 
 
 def check_name(path: Path) -> Path:
-    """Return the path of a page as it is. Raises UsageError if it does not end in ``.html``."""
+    """Return the path of a page unchanged. Raises UsageError if the path does not end in ``.html``."""
     if path.suffix.lower() not in (".html", ".htm"):
         kind = path.suffix or "a file without a suffix"
         raise UsageError(
@@ -129,7 +129,7 @@ def animation_page(solution: Animated) -> str:
 
 
 def _harmless(text: str) -> str:
-    """Return JSON in which no bracket can end the block it stands in or begin another."""
+    """Return JSON in which no bracket can end the surrounding block of the page or begin another."""
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
@@ -181,15 +181,15 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
             {"name": rod["name"], "ends": [carriers.place(end["body"], end["position"]) for end in rod["ends"]]}
             for rod in scenery["rods"]
             if rod["name"] in carriers.exact
-            or rod["name"] not in carriers.beam_of  # elements are drawn with their beam
+            or rod["name"] not in carriers.beam_of  # elements are drawn with the beam of these elements
         ],
         "tyres": [{**tyre, "center": points[tyre["center"]]} for tyre in scenery["tyres"]],
     }
 
 
 class _Carriers:
-    """Carriers of the things of a page, by numbers: bodies in the order of poses, then frames along beams; -1 is the
-    world."""
+    """Carriers of the drawn objects of a page, by numbers: bodies in the order of poses, then frames along beams; -1 is
+    the world."""
 
     def __init__(self, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> None:
         self.numbers = {name: number for number, name in enumerate(poses)}
@@ -212,14 +212,15 @@ class _Carriers:
         return self.numbers.get(BASE, -1) if body == BASE else -1 if body == WORLD else self.numbers[body]
 
     def place(self, body: str, position: list[float]) -> dict[str, Any]:
-        """Return the carrier of a place of a body, on a beam the frame there, with its position in that frame."""
+        """Return the carrier of a place of a body, on a beam the frame at the place, with the position in that
+        frame."""
         if axis := self.axes.get(body):
             number, within = nearest_station(axis, position)
             return {"carrier": self.along[body][number], "position": within}
         return {"carrier": self.of(body), "position": position}
 
     def body(self, body: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the data of a body; a beam has the frames of its ``axis``, and ``ties`` from there."""
+        """Return the data of a body; a beam has the frames along its ``axis``, and ``ties`` from these frames."""
         name, shown = body["name"], {**body, "carrier": self.of(body["name"])}
         if name in self.exact:
             return self.exact_beam(shown, self.exact[name])
@@ -233,7 +234,8 @@ class _Carriers:
         }
 
     def exact_beam(self, first: Mapping[str, Any], beam: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the data of a geometrically exact beam: frames along it, its outline, and every how many is a node."""
+        """Return the data of a geometrically exact beam: frames along the beam, its outline, and the number of frames
+        from node to node."""
         pieces = pieces_of(len(beam["nodes"]) - 1)
         corners = beam["outline"]
         radius = max(np.hypot(*corner) for corner in corners)
@@ -266,7 +268,7 @@ class _Carriers:
 
 
 def _thinned(t: Array, size: int) -> NDArray[np.intp]:
-    """Return the rows of ``size`` bytes each to keep, the first and the last among them."""
+    """Return the rows, of ``size`` bytes each, that the page keeps, the first and the last row included."""
     wanted = min(max(RATE * float(t[-1] - t[0]), FEWEST), max(LARGEST / size, 2.0))
     if len(t) <= wanted:
         return np.arange(len(t))

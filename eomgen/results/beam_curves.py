@@ -33,12 +33,12 @@ _CORNERS = 16
 
 
 def pieces_of(elements: int) -> int:
-    """Return the number of pieces in which each of so many elements is drawn."""
+    """Return the number of pieces in which each element of a beam is drawn, given the number of elements."""
     return min(max(-(-_FRAMES // elements), 1), _MOST)
 
 
 def frames_along(poses: Mapping[str, Array], nodes: Sequence[str]) -> Array:
-    """Return the poses along a beam, (nt, elements * pieces + 1, 7), given the poses of its nodes, (nt, 7)."""
+    """Return the poses along a beam, (nt, elements * pieces + 1, 7), given the poses of the nodes, (nt, 7)."""
     pieces = pieces_of(len(nodes) - 1)
     parts = []
     for first, second in pairwise(poses[name] for name in nodes):
@@ -52,7 +52,7 @@ def frames_along(poses: Mapping[str, Array], nodes: Sequence[str]) -> Array:
 def outline(mass: float, inertia: Sequence[float], length: float) -> list[list[float]]:
     """Return the corners of a section in a picture, (n, 2): y and z, m.
 
-    The section is the circle, or the rectangle, with the rotary inertia of a node, as far as a picture shows it: not
+    The section is the circle, or the rectangle, with the rotary inertia of a node, within limits for a picture: not
     thinner than a 400th of the beam's length nor thicker than a 15th.
 
     Parameters
@@ -70,7 +70,7 @@ def outline(mass: float, inertia: Sequence[float], length: float) -> list[list[f
         radius = shown(2.0 * math.sqrt(largest))
         angles = [2.0 * math.pi * corner / _CORNERS for corner in range(_CORNERS)]
         return [[radius * math.cos(angle), radius * math.sin(angle)] for angle in angles]
-    # the larger side as it is shown, the other in proportion
+    # the larger side as drawn, the smaller side in proportion
     y, z = math.sqrt(3.0 * about_z), math.sqrt(3.0 * about_y)
     factor = shown(max(y, z)) / max(y, z)
     y, z = (max(factor * half, _THINNEST * length) for half in (y, z))
@@ -97,7 +97,8 @@ def drawn_beams(
 
 
 def axes_of(model: CompiledModel) -> list[dict[str, Any]]:
-    """Return the axes of a model's beams as JSON types: fields of ``BeamAxis``, and the first of their coordinates."""
+    """Return the axes of a model's beams as JSON types: fields of ``BeamAxis``, and the first coordinate of each
+    beam."""
     begins = {factor.name: factor.q_start for factor in model.factors}
     return [{**axis, "q_start": begins[axis["name"]]} for axis in model.library.layout["axes"]]
 

@@ -38,12 +38,12 @@ class Rows(NamedTuple):
     z: Array
 
 
-#: From rows, times (n,) and the rows before them to q, v, a and z.
+#: From rows, times (n,) and, for each time, the row before the time to q, v, a and z.
 Between = Callable[[Rows, Array, Index], tuple[Array, Array, Array, Array]]
 
 
 def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
-    """Return the factors that a solution's metadata hold. Raises UsageError if they do not."""
+    """Return the factors that a solution's metadata hold. Raises UsageError if the metadata hold no factors."""
     if "factors" not in metadata:
         fault = (
             "this solution does not say which groups its coordinates are of: it was made by hand or by an older eomgen"

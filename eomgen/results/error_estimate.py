@@ -14,7 +14,7 @@ from eomgen.base.data import dataclass, field
 
 #: Observed order below which there is none, and the part of the motion above which that matters.
 NO_ORDER, NOTICED = 0.5, 0.03
-#: References of relative errors, unless they are too small.
+#: References of relative errors, unless the motion is too small.
 OWN, NONE = "its motion", "its motion, which is none"
 _NUMBERS = ("order", "declared_order", "relative", "seconds", "cost")
 _WORDS = ("available", "reason", "remedy", "method", "unresolved", "passed_over")
@@ -24,15 +24,15 @@ _STATES = ("q", "increment", "v", "z", "multipliers")
 
 @dataclass(frozen=True)
 class Largest:
-    """The largest error of the coordinates and internal states, relative to their motion.
+    """The largest error of the coordinates and internal states, relative to the motion of the coordinate or state.
 
     Attributes
     ----------
     name : of the coordinate, the rotation, or the internal state
-    error, unit : its largest estimated error
+    error, unit : the largest estimated error of the coordinate, the rotation or the state
     time : s, when
     share : part of the motion of the coordinate, or of the rotation, or of the internal state, or of a measure instead
-    measure : reference of the error, if the motion itself is too small to be one
+    measure : reference of the error, if the motion itself is too small for a reference
     """
 
     name: str
@@ -67,13 +67,14 @@ class ErrorEstimate:
     z_at : (n, nz)
     multipliers_at : (n, number of constraints)
     outputs_at : name -> (n,) or (n, size)
-    relative_at : (n,), the largest error of a coordinate or an internal state as a part of its motion
+    relative_at : (n,), the largest error of a coordinate or an internal state as a part of the motion of the coordinate
+        or state
     order : observed in q; NaN if none is seen
-    declared_order : of the method; NaN if it chooses its steps
+    declared_order : of the method; NaN if the method chooses its steps
     relative : the largest of ``relative_at``
     largest : which, how much and when
-    largest_velocity : the same of the velocities, as a part of the largest of the same unit; of elastic coordinates,
-        with small rates compared with joints, as a part of the largest of their own
+    largest_velocity : the same of the velocities, as a part of the largest velocity of the same unit; of elastic
+        coordinates, with small rates compared with joints, as a part of the largest elastic rate
     largest_output : the same of the outputs, as a part of the range of each; None without any
     method : how the estimate was obtained
     seconds : s, time that the estimate took
@@ -152,7 +153,7 @@ class ErrorEstimate:
 
     @property
     def evidence(self) -> str:
-        """The order observed, the runs that tell it, and the time that they took, in words."""
+        """The order observed, the runs that show the order, and the time that these runs took, in words."""
         declared = "" if np.isnan(self.declared_order) else f" of {self.declared_order:g}"
         order = "" if np.isnan(self.order) else f"order {self.order:.2f}{declared}, "
         return f"{order}by {self.method}, in {self.seconds:.2g} s"
@@ -165,7 +166,8 @@ class ErrorEstimate:
         return self.available and max(self.relative, of_outputs) > NOTICED and not ordered
 
     def above(self, part: float) -> float:
-        """Return the first time, s, at which the error is above a part of the motion; infinite if it never is."""
+        """Return the first time, s, at which the error is above a part of the motion; infinite if the error stays
+        below."""
         places = np.flatnonzero(self.relative_at > part)
         return float(self.t[places[0]]) if len(places) else float("inf")
 
@@ -248,9 +250,10 @@ class SampleErrors:
     nominal : ErrorEstimate
         Of the run without variations.
     of_samples : mapping
-        Number of the sample -> its estimate.
+        Number of the sample -> the estimate of the sample.
     columns : mapping
-        Name of the column -> its largest error over these runs, in the column's unit; NaN if no run has an estimate.
+        Name of the column -> the column's largest error over these runs, in the column's unit; NaN if no run has an
+        estimate.
     step : float
         Of the runs, s.
     seconds : float
@@ -270,13 +273,14 @@ class SampleErrors:
 
     @property
     def relative(self) -> float:
-        """The largest error of a coordinate, a state or an output as a part of its motion; NaN if not known."""
+        """The largest error of a coordinate, a state or an output as a part of the motion of that quantity; NaN if not
+        known."""
         worst = self.worst
         return float("nan") if worst is None else worst[1].share
 
     @property
     def worst(self) -> tuple[int | None, Largest] | None:
-        """Number of the worst sample, None for the run without variations, with its largest error."""
+        """Number of the worst sample, None for the run without variations, with the largest error of that sample."""
         result = [(number, one) for number, estimate in self._numbered for one in _largest_errors(estimate)]
         return max(result, key=lambda pair: pair[1].share, default=None)
 

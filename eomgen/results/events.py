@@ -15,12 +15,12 @@ from eomgen.base.messages import nearest
 from eomgen.errors import Problem, UsageError
 from eomgen.system.description import component_names
 
-#: Names of arrays of a state, before an event and behind it.
+#: Names of arrays of a state, before an event and behind the event.
 BLOCKS = ("q_before", "v_before", "z_before", "q", "v", "z", "modes")
 
 
 class EventRecord(NamedTuple):
-    """One event; ``number`` counts the events of its name from 1."""
+    """One event; ``number`` counts the events of the same name from 1."""
 
     name: str
     number: int
@@ -43,11 +43,11 @@ class Events:
     names : of each event
     t : (n,) s
     q_before, v_before, z_before : (n, nq), (n, nv), (n, nz); state before each event
-    q, v, z : state after it
-    modes : (n, number of modes); behind it
+    q, v, z : state after each event
+    modes : (n, number of modes); after each event
     counts : by name, also of events that are only counted; empty if the scene has no events
     mode_names : of the columns of ``modes``
-    first_modes : before all of them
+    first_modes : modes before all events
     """
 
     names: tuple[str, ...]

@@ -26,9 +26,9 @@ class Finding:
     severity : str
         ``note``: information. ``warning``: results are doubtful. ``failure``: the run is not a success.
     value : float
-        Size; ``docs/python.md`` lists its meaning and unit for each check. NaN if the check has no size.
+        Size; ``docs/python.md`` lists meaning and unit of the value for each check. NaN if the check has no size.
     time : float
-        Time of the run at which it was found, s; NaN if it concerns the whole run.
+        Time in the run at which the check sees the fault, s; NaN if the finding concerns the whole run.
     text : str
         One sentence, without the hint.
     hint : str
@@ -44,7 +44,7 @@ class Finding:
 
     @classmethod
     def of(cls, sentence: str, value: float = math.nan, time: float = math.nan) -> Self:
-        """Return a finding from a sentence that may end with its hint."""
+        """Return a finding from a sentence that may end with a hint."""
         text, _, hint = sentence.rpartition(_HINT) if _HINT in sentence else (sentence, "", "")
         return cls(value=float(value), time=float(time), text=text, hint=hint)
 
@@ -58,7 +58,7 @@ class Finding:
         return f"{self.text}{_HINT}{self.hint}" if self.hint else self.text
 
     def rated(self, name: str, severity: Severity) -> Self:
-        """Return the same finding with the name of its check and a severity."""
+        """Return the same finding with the name of a check and a severity."""
         return replace(self, name=name, severity=severity)
 
     def described(self) -> dict[str, Any]:

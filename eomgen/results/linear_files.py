@@ -18,7 +18,7 @@ from eomgen.linear.spectra import PowerSpectrum, RideTable
 
 
 def described(lin: Linearization, scene: str) -> dict[str, Any]:
-    """Return a linear model as JSON data: its reference, its names, modes and matrices."""
+    """Return a linear model as JSON data: reference, names, modes and matrices of the model."""
     reference, modes, space = lin.reference, lin.modes(), lin.state_space()
     second = (
         {name: getattr(lin, name).tolist() for name in ("M0", "C0", "K0", "B0", "E0")} if lin.free.holonomic else None
@@ -72,7 +72,8 @@ def described_campbell(diagram: Campbell) -> list[dict[str, Any]]:
 
 
 def described_ride(table: RideTable) -> list[dict[str, Any]]:
-    """Return the table as JSON data, one row for each class and speed."""
+    """Return the table as JSON data, one row for each class and speed: ``class``, ``speed`` in m/s, ``rms`` by
+    output."""
     return [
         {
             "class": name,
@@ -97,7 +98,7 @@ def write_modes(modes: Modes, path: Path) -> Path:
 
 
 def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
-    """Write the matrices and their names: M0, C0, K0, B0, E0 if there are any, A, B, E, C, D, F, and the state."""
+    """Write the matrices and their names: M0, C0, K0, B0, E0 if present, A, B, E, C, D, F, and the state."""
     space, reference = lin.state_space(), lin.reference
     arrays = {name: getattr(space, name) for name in "ABECDF"}
     if lin.free.holonomic:
@@ -117,7 +118,7 @@ def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
 
 
 def write_root_locus(locus: RootLocus, path: Path) -> Path:
-    """Write roots over a parameter as a table: its values, then real and imaginary parts of each root."""
+    """Write roots over a parameter as a table: values of the parameter, then real and imaginary parts of each root."""
     names = [locus.parameter]
     names += [
         f"root{k + 1} {part}" for k in range(locus.eigenvalues.shape[1]) for part in ("real [1/s]", "imaginary [rad/s]")

@@ -23,21 +23,21 @@ from eomgen.results.recorded import Recorded
 if TYPE_CHECKING:
     from eomgen.results.events import Events
 
-#: Curves in one panel, panels in one figure, points of one curve: more of them cannot be told apart.
+#: Curves in one panel, panels in one figure, points of one curve: above these numbers curves cannot be told apart.
 _CURVES, _PANELS, _POINTS = 6, 24, 4000
 #: Kinds of curves that a run draws into files.
 _DRAWN = ("coordinates", "velocities", "states", "outputs", "energy")
-#: Events that are marked by lines; more of them would be a surface.
+#: Events that are marked by lines; more lines would be a surface.
 _EVENTS = 200
-#: Smaller changes are shown as none: they are rounding errors.
+#: Smaller changes are drawn as none: such changes are rounding errors.
 _FLAT = 1e-12
-#: Quantities by their unit, as far as the unit alone determines them; coordinates of joints and bodies say more.
+#: Quantities by unit, as far as the unit alone determines the quantity; coordinates of joints and bodies say more.
 _QUANTITIES = {
     "rad": "angle", "m": "length", "rad/s": "angular velocity", "m/s": "velocity", "rad/s^2": "angular acceleration",
     "m/s^2": "acceleration", "N": "force", "N m": "torque", "J": "energy", "W": "power",
 }  # fmt: skip  # a table
 _COORDINATES = {"m": "position", "1": "quaternion"}
-#: Components of the pose or the twist of a beam's node; only their names have numbers after a dot.
+#: Components of the pose or the twist of a beam's node; only names of such components have numbers after a dot.
 _NODE = re.compile(r"[qv]\.(\w+)\.(\d+)\[[0-6]\]")
 #: Kinds of curves by the letters of their columns; curves of these names come first.
 _LETTERS = {"q": "coordinates", "v": "velocities", "a": "accelerations", "z": "states", "u": "inputs"}
@@ -180,7 +180,7 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
 
 
 def _by_kind(solution: Recorded) -> dict[str, list[Curve]]:
-    """Return all curves of a solution by their kind."""
+    """Return all curves of a solution by kind."""
     names, units = solution.metadata.get("names", {}), solution.metadata.get("units", {})
     of_columns = solution.units()
     accelerated = [of_columns.get(name, "") for name in names.get("a", [])]
@@ -269,7 +269,7 @@ def _panels(curves: Sequence[Curve]) -> list[list[Curve]]:
 
 
 def _size(panels: int) -> tuple[float, float]:
-    """Return the width and the height of a figure of so many panels, inches."""
+    """Return the width and the height of a figure with the given number of panels, inches."""
     columns = _columns(panels)
     return 9.0 if columns == 1 else 15.0, 0.6 + 2.9 * -(-panels // columns)
 
@@ -292,7 +292,7 @@ def _subplots(figure: Any, panels: int) -> list[Any]:
 
 
 def _fill(axes: Sequence[Any], solution: Recorded, panels: Sequence[Sequence[Curve]], *, beside: bool = True) -> None:
-    """Draw panels on axes, one on each, with legends beside them or, if a caller made the room, within."""
+    """Draw panels on axes, one panel on each, with legends beside the axes or, if a caller made the room, within."""
     for axis, panel in zip(axes, panels, strict=True):
         _panel(axis, solution.t, panel, beside=beside)
         for time in _marked(solution.events):
@@ -309,7 +309,7 @@ def _marks(events: Events) -> str:
 
 
 def _marked(events: Events) -> Array:
-    """Return the times of events that are drawn; none if they are too many to be told apart."""
+    """Return the times of events that are drawn; none if the events are too many to be told apart."""
     return np.empty(0) if len(events) > _EVENTS else np.unique(events.t)
 
 
@@ -335,7 +335,8 @@ def _panel(axis: Any, t: Array, panel: Sequence[Curve], *, beside: bool = True) 
 
 
 def _label(panel: Sequence[Curve], alone: bool) -> str:
-    """Return the quantity of a panel, shown above its unit: the known quantity, else the name if there is one."""
+    """Return the quantity of a panel, drawn above the unit: the known quantity, else the name if the panel has one
+    curve."""
     first = panel[0]
     named = (first.output or (first.name if len(panel) == 1 else "")) if alone else ""
     quantity = first.quantity or named or _QUANTITIES.get(first.unit, "") or "value"

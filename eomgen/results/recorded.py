@@ -16,7 +16,7 @@ from eomgen.results.finding import Finding
 
 
 class EvaluatedLater(Protocol):
-    """Evaluates attributes of a solution when they are first asked for: ``simulation.outcome.Outcome``."""
+    """Evaluator of the attributes of a solution on the first request: ``simulation.outcome.Outcome``."""
 
     @property
     def outputs(self) -> Mapping[str, Array]: ...
@@ -61,7 +61,8 @@ class Recorded(EvaluatedLater, Protocol):
     def units(self) -> dict[str, str]: ...
 
 
-#: Columns that are rates of others and constraint forces: they are in ``columns()``, and would fill the page.
+#: Columns that are rates of other columns, and constraint forces: ``columns()`` has these columns, which would fill the
+#: page.
 _LEFT_OUT = ("a.", "multipliers")
 
 

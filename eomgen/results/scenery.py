@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 #: Principal moments that differ by less than this part of the largest are drawn as equal.
 EQUAL = 1e-3
-#: Thinnest solid that is drawn, as part of its longest side.
+#: Thinnest solid that is drawn, as part of the longest side.
 THINNEST = 0.02
 
 
 def equivalent_solid(mass: float, center: Array, inertia: Array) -> dict[str, Any]:
     """Return kind, sizes (m), centre and axes of the solid with this mass and inertia (3, 3) about the centre of mass.
 
-    ``sphere`` with its radius, ``cylinder`` with radius and height along its z axis, or ``box`` with three sides, as
-    the principal moments are all equal, two of them, or none; ``point`` for a mass without inertia; ``none`` without
+    ``sphere`` with its radius, ``cylinder`` with radius and height along its z axis, or ``box`` with three sides, if
+    all principal moments are equal, two of the moments, or none; ``point`` for a mass without inertia; ``none`` without
     mass. The rows of ``axes`` are the solid's axes in the body.
     """
     shape: dict[str, Any] = {"kind": "none", "size": [], "center": center.tolist(), "axes": np.eye(3).tolist()}
@@ -57,7 +57,7 @@ def equivalent_solid(mass: float, center: Array, inertia: Array) -> dict[str, An
 
 
 def _right_handed(columns: Array) -> list[list[float]]:
-    """Return the columns as rows, the second one turned if they are left-handed."""
+    """Return the columns as rows, the second turned if the columns are left-handed."""
     axes = columns.T.copy()
     if np.linalg.det(axes) < 0.0:
         axes[1] = -axes[1]
@@ -97,7 +97,7 @@ BATCH = 8192
 
 
 def poses_and_scenery(model: CompiledModel, t: Array, q: Array, p: Array) -> PosesAndScenery:
-    """Return the poses of all bodies, and of the base if it moves, with all other elements of a picture."""
+    """Return the poses of all bodies, and of the base if the base moves, with all other elements of a picture."""
     parts = [slice(start, start + BATCH) for start in range(0, len(t), BATCH)]
     model = model.having(("poses",))
     pose = np.concatenate([model.evaluate("poses", q[part], t=t[part], parameters=p)["pose"] for part in parts])
@@ -112,8 +112,9 @@ def poses_and_scenery(model: CompiledModel, t: Array, q: Array, p: Array) -> Pos
 def scenery(description: Description, parameters: Mapping[str, float]) -> dict[str, Any]:
     """Return the scenery at these values of the tunable parameters, as JSON types.
 
-    Positions are in the frames of the bodies that are named beside them; ``base`` and ``world`` count as bodies.
-    ``links`` are the places of a body that its drawing ties to its frame: joints, ends of springs, constraints.
+    Positions are in the frames of the bodies whose names stand beside the positions; ``base`` and ``world`` count as
+    bodies. ``links`` are the places of a body that the body's drawing ties to its frame: joints, ends of springs,
+    constraints.
 
     Raises
     ------
@@ -212,7 +213,7 @@ def _lengths(description: Description) -> list[float]:
 
 
 def _shown(description: Description) -> list[str]:
-    """Return the points whose positions are outputs, in the order of the outputs: a picture traces them."""
+    """Return the points whose positions are outputs, in the order of the outputs: a picture traces these points."""
     names = [
         formula.name
         for output in description.outputs

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-#: By quantity: its components and its unit.
+#: By quantity: components and unit of the quantity.
 _QUANTITIES: Mapping[str, tuple[tuple[str, str, str], str]] = {
     "moment": (("torque", "bending moment about y", "bending moment about z"), "N m"),
     "force": (("axial force", "shear force along y", "shear force along z"), "N"),
@@ -38,7 +38,7 @@ _LOADS = ("moment", "force")
 _COLOURS = ("#0B62C4", "#F08C00", "#1A9850")
 #: Rows of a map over time, and instants of a figure that a run draws into a file.
 _ROWS, _INSTANTS = 400, 6
-#: Components of less than this part of the largest of their quantity are rounding errors, and have no map.
+#: Components of less than this part of the largest component of the same quantity are rounding errors, and have no map.
 _NONE = 1e-9
 
 
@@ -133,7 +133,7 @@ def _thinned(t: Array, count: int) -> Array:
 
 
 def _loads(solution: Loaded, beam: str, rows: Array) -> tuple[str, SectionLoads]:
-    """Return the name of a beam and its loads at some rows, evaluated at these alone if possible."""
+    """Return the name of a beam and the beam's loads at some rows, evaluated at these rows alone if possible."""
     known = vars(solution).get("section_loads")
     if known is None and solution.model is not None:
         result = solution.model.section_loads(rows_of(solution, rows), solution.multipliers[rows])
@@ -158,7 +158,7 @@ def _of_rows(loads: SectionLoads, rows: Array) -> SectionLoads:
 
 
 def _present(loads: SectionLoads, quantity: str) -> list[int]:
-    """Return the components that differ from zero; the first one if none does."""
+    """Return the components that differ from zero; the first component if none differs."""
     size = np.max(np.abs(getattr(loads, quantity)), axis=(0, 1))
     return np.flatnonzero(size > _NONE * np.max(size)).tolist() or [0]
 
@@ -169,7 +169,7 @@ def _label(quantity: str, index: int) -> str:
 
 
 def _along(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Array, *, legend: bool) -> None:
-    """Draw a component over x: loads from end to end of the elements, strains as they are, constant in each."""
+    """Draw a component over x: loads from end to end of the elements, strains constant in each element."""
     from matplotlib import colormaps  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     nodes = loads.nodes
@@ -204,7 +204,8 @@ _NUMBERS = 4_000_000
 
 
 def largest_section_loads(solution: Loaded) -> dict[str, dict[str, dict[str, float]]]:
-    """Return by beam, and by ``moment`` (N m) and ``force`` (N), the largest ``size``, with its ``x``, m, and ``t``, s.
+    """Return by beam, and by ``moment`` (N m) and ``force`` (N), the largest ``size``, with the place ``x``, m, and the
+    time ``t``, s.
 
     Looked at are the recorded rows, and both ends of each element.
     """
@@ -235,7 +236,8 @@ def beams_at_rest(
     p: Array,
     loads: Mapping[str, SectionLoads],
 ) -> dict[str, dict[str, Any]]:
-    """Return by beam, as JSON types, displacements, rotations and section loads, with the largest ones.
+    """Return by beam, as JSON types, displacements, rotations and section loads, with the largest displacement, moment
+    and force.
 
     Parameters
     ----------

@@ -25,9 +25,10 @@ from eomgen.system.description import BASE, WORLD
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Largest displacement in a figure, relative to its size, and displacement above which shapes are not enlarged.
+#: Largest displacement in a figure, relative to the size of the figure, and displacement above which shapes are not
+#: enlarged.
 _SHOWN, _VISIBLE = 0.1, 0.03
-#: Colours of the initial shape, of the other one, and of forces.
+#: Colours of the initial shape, of the shape at rest, and of forces.
 _THIN, _THICK, _LOAD = "#999999", "#0B62C4", "#C8102E"
 #: Modes of a figure.
 _MODES = 6
@@ -36,7 +37,7 @@ _AXES = "xyz"
 
 @dataclass(frozen=True)
 class Arrow:
-    """A force on a body: its place in the frame of the body, m, and its direction in world axes, N."""
+    """A force on a body: place in the frame of the body, m, and direction in world axes, N."""
 
     body: str
     position: Sequence[float]
@@ -44,7 +45,7 @@ class Arrow:
 
 
 class Load(Protocol):
-    """A force on a body by formulas: in the frame of the body its place, m, in world axes its direction, N."""
+    """A force on a body by formulas: in the frame of the body the place, m, in world axes the direction, N."""
 
     @property
     def body(self) -> str: ...
@@ -244,7 +245,7 @@ def _supports(axis: Any, lines: _Lines, plane: Sequence[int]) -> None:
 
 
 def _arrows(axis: Any, lines: _Lines, loads: Sequence[Arrow], plane: Sequence[int]) -> None:
-    """Draw forces as arrows of lengths by their sizes, with the largest an eighth of the picture."""
+    """Draw forces as arrows with lengths in proportion to the forces, the largest an eighth of the picture."""
     largest = max((float(np.linalg.norm(load.force)) for load in loads), default=0.0)
     for load in loads:
         head = lines.at(load.body, load.position)[-1][list(plane)]

@@ -59,16 +59,16 @@ _LATER = {
 }
 
 
-#: Tolerated difference of states of two parts of a run at their common time, relative to their size.
+#: Tolerated difference of states of two parts of a run at their common time, relative to the size of the states.
 _SAME = 1e-6
 
 
 class ModelOfRun(Protocol):
-    """The model of a run with its inputs and parameters, for quantities that rows do not hold."""
+    """The model of a run with inputs and parameters of the run, for quantities that rows do not hold."""
 
     @property
     def between(self) -> Between | None:
-        """States between rows by the method itself; None if they are interpolated."""
+        """States between rows by the method itself; None if states are interpolated."""
 
     @property
     def has_poses(self) -> bool:
@@ -95,7 +95,7 @@ class Solution:
     """States, outputs and energies at the recorded times.
 
     Outputs, energies, the judgement of the run (``findings``, ``success``, ``message``) and the error estimate of a run
-    of ``simulate`` are evaluated when they are first asked for.
+    of ``simulate`` are evaluated on the first request.
 
     Attributes
     ----------
@@ -106,12 +106,12 @@ class Solution:
     multipliers : (nt, number of constraints)
     outputs : name -> (nt,) or (nt, size)
     energy : ``kinetic``, ``potential``, ``total`` (J), ``power``, ``base_power`` (W) -> (nt,); empty without the term
-    stats : counts of the stepper, wall time in s, ``energy_error``: imbalance of energies, if it is
+    stats : counts of the stepper, wall time in s, ``energy_error``: imbalance of energies, if
         known
     findings : results of the checks of the run, worded in ``message``; ``docs/python.md`` lists the checks
     success : whether no finding is a failure; ``message`` gives reason, time and remedy
     metadata : scene, version, method, step, parameters, names and units of components
-    model : the model with the run's inputs and parameters; None if it is not at hand, see ``Model.attach``
+    model : the model with the run's inputs and parameters; None if the model is not at hand, see ``Model.attach``
     error : estimated discretisation error of states, multipliers and outputs
     events : events at the roots of the scene's functions; empty without any
     """
@@ -142,7 +142,7 @@ class Solution:
         object.__setattr__(self, "stats", ByName("statistic", self.stats))
         object.__setattr__(self, "metadata", ByName("entry", self.metadata))
 
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+    if not TYPE_CHECKING:  # a type checker knows the attributes without this method
 
         def __getattr__(self, name: str) -> object:
             known = vars(self)
@@ -187,9 +187,10 @@ class Solution:
         ----------
         recorded : mapping
             States, ``interrupted``, ``events`` and ``model``.
-        evaluated : evaluates the other attributes
+        evaluated : evaluates the remaining attributes
         at_once : bool
-            Whether it does so now, since a caller's functions were called in the run: they may change later.
+            Whether ``evaluated`` is called now, since a caller's functions were called in the run: such functions may
+            change later.
 
         Returns
         -------
@@ -211,7 +212,7 @@ class Solution:
     def inputs(self) -> Mapping[str, Array]:
         """The inputs at the rows, name -> (nt,): the caller's and the scene's own.
 
-        Evaluated when first asked for; ``save`` keeps them.
+        Evaluated when first asked for; ``save`` keeps the inputs.
         """
         return ByName("input", {} if self.model is None else self.model.inputs(self.t))
 
@@ -228,13 +229,13 @@ class Solution:
     def poses(self) -> Mapping[str, Array]:
         """Pose of each body at all times: name -> (nt, 7), quaternion (body to world axes) and position in the world.
 
-        With the name ``base`` the base's, if it moves. Evaluated by the compiled model when first asked for;
-        the term ``poses`` is compiled then if the model was built without it.
+        The name ``base`` has the base's pose, if the base moves. Evaluated by the compiled model on the first request;
+        the term ``poses`` is compiled then if the model was built without the term.
 
         Raises
         ------
         UsageError
-            The file was written without them; a name that no body has (it is a KeyError, too).
+            The file was written without poses; a name that no body has (the error is a KeyError, too).
         """
         return Poses(*self.poses_and_scenery)
 
@@ -247,7 +248,7 @@ class Solution:
         Raises
         ------
         UsageError
-            The scene has no geometrically exact beam; the file was written without them.
+            The scene has no geometrically exact beam; the file was written without section loads.
         """
         if self.model is None:
             fault = "it was stored without the loads of sections"
@@ -263,12 +264,12 @@ class Solution:
         Parameters
         ----------
         beam : str
-            Its name; may be left out if there is one alone.
+            Name of the beam; may be left out if the scene has a single beam.
         quantities : str
             ``moment``, ``force``, ``curvature``, ``strain``; moment and force if none is given.
         at : times, s
-            Curves along the axis at the rows next to them; without them one map over time and axis for each component
-            that differs from zero.
+            Curves along the axis at the rows nearest to these times; without times one map over time and axis for each
+            component that differs from zero.
         axes : matplotlib Axes, or several
             Axes to draw on, one for each panel; a new figure of pyplot if none are given.
 
@@ -290,12 +291,12 @@ class Solution:
     @overload
     def animate(self, path: None = None) -> InlineAnimation: ...
     def animate(self, path: str | Path | None = None) -> Path | InlineAnimation:
-        """Write the motion as one self-contained HTML file, or show it in a notebook.
+        """Write the motion as one self-contained HTML file, or display the motion in a notebook.
 
         Parameters
         ----------
         path : str or Path, optional
-            Name of the file, which ends in ``.html``; without it a notebook shows the page, up to 4 MB.
+            Name of the file, which ends in ``.html``; without a name a notebook shows the page, up to 4 MB.
 
         Returns
         -------
@@ -324,7 +325,7 @@ class Solution:
 
         Parameters
         ----------
-        names : str, or lists of them
+        names : str, or lists of str
             ``coordinates`` (or ``q``), ``velocities`` (``v``), ``accelerations`` (``a``), ``states`` (``z``),
             ``inputs`` (``u``), ``outputs``, ``energy``; or columns by name: ``"q.hinge"``, ``"tip"``, ``"tip[0]"``,
             ``"total"``. The outputs, or else the coordinates, if none is given.
@@ -359,7 +360,7 @@ class Solution:
         name : str
             As of ``plot``: ``"tip[2]"``, ``"q.hinge"``, ``"body_acceleration"``.
         segments : int
-            More of them: less scatter, coarser frequencies.
+            More segments: less scatter, coarser frequencies.
         start : float
             Rows before this time in s are left out, for a motion that has to settle first.
 
@@ -371,7 +372,7 @@ class Solution:
         Raises
         ------
         UsageError
-            No column or more than one of that name; rows that are not evenly spaced; too few of them.
+            No column or more than one of that name; rows that are not evenly spaced; too few rows.
 
         Examples
         --------
@@ -385,14 +386,13 @@ class Solution:
         return psd(self, name, segments, start)
 
     def save(self, path: str | Path) -> Path:
-        """Write the solution, all of it as ``.npz``, or its columns as ``.csv``, ``.mat`` or ``.parquet``.
+        """Write the solution, all data as ``.npz``, or the columns as ``.csv``, ``.mat`` or ``.parquet``.
 
-        An ``.npz`` holds the poses of the bodies too, if the model was built with them or they were asked for. A
-        ``.mat`` (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs
-        ``inputs``,
-        ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``, ``units`` and ``message``.
-        A
-        ``.parquet`` holds ``columns()``, with their units as metadata; it is written by the package ``pyarrow``.
+        An ``.npz`` holds the poses of the bodies too, if the model was built with poses or a caller asked for the
+        poses. A ``.mat`` (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs
+        ``inputs``, ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``, ``units`` and
+        ``message``. A ``.parquet`` holds ``columns()``, with units as metadata; the file is written by the package
+        ``pyarrow``.
 
         Parameters
         ----------
@@ -471,8 +471,9 @@ class Solution:
 
         q lies on the manifold and is smooth, with v and a at the rows those recorded. Between rows ``rk4`` keeps its
         order 4 and generalized-alpha its order 2, in the step if every step is recorded, else in the spacing of the
-        rows; ``taylor`` takes a step from the row before, to its tolerance, unless the solution comes from a file or
-        from another process; ``interpolation_error`` measures it, ``outputs_at`` gives the outputs there.
+        rows; ``taylor`` takes a step from the row before, to the tolerance of the run, unless the solution comes from a
+        file or from another process; ``interpolation_error`` measures the error between rows, ``outputs_at`` gives the
+        outputs at such times.
 
         Parameters
         ----------
@@ -519,7 +520,7 @@ class Solution:
         ------
         UsageError
             As of ``at``; or the model is not at hand, as the solution comes from a file or from another process.
-            ``Model.attach`` gives it back.
+            ``Model.attach`` gives the model back.
 
         Examples
         --------
@@ -550,7 +551,7 @@ class Solution:
         ------
         UsageError
             As of ``at``; or the model is not at hand, as the solution comes from a file or from another process.
-            ``Model.attach`` gives it back.
+            ``Model.attach`` gives the model back.
 
         Examples
         --------
@@ -684,24 +685,25 @@ class Solution:
         return len(self.t)
 
     def __getitem__(self, name: str) -> Array:
-        """Return a column (nt,) by name, ``solution["q.hinge"]``; an output by its own, (nt,) or (nt, size).
+        """Return a column (nt,) by name, ``solution["q.hinge"]``; an output by the output's name, (nt,) or (nt, size).
 
         Raises
         ------
         UsageError
-            No column or output of that name (it is a KeyError, too).
+            No column or output of that name (the error is a KeyError, too).
         """
         return column_named(self, name)
 
     def units(self) -> dict[str, str]:
         """Return the units of the columns by name: ``s``, ``rad``, ``m/s``, ``N``; ``1`` for pure numbers.
 
-        Multipliers have no unit of their own: forces or moments by the unit of their row.
+        Multipliers have no unit of their own: forces or moments by the unit of the row.
         """
         return units_of(self)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return all columns as a pandas DataFrame over ``t``; its ``attrs`` have ``units``, ``scene`` and ``message``.
+        """Return all columns as a pandas DataFrame over ``t``; ``attrs`` of the frame have ``units``, ``scene`` and
+        ``message``.
 
         Raises
         ------
@@ -711,9 +713,9 @@ class Solution:
         return to_pandas(self)
 
     def to_xarray(self) -> xarray.Dataset:
-        """Return the solution as an xarray Dataset over ``t``, each variable with its ``units``.
+        """Return the solution as an xarray Dataset over ``t``, each variable with ``units``.
 
-        ``q``, ``v``, ``a``, ``z`` and ``multipliers`` have a second dimension with the names of their components; each
+        ``q``, ``v``, ``a``, ``z`` and ``multipliers`` have a second dimension with the names of the components; each
         output and energy is a variable.
 
         Raises
@@ -724,7 +726,8 @@ class Solution:
         return to_xarray(self)
 
     def with_model(self, model: ModelOfRun) -> Solution:
-        """Return this solution with the model of its run at hand; ``Model.attach`` makes one."""
+        """Return a copy of this solution that holds the model of its run, with inputs and poses as far as they are
+        known. Callers have ``Model.attach``, which makes the argument from a model and calls this method."""
         whole, known = replace(self, model=model), vars(self).get("poses_and_scenery")
         vars(whole)["inputs"] = self.inputs
         return whole if known is None else whole._with(known)

@@ -172,7 +172,7 @@ def read_all(
 
 
 def _loads(arrays: Mapping[str, Array], rows: tuple[int, ...], path: Path) -> dict[str, SectionLoads]:
-    """Return the loads of the sections of each beam. Raises FileError if they do not fit to the times."""
+    """Return the loads of the sections of each beam. Raises FileError if the loads do not fit the times."""
     beams: dict[str, dict[str, Array]] = {}
     for name, array in arrays.items():
         beam, _, field = name.rpartition(".")
@@ -234,7 +234,7 @@ def to_xarray(solution: Recorded) -> xarray.Dataset:
 
 
 def write_matlab(solution: Recorded, path: Path) -> None:
-    """Write a file of MATLAB's version 5. Raises FileError if it cannot be written."""
+    """Write a file of MATLAB's version 5. Raises FileError if the file cannot be written."""
     from scipy.io import savemat  # noqa: PLC0415  # slow to import
 
     stream = io.BytesIO()
@@ -313,7 +313,7 @@ def _struct(arrays: Mapping[str, T]) -> dict[str, T]:
 
 
 def _names(solution: Recorded) -> dict[str, list[str]]:
-    """Return the names of the components of each block, as ``columns`` has them."""
+    """Return the names of the components of each block, as in ``columns``."""
     every = [name for name in solution.columns() if name != "t"]
     names: dict[str, list[str]] = {}
     start = 0

@@ -10,7 +10,7 @@ from eomgen.linear.spectra import PowerSpectrum
 from eomgen.results.plots import chosen_curves
 from eomgen.results.recorded import Recorded
 
-#: Spacings of rows are equal if they differ by less than this part.
+#: Spacings of rows are equal if the spacings differ by less than this part.
 _EQUAL = 1e-6
 _FEWEST = 16
 

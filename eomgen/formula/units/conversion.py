@@ -35,7 +35,7 @@ def _registry() -> Any:
 
 @cache
 def measure(factors: Factors) -> tuple[Fraction, Dimension]:
-    """Return a unit's size, the coherent unit of SI being 1, and the exponents of its dimension.
+    """Return a unit's size, the coherent unit of SI being 1, and the exponents of the unit's dimension.
 
     Angles are a dimension, which radians measure.
     """
@@ -55,8 +55,8 @@ def to_unit(quantity: Quantity, unit: str, *, over_time: bool = False) -> float:
     Parameters
     ----------
     unit : str
-        If it is divided by an angle, as a torsional stiffness is, the angle need not be written: N m is taken for N
-        m/rad.
+        If the unit is divided by an angle, as the unit of a torsional stiffness is, the angle need not be written: N m
+        is taken for N m/rad.
     over_time : bool
         Whether a formula of time could stand instead.
 
@@ -79,7 +79,7 @@ def unit_fault(text: str, factors: Factors, unit: str) -> tuple[str, str] | None
 
     Parameters
     ----------
-    text, factors : the unit, as it is written and as it is read
+    text, factors : the unit, as written and as read
     unit : target of the conversion, coherent in SI
     """
     wanted = measure(read_unit(unit))[1]
@@ -97,8 +97,8 @@ def _of_kind(factors: Factors) -> str:
 
 
 def misplaced(label: str, unit: str) -> str:
-    """Return the kind of a quantity with a unit if one in another unit is expected, in words; empty if it could be
-    that one, angles being no dimension here.
+    """Return the kind of a quantity with a unit if a quantity in another unit is expected, in words; empty if the
+    quantity could be the expected one, angles being no dimension here.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple
     Raises
     ------
     UnitError
-        Also for a label that is no unit: it could mean anything.
+        Also for a label that is no unit: such a label could mean anything.
     """
     from eomgen.formula.units.conversion import to_si, to_unit  # noqa: PLC0415  # pint comes with it
 

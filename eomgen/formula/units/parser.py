@@ -43,14 +43,14 @@ _ADVICE = {
     **dict.fromkeys("\u00b7\u22c5\u00d7", "a blank between units"),
 }
 
-#: Signs behind a number that make a formula of it, though not one that can be read.
+#: Signs behind a number that make a formula of the text, though not a formula that can be read.
 _OF_FORMULAS = "\u2212\u2013\u2014\u00f7\u2264\u2265"
 
 Factors = tuple[tuple[str, int], ...]
 
 
 class UnitError(DescriptionError):
-    """A unit string that cannot be read: ``what`` and ``hint`` are its fault and remedy."""
+    """A unit string that cannot be read: ``what`` and ``hint`` are fault and remedy of the string."""
 
     def __init__(self, fault: str, hint: str = "") -> None:
         self.what = fault
@@ -60,7 +60,7 @@ class UnitError(DescriptionError):
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number with its unit.
+    """A number with a unit.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ def is_quantity(text: str) -> bool:
 
 
 def read_quantity(text: str, known: Collection[str] = ()) -> Quantity:
-    """Read a number with a unit, without judging its dimension.
+    """Read a number with a unit, without judging the dimension.
 
     Parameters
     ----------

@@ -96,7 +96,7 @@ REFUSED = {
     "t": "t is the time in formulas|tonne",
     "d": "a day is not needed by machines|24 h for each",
 }
-#: Dimensions that have a name, by a unit that has them.
+#: Dimensions that have a name, by a unit of the dimension.
 NAMED = {
     "m": "a length",
     "m^2": "an area",
@@ -127,7 +127,7 @@ NAMED = {
 
 
 class Named(NamedTuple):
-    """A name that was found: its name in pint, the SI unit of the same kind, and whether it is that unit."""
+    """A known name of a unit: the name in pint, the SI unit of the same kind, and whether the name is that SI unit."""
 
     pint: str
     coherent: str
