@@ -28,7 +28,7 @@ VERBS: dict[str, Verb] = {verb.name: verb for verb in own() if verb.command}
 
 
 class _Verbs(click.Group):
-    """A group that imports a command when it is called; the list of commands needs none of them."""
+    """A group that imports a command when the command is called; the list of commands needs no command's module."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(_every_verb())
@@ -83,8 +83,8 @@ def commands() -> None:
 
 
 def _called(words: Sequence[str]) -> object:
-    """Return the result of a command. Raises BrokenPipeError in place of the exit with 1, by which click answers
-    it: all else that goes wrong is raised."""
+    """Return the result of a command. Raises BrokenPipeError in place of the exit with 1, which is click's answer: any
+    other error is raised."""
     try:
         return commands.main(list(words), prog_name="eomgen", standalone_mode=False)
     except SystemExit as error:
@@ -155,7 +155,7 @@ def _author(words: Sequence[str]) -> str:
 
 
 def _drop_what_cannot_be_written() -> None:
-    """Empty the buffer of stdout, which Python would try to write once more when it ends, with an exit code of its
+    """Empty the buffer of stdout, which Python would try to write once more at its end, with an exit code of Python's
     own."""
     try:
         sys.stdout.flush()
@@ -175,7 +175,7 @@ def _talk() -> None:
 
 
 def _check_streams() -> None:
-    """Give closed standard streams, as under some daemons, somewhere to go: libraries expect them to be open."""
+    """Give closed standard streams, as under some daemons, an open file: libraries expect open streams."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             # open as long as the process

@@ -39,7 +39,7 @@ def animate(scene: str, path: str, **options: Any) -> int:
 
 
 def _check_scene(path: Path) -> None:
-    """Raise UsageError for a table or a folder of a run, beside which its solution lies."""
+    """Raise UsageError for a table or for a folder of a run, whose solution lies in the same place."""
     folder = path if path.is_dir() else path.parent if path.suffix == ".csv" else None
     if folder is not None:
         fault = "this is a folder" if folder == path else "a table has no poses of bodies"

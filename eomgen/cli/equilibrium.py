@@ -82,7 +82,7 @@ class PathRequest:
         self, model: Model, initial: Mapping[str, Any], parameters: Any, time: float, inputs: Any, as_json: bool
     ) -> int:
         """Print and write the requested path or buckling loads. Raises NumericalError if a path does not arrive, after
-        it is written."""
+        the path is written."""
         given = {"initial": initial or None, "parameters": parameters, "t": time, "u": inputs}
         if self.buckling is not None:
             with waiting(f"{model.name}: buckling loads"):

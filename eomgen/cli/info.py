@@ -34,9 +34,9 @@ class InfoPart:
 
     Attributes
     ----------
-    describe : returns its data, as JSON types by key
-    show : prints its data
-    hidden : returns the parameters in its data that the table of parameters leaves out
+    describe : returns the data of the part, as JSON types by key
+    show : prints the data of the part
+    hidden : returns the parameters in these data that the table of parameters leaves out
     """
 
     describe: Callable[[Scene], Mapping[str, Any]]
@@ -137,7 +137,8 @@ def described(system: System) -> dict[str, Any]:
 
 
 def _base_parameters(scene: Scene) -> dict[str, Any]:
-    """Return the combinations of inertial and friction parameters that decide inverse dynamics, and the others."""
+    """Return the combinations of inertial and friction parameters that decide inverse dynamics, and the remaining
+    parameters."""
     from eomgen.pipeline.pipeline import build  # noqa: PLC0415
 
     result = build(scene, ["inverse_dynamics", "regressor", "regressor_parameters"]).base_parameters()
@@ -147,11 +148,11 @@ def _base_parameters(scene: Scene) -> dict[str, Any]:
 
 
 _LISTED = 8
-#: So many places are shown.
+#: Number of places that are shown.
 _PLACES = 24
 #: Characters of an equation.
 _LONGEST = 80
-#: So many names that are numbered one after the other are shown by the first and the last.
+#: Number of names, numbered one after the other, above which the first and the last name stand for all.
 _MANY = 12
 #: Operations of a step, as ``operations_of_step`` names them.
 _OPERATIONS = ("additions", "multiplications", "divisions", "functions")
@@ -171,7 +172,7 @@ def _jumps(discontinuities: Sequence[Discontinuity]) -> list[str]:
 
 
 def _states(system: System) -> list[dict[str, Any]]:
-    """Return the internal states, each with the operations of its rate alone."""
+    """Return the internal states, each with the operations of the state's rate alone."""
     rates = system.functions["internal_rate"].refs if "internal_rate" in system.functions else [None] * system.nz
     return [
         {
@@ -343,7 +344,8 @@ def _print_lists(data: dict[str, Any]) -> None:
 
 
 def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
-    """Print the first places at the design position, in their bodies and in the frame that carries the tree."""
+    """Print the first places at the design position, in the frame of the body and in the frame that carries the
+    tree."""
     lines = [
         (place["name"], place["body"], *(", ".join(f"{x:.6g}" for x in place[key]) for key in ("position", "world")))
         for place in places[:_PLACES]
@@ -355,7 +357,7 @@ def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
 
 
 def _by_constraint(data: Mapping[str, Any]) -> list[tuple[str, int, str]]:
-    """Return each constraint with the number and the meanings of its rows, which are named ``constraint: meaning``."""
+    """Return each constraint with the number and the meanings of the rows, which are named ``constraint: meaning``."""
     groups: dict[str, list[str]] = {}
     for row, unit in zip(data["constraints"], data["multiplier_units"], strict=True):
         name, _, meaning = row.partition(": ")
@@ -383,12 +385,12 @@ def _joined(names: Sequence[str]) -> list[str]:
 
 
 def _text(name: str) -> tuple[str, ...]:
-    """Return the parts of a name before, between and behind its numbers."""
+    """Return the parts of a name before, between and behind the numbers in the name."""
     return tuple(re.split(r"\d+", name))
 
 
 def _is_whole_range(names: Sequence[str]) -> bool:
-    """Return whether names that differ in numbers alone are there for all combinations, the last one counting
+    """Return whether names that differ in numbers alone are there for all combinations, the last number counting
     fastest."""
     numbers = [tuple(map(int, re.findall(r"\d+", name))) for name in names]
     ranges = [range(first, last + 1) for first, last in zip(numbers[0], numbers[-1], strict=True)]

@@ -127,12 +127,12 @@ class RideRequest:
         return cls(outputs, chosen, _speeds(speeds), band)
 
     def table(self, lin: Linearization, excitation: RoadExcitation) -> RideTable:
-        """Return the root mean squares; by default on the road of the scene and at its speed."""
+        """Return the root mean squares; by default on the road of the scene and at the speed of the scene."""
         classes = self.classes or ((excitation.road.road_class,) if excitation.road.road_class else ())
         return lin.ride_table(excitation, self.outputs, classes, self.speeds, self.band)
 
     def spectra(self, lin: Linearization, excitation: RoadExcitation) -> list[PowerSpectrum]:
-        """Return the spectra of the outputs, without their weightings."""
+        """Return the spectra of the outputs, without weightings."""
         return [lin.psd(name, excitation) for name in self.outputs]
 
 
@@ -238,7 +238,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
 
 
 class _Request:
-    """A scene and the operating point of its linear model."""
+    """A scene and the operating point of the scene's linear model."""
 
     def __init__(self, path: str, options: dict[str, Any]) -> None:
         from eomgen.pipeline import pipeline  # noqa: PLC0415
@@ -256,7 +256,8 @@ class _Request:
             self.model: Model = pipeline.build(described, real="double", profile=options.pop("profile"))
 
     def linearized(self, changes: dict[str, float], before: Linearization | None) -> Linearization:
-        """Return the linear model with some parameters changed; equilibria are searched for from the last one."""
+        """Return the linear model with some parameters changed; searches for equilibria begin at the equilibrium of the
+        model before."""
         parameters = {**self.parameters, **changes}
         if isinstance(self.at, float):
             run = self.model.simulate(
@@ -280,7 +281,7 @@ class _Request:
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
 
     def campbell(self, wanted: CampbellRequest) -> tuple[Campbell | None, str]:
-        """Return the Campbell diagram as far as it came, and a line that tells of Ctrl-C."""
+        """Return the Campbell diagram, as much of it as was computed, and a line that tells of Ctrl-C."""
         given: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
         motion = {name: value for name, value in self.velocities.items() if name != wanted.speed}
         at = {"at": self.at} if wanted.speed in self.model.parameters else {}
@@ -403,7 +404,7 @@ def _said(lin: Linearization) -> str:
     import numpy as np  # noqa: PLC0415
 
     modes = lin.modes()
-    # steady motions and equilibria keep their linear model, states that accelerate leave it
+    # steady motions and equilibria keep the linear model, states that accelerate leave the point of linearization
     accelerating = np.abs(lin.reference.a).max(initial=0.0) > 1e-9
     frozen = f", frozen at t = {lin.reference.t:.6g} s in a state that accelerates" if accelerating else ""
     match modes.stability:
@@ -435,7 +436,7 @@ def _state(text: str | None) -> str | float | None:
 
 
 def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[float]] | None:
-    """Return a parameter and its values."""
+    """Return the name of a parameter and the values of the parameter."""
     if text is None:
         return None
     name, equals, rest = text.partition("=")

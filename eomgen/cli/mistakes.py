@@ -75,7 +75,7 @@ def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
 
     Parameters
     ----------
-    path : the command as it was called: ``eomgen simulate``
+    path : the command as called: ``eomgen simulate``
     words : the command line behind ``eomgen``
     """
     listing = f"{path} --help"
@@ -94,7 +94,7 @@ def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
 
 
 def _of_value(param: click.Parameter, message: str) -> str:
-    """Return a value of an option in place of a value that it cannot have; empty if there is no example."""
+    """Return a possible value of an option in place of an impossible value; empty if there is no example."""
     option = param.opts[0]
     given = (_GIVEN.search(message) or ("", ""))[1]
     if isinstance(param.type, click.Choice):

@@ -36,7 +36,8 @@ _SENTENCE = re.compile(r"(?<=\.)\s")
 
 
 class FunctionOption(click.Option):
-    """Option that hands on an argument of a function, with the default of its signature and the help of its docstring.
+    """Option that hands on an argument of a function, with the default of the function's signature and the help of the
+    function's docstring.
 
     The function is imported for the help page and for a default that is not None.
 
@@ -63,7 +64,7 @@ class FunctionOption(click.Option):
         return self.argument.default if self.handed_on else super().get_default(ctx, call=call)
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        """Return the option and its text on the help page."""
+        """Return the option and the option's text on the help page."""
         self.help = f"{self.argument.text} May be repeated." if self.multiple else self.argument.text
         if self.handed_on:
             self.show_default = self.argument.default not in (None, "")
@@ -71,7 +72,7 @@ class FunctionOption(click.Option):
 
 
 class Argument(NamedTuple):
-    """Default of an argument of a function, and the first sentence of its text."""
+    """Default of an argument of a function, and the first sentence of the argument's text."""
 
     default: Any
     text: str
@@ -79,7 +80,7 @@ class Argument(NamedTuple):
 
 @cache
 def argument_of(target: str, name: str) -> Argument:
-    """Return an argument of the function ``module:function`` by its signature and its docstring."""
+    """Return an argument of the function ``module:function`` by signature and docstring of the function."""
     module, _, function = target.partition(":")
     taker = getattr(import_module(module), function)
     default = inspect.signature(taker).parameters[name].default
@@ -109,7 +110,7 @@ initial_option = click.option(
 
 
 def _seconds(_: click.Context, param: click.Parameter, text: str | None) -> float | None:
-    """Return a time in s, given as a number of s or with its unit."""
+    """Return a time in s, given as a number of s or with a unit."""
     if text is None:
         return None
     option = f"--{str(param.name).replace('_', '-')}"
@@ -117,7 +118,7 @@ def _seconds(_: click.Context, param: click.Parameter, text: str | None) -> floa
 
 
 def _bound(_: click.Context, param: click.Parameter, text: str | None) -> dict[str, float] | None:
-    """Return the settings of a stepper with a largest step, given as a number of s or with its unit."""
+    """Return the settings of a stepper with a largest step, given as a number of s or with a unit."""
     option = param.opts[0]
     if text is None:
         return None
@@ -158,7 +159,7 @@ def debug_option(command: Command) -> Command:
 
 
 def scene_options(command: Command) -> Command:
-    """Add the scene's path and how it is read."""
+    """Add the scene's path and the options for reading the scene."""
     for decorate in (
         *(_source_option(source, option) for source, option in all_options().values()),
         click.option(
@@ -195,12 +196,12 @@ _ANY, _DERIVED = (
 
 
 def stepper_options(command: Command) -> Command:
-    """Add the method of runs with its parameters, and the step."""
+    """Add the method of runs with the parameters of the method, and the step."""
     return _stepper_options(command, _ANY)
 
 
 def derivable_stepper_options(command: Command) -> Command:
-    """Add the method of runs that have derivatives with its parameters, and the step."""
+    """Add the method of runs that have derivatives, with the parameters of the method, and the step."""
     return _stepper_options(command, _DERIVED)
 
 
@@ -299,7 +300,7 @@ def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
 def in_units(
     option: str, values: Mapping[str, float | str], owners: Iterable[Parameter | Input | Output | State]
 ) -> dict[str, float]:
-    """Return numbers; texts with a unit are converted to the unit of their owner. Raises UsageError."""
+    """Return numbers; texts with a unit are converted to the unit of the owner. Raises UsageError."""
     labels = {owner.name: owner.unit for owner in owners}
     return {
         name: in_label(f"{option} {name}={value}", value, labels.get(name, "")) if isinstance(value, str) else value

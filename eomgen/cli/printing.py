@@ -63,8 +63,8 @@ def print_table(
     numeric: Sequence[int] = (),
     whole: Sequence[int] = (),
 ) -> None:
-    """Print a table to stdout; columns in ``numeric`` are aligned to the right, and neither these nor ``whole`` ones
-    fold."""
+    """Print a table to stdout; columns in ``numeric`` are aligned to the right, and columns in ``numeric`` or ``whole``
+    do not fold."""
     table = Table(
         title=title, title_justify="left", box=None, pad_edge=False, header_style="bold", show_header=any(header)
     )

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
 
 SCENE_OPTIONS = ("strict", "coordinates", *all_options())
-#: Options of a run that may be given again when it is resumed.
+#: Options of a run that may be given again when the run is resumed.
 _OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every", "error_estimate")
 
 
@@ -33,7 +33,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     Parameters
     ----------
     options : dict
-        Of ``scene_options`` and ``run_options``; the scene's options are taken out of it.
+        Of ``scene_options`` and ``run_options``; the scene's options are removed from the dict.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def say_stand_in(scene: Scene, method: str | None, use: str) -> None:
 
     Parameters
     ----------
-    method : the scene's if it is None
+    method : None: the scene's method
     use : text before the method's name
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415
@@ -77,7 +77,7 @@ def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[M
     """Build and simulate a scene with the options that ``read_scene`` has left, or go on with the run of a
     checkpoint. The model has the functions that runs call.
 
-    ``once``: whether the model is for this run alone, so that it may be stepped by the tape engine.
+    ``once``: whether the model is for this run alone, so that the tape engine may step the model.
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415
 
@@ -100,8 +100,8 @@ def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[M
 
 
 def _steps(scene: Scene, options: dict[str, Any]) -> float | None:
-    """Return the number of steps of a run that may be stepped by the tape engine, None if it may not: the profile is
-    chosen by the user, later runs go on from a checkpoint, or the steps follow from a tolerance."""
+    """Return the number of steps of a run that may be stepped by the tape engine, None if the engine may not step the
+    run: the profile is chosen by the user, later runs go on from a checkpoint, or the steps follow from a tolerance."""
     chosen = click.get_current_context().get_parameter_source("profile") is not ParameterSource.DEFAULT
     if chosen or os.environ.get(PROFILE_VARIABLE) or options["checkpoint"] or options["tolerance"] is not None:
         return None

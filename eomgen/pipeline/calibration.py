@@ -42,10 +42,9 @@ if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
 
 
-#: Modal forces on other modes, as a share of requested modal forces, above which poles are not at their requested
-#: places.
+#: Modal forces on other modes, as a share of requested modal forces, above which poles miss the requested places.
 _MISSED = 1e-6
-#: Relative distance of an eigenvalue from its requested place above which the distance is reported.
+#: Relative distance of an eigenvalue from the requested place above which the distance is reported.
 _OFF = 1e-3
 
 
@@ -95,7 +94,7 @@ _BALANCED = 1e-6
 
 
 def calibrated(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scene:
-    """Return a scene whose gains have their calibrated values as defaults, and a note on each controller.
+    """Return a scene whose gains have calibrated values as defaults, and a note on each controller.
 
     Parameters
     ----------

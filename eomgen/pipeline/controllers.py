@@ -39,8 +39,8 @@ def with_controller(
     scene : path, or mapping like a scene file
         Source of the linear model.
     law : Regulator or OutputFeedback
-        In continuous time controllers of type ``state_feedback``, with states for the estimates; sampled ones are
-        sampled states.
+        In continuous time controllers of type ``state_feedback``, with states for the estimates; sampled controllers
+        are sampled states.
     prefix : str
         Before the names of estimates.
 
@@ -237,9 +237,10 @@ def error_on_group(joint: str, component: int, reference: tuple[float, ...]) -> 
     """Return the formula of the distance of a joint on SO(3) or SE(3) from the reference, along one component.
 
     With r = p_0^-1 p, quaternions, the turn is 2 r_w (r_x, r_y, r_z): sin(angle) times the axis (Lee, Leok and
-    McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010). It is the logarithm, left-trivialised
-    as coordinates of linear models are, up to the third power of the angle; the logarithm itself has no derivative at
-    half a turn, while this one is a polynomial, the same for both signs of p. Travels are R_0^T (x - x_0).
+    McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010). This error is the logarithm,
+    left-trivialised as coordinates of linear models are, up to the third power of the angle; the logarithm itself has
+    no derivative at half a turn, while this error is a polynomial, the same for both signs of p. Travels are R_0^T (x -
+    x_0).
     """
     w, x, y, z = reference[:4]
     p = [f"q.{joint}[{k}]" for k in range(4)]
@@ -307,7 +308,7 @@ def _sum(terms: list[tuple[float, str]]) -> str:
 
 
 def _off(formula: str, reference: float) -> str:
-    """Return a formula from its reference on."""
+    """Return a formula minus a reference."""
     if not reference:
         return formula
     return f"({formula} {'-' if reference > 0.0 else '+'} {_number(abs(reference))})"

@@ -139,7 +139,7 @@ def equal_elements(scene: Scene) -> EqualElements | None:
 
 
 def _texts_beside(scene: Scene, nodes: Collection[str]) -> set[str] | None:
-    """Return all texts of a scene beside its beams and their nodes; None if a formula names elements by number or
+    """Return all texts of a scene beside beams and nodes of beams; None if a formula names elements by number or
     place."""
     apart = replace(
         scene,

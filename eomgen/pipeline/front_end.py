@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 #: Builds the model of a document with some terms, the same bits everywhere.
 Build = Callable[[Any, Sequence[str]], "Model"]
-#: Function that derives a document: its Program, and the reason for a missing stepper.
+#: Function that derives a document: the Program, and the reason for a missing stepper.
 Programs = Callable[[Any], tuple["Program", str]]
 
 
@@ -48,11 +48,11 @@ class FrontEnd:
     ----------
     name : of the front end, part of the key of the cache
     document : class of the documents, each a ``Document``
-    describe : description of a document; called at every build, also of a cached model, so it should import no
-        slow modules
+    describe : description of a document; called at every build, also of a cached model, so the function should import
+        no slow modules
     derive : the System with the wanted terms, None: all terms that a run may need; terms that cannot be derived are
         left out
-    prepared : the document with values found by a compiled model of it, before it is derived
+    prepared : the document with values from a compiled model of the document, before the derivation
     start : returns q and v of the initial state at other values of tunable parameters, if the state depends on
         parameters
     gains : finds parameters filled by ``prepared`` at other values of the remaining parameters; None without such
@@ -60,7 +60,7 @@ class FrontEnd:
     every_row : evaluates the constraints with the rows that were left out as redundant, if there are any
     content : all data that determine the equations of a document; by default ``content`` of the document
     program : the Program of a document with many equal parts, and the reason for a missing stepper, by a function that
-        derives documents with few such parts; None for other documents None for other documents
+        derives documents with few such parts; None for other documents
     """
 
     name: str
@@ -82,8 +82,8 @@ class FileKind(OtherKind):
     Attributes
     ----------
     front_end : of the documents of such files
-    read : returns the document of a path, of nested data or of itself; None for anything else. Raises DescriptionError,
-        and UsageError for options of mechanical scenes
+    read : returns the document of a path or of nested data, or a given document unchanged; None for any other argument.
+        Raises DescriptionError, and UsageError for options of mechanical scenes
     build : returns the compiled model of a document, for a method and a profile
     generate : writes a document with a method as a folder of C, and returns the paths
     show : prints the answer of ``info`` to a path, for a method, options and whether as JSON; False for other files

@@ -68,7 +68,7 @@ def with_equilibrium_start(
 ) -> Program:
     """Return a Program with the initial state of ``simulate`` at the program's parameters, documented in the README.
 
-    Without an equilibrium the initial state is the joints' own; a RuntimeWarning and the README report it.
+    Without an equilibrium the initial state is the joints' own; a RuntimeWarning and the README report that.
 
     Parameters
     ----------

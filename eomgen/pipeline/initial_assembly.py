@@ -83,8 +83,7 @@ def with_initial_assembly(
 
 
 def _left_out(system: System, equations: Constrained, q: Array, rows: Redundancy) -> list[str]:
-    """Return a sentence for each dependent row, with its violation if lengths or axes hardly
-    fit."""
+    """Return a sentence for each dependent row, with the row's violation if lengths or axes hardly fit."""
     off = left_over(equations, q, rows.dependent)
     by = {row: f", though it is off by {abs(value):.3g}" for row, value in off.items()}
     return [

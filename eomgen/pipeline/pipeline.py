@@ -63,7 +63,7 @@ def load(
     Parameters
     ----------
     path : path, mapping or Scene
-        A mapping holds the data of a scene file; a Scene is returned as it is.
+        A mapping holds the data of a scene file; a Scene is returned unchanged.
     strict : bool
         Refuse elements that an importer would leave out with a note.
     coordinates : str, optional
@@ -282,7 +282,7 @@ def build(
     profile: str = STANDARD_PROFILE,
     real: str | None = None,
 ) -> Model:
-    """Return the compiled model of a scene, from the cache if nothing has changed.
+    """Return the compiled model of a scene, from the cache if the scene has not changed.
 
     Parameters
     ----------
@@ -291,13 +291,14 @@ def build(
     terms : sequence of str, optional
         Functions wanted; the scene's own list, or all that it can use, by default. Fewer compile faster.
     method : str, optional
-        Whose stepper is compiled in, and the one that ``simulate`` uses by default; the scene's by default.
-        Others are compiled when ``simulate`` asks for them. ``auto``: each run chooses, see ``simulate``.
+        Method whose stepper is compiled in, and the method that ``simulate`` uses by default; the scene's by default.
+        Steppers of other methods are compiled when ``simulate`` asks for such a method. ``auto``: each run chooses, see
+        ``simulate``.
     profile : str
-        ``fast`` (this processor), ``reproducible`` (same bits everywhere), ``quick`` (compiles fastest) or
-        ``instant``: the functions are evaluated by a tape engine at once, to the bits of ``reproducible``, and the
-        compiled library takes over between two calls or runs when the compiler is done. If the compiled library is in
-        the cache, it is taken.
+        ``fast`` (this processor), ``reproducible`` (same bits everywhere), ``quick`` (compiles fastest) or ``instant``:
+        the functions are evaluated by a tape engine at once, to the bits of ``reproducible``, and the compiled library
+        takes over between two calls or runs when the compiler is done. A compiled library in the cache is taken at
+        once.
     real : str
         Number type of the compiled code: ``double`` or ``float``; the scene's by default.
 
@@ -372,8 +373,8 @@ def built_in(
     long = not constrained and not described.states and "iteration" in there
 
     def stepper(other: str, selection: Selection | None = None) -> Library:
-        """Return a library with a method's stepper: of these functions, else of the functions it calls; of long trees
-        without their dense partials."""
+        """Return a library with a method's stepper: of these functions, else of the functions that the stepper calls;
+        of long trees without their dense partials."""
         if selection is not None:
             return _library(document, front_end, selection, other, builder)
         needed = terms_of(other, constrained, bool(described.states), mass)
@@ -389,7 +390,8 @@ def built_in(
 
     def built(others: Sequence[str]) -> Model:
         own = _method_name(described, method)
-        if isinstance(method_named(own).linear_step, LinearPasses):  # its data are packed as the partials are
+        # data of this method are packed as the partials are
+        if isinstance(method_named(own).linear_step, LinearPasses):
             others = (*others, *terms_of(own, constrained, bool(described.states), mass))
         return built_in(cache, document, tuple(dict.fromkeys(others)), method, profile, real)
 
@@ -459,7 +461,7 @@ def built_for_run(
     method, start : of the runs; the scene's by default
     profile : as of ``build``
     steps : of the only run, which may be stepped by the tape engine: if the library is not in the cache, the method
-        does not choose its steps, and the run is expected to end on the engine before the compilers would
+        does not choose its steps, and the run is expected to end on the engine before the compilers would end
     """
     document, front_end = as_document(scene)
     described = front_end.describe(document)
@@ -482,7 +484,7 @@ def _reproducible(document: Document, terms: Sequence[str]) -> Model:
 
 
 def as_document(described: Described) -> tuple[Document, FrontEnd]:
-    """Return a scene or another front end's document as it is, or a scene read from a path or made of nested data."""
+    """Return a scene or another front end's document unchanged, or a scene read from a path or made of nested data."""
     if isinstance(described, StoredScene):
         return described, SCENES
     if not isinstance(described, str | os.PathLike | Mapping):
@@ -495,7 +497,7 @@ def as_document(described: Described) -> tuple[Document, FrontEnd]:
 
 
 def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None) -> Scene:
-    """Return a scene as it is, or made of nested data; raise UsageError for impossible sources or targets."""
+    """Return a scene unchanged, or made of nested data; raise UsageError for impossible sources or targets."""
     from eomgen.scene.load import from_data, named_method  # noqa: PLC0415  # a stored scene needs no reader
     from eomgen.scene.scene import Scene  # noqa: PLC0415
 
@@ -543,7 +545,7 @@ def _check_terms(terms: Sequence[str] | None) -> None:
 def _method_name(described: Description, method: str | None) -> str:
     """Return the requested method, or the described one; the default one if runs choose.
 
-    Raises UsageError or DescriptionError when there is none of its name.
+    Raises UsageError or DescriptionError for an unknown name of a method.
     """
     from eomgen.integrators.families.register import AUTO, STANDARD, canonical_name  # noqa: PLC0415
 
@@ -567,11 +569,11 @@ def _check_method(scene: Scene, place: str = "") -> None:
 
 
 def _with_method_problems(error: DescriptionError, method: Callable[[], tuple[object, str]]) -> DescriptionError:
-    """Return the error of a description, with one more problem if its method is unknown.
+    """Return the error of a description, with one more problem if the description's method is unknown.
 
     Parameters
     ----------
-    method : returns the description's method and its place in the file
+    method : returns the description's method and the method's place in the file
     """
     from eomgen.system.description import Simulation  # noqa: PLC0415
 
@@ -600,13 +602,14 @@ def _own_method(simulation: Simulation, place: str) -> str:
 
 
 def _method(described: Description, method: str | None, *, for_runs: bool) -> Method:
-    """Return a method with the parameters described, as far as it can bear them.
+    """Return a method with the described parameters, if the method has such parameters.
 
-    Raises DescriptionError if the described method cannot, UsageError if another one cannot bear its own defaults.
+    Raises DescriptionError if the described method cannot take these parameters, UsageError if another method cannot
+    run with its own defaults.
 
     Parameters
     ----------
-    for_runs : whether runs give the stepper its parameters, so that it does not matter which it is made with
+    for_runs : whether runs give the stepper its parameters, so that the parameters of the made stepper do not matter
     """
     from eomgen.integrators.families.register import method_compiled, method_named, method_parameters  # noqa: PLC0415
 
@@ -634,7 +637,7 @@ def _program(
     for_runs: bool = False,
     parameters: Mapping[str, float | str] | None = None,
 ) -> tuple[Program, str]:
-    """Return the Program, and the reason if it has no stepper.
+    """Return the Program, and the reason if the Program has no stepper.
 
     Parameters
     ----------
@@ -665,7 +668,7 @@ def _derived_program(
     *,
     with_settings: bool,
 ) -> tuple[Program, str]:
-    """Return the Program of a document, derived, and the reason if it has no stepper.
+    """Return the Program of a document, derived, and the reason if the Program has no stepper.
 
     ``with_settings``: whether the settings described are of this method.
     """
@@ -696,7 +699,7 @@ def _derived_program(
 
 
 def _with_settings(data: dict[str, Any], described: Description) -> dict[str, Any]:
-    """Return the data of the method described with its settings as defaults. Raises DescriptionError."""
+    """Return the data of the described method with the described settings as defaults. Raises DescriptionError."""
     from eomgen.integrators.stepper_layout import with_settings  # noqa: PLC0415
 
     try:
@@ -707,7 +710,8 @@ def _with_settings(data: dict[str, Any], described: Description) -> dict[str, An
 
 
 def _is_faster_on_tape(functions: Sequence[Mapping[str, Any]], steps: float) -> bool:
-    """Return whether a run of so many steps ends on the tape engine before the compilers of its library would end."""
+    """Return whether a run of the given number of steps ends on the tape engine before the compilers of the library
+    would end."""
     from eomgen.toolchain.compiler import processors  # noqa: PLC0415
     from eomgen.toolchain.profiles import compiler_seconds, run_seconds_on_tape  # noqa: PLC0415
 
@@ -724,7 +728,7 @@ def _library(
     builder: Builder,
     steps: float | None = None,
 ) -> Library:
-    """Return the library with a stepper, from the cache if it is there.
+    """Return the library with a stepper, from the cache if the library is there.
 
     Parameters
     ----------
@@ -782,7 +786,7 @@ def _made(
 
     Parameters
     ----------
-    refusal : the reason if it has no stepper
+    refusal : the reason if the Program has no stepper
     marks : further data of the layout
     running : as of ``Builder.build``
     """

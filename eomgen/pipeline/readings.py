@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
     from eomgen.system.description import Description
 
-#: Endings of the files that eomgen itself reads; other distributions read others, and may change.
+#: Endings of the files that eomgen itself reads; other distributions read further files, and may change.
 _OWN = (".toml", ".urdf", ".csv", ".txt", ".dat", ".tsv", ".c")
-#: Bytes of a scene in a record at most: longer ones take about as long to read from it.
+#: Bytes of a scene in a record at most: larger scenes take about as long to read from a record.
 _LARGEST = 4_000_000
 #: Types of the functions in requirements: eomgen's own and comparisons of Python, whose module is ``_operator``.
 _FUNCTIONS = (FunctionType, BuiltinFunctionType)
@@ -49,7 +49,7 @@ class NoRecordError(Exception):
 
 @dataclass(frozen=True)
 class StoredScene:
-    """Scene of a record, which is made when it is asked for: a compiled model in the cache needs its description alone.
+    """Scene of a record, made on the first request: a compiled model in the cache needs the description alone.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class StoredScene:
         Digest of the scene, for keys of caches.
     description : Description
     plain : bool
-        Whether a compiled model of the scene asks for the scene itself only to derive equations: its bodies have
+        Whether a compiled model of the scene asks for the scene itself only to derive equations: the bodies have
         coordinates of their own joints, and no calibration finds parameters.
     text : str
         The scene as JSON.
@@ -110,7 +110,7 @@ def store(
     Parameters
     ----------
     files : mapping
-        Digest of each file by its absolute path, empty for a file that changed meanwhile.
+        Digest of each file by absolute path, empty for a file that changed meanwhile.
     """
     if not all(files.values()) or not all(file.lower().endswith(_OWN) for file in files):
         return
@@ -158,7 +158,7 @@ def _remove_oldest(folder: Path) -> None:
 
 
 def to_text(value: Any) -> str:
-    """Return data of dataclasses, numbers, texts and arrays as JSON. Raises NoRecordError for others."""
+    """Return data of dataclasses, numbers, texts and arrays as JSON. Raises NoRecordError for any other data."""
     kinds: dict[type, tuple[int, list[str]]] = {}
     known: dict[int, int] = {}
 
@@ -223,7 +223,7 @@ def from_text(text: str) -> Any:
 
 
 def _attributes(kind: type) -> set[str]:
-    """Return the names of the attributes of a class, without compiling its methods."""
+    """Return the names of the attributes of a class, without compiling the methods of the class."""
     return {name for base in kind.__mro__ for name in vars(base)}
 
 
@@ -255,7 +255,7 @@ def _name(value: Any) -> str:
 
 
 def _object(name: str) -> Any:
-    """Return a class or function of eomgen. Raises NoRecordError for others."""
+    """Return a class or function of eomgen. Raises NoRecordError for any other name."""
     module, _, attribute = name.partition(":")
     known = module.startswith("eomgen.") or name in _COMPARISONS
     value = getattr(import_module(module), attribute, None) if known else None

@@ -55,7 +55,7 @@ def _unconnected(scene: Scene) -> bool:
 
 
 def _prepared(document: Scene | StoredScene, build: Build) -> Scene:
-    """Return a scene whose calibrated parameters have their values."""
+    """Return a scene whose calibrated parameters have values."""
     scene: Scene = opened(document)
     if not any(item.calibration for item in scene.feedback):
         return scene
@@ -118,7 +118,7 @@ def _every_row(scene: Scene | StoredScene) -> EveryRow:
 
 def _content(scene: Scene | StoredScene) -> bytes:
     """Return the digest of a scene, with the code of the force elements that other distributions bring."""
-    if isinstance(scene, StoredScene):  # all its classes are eomgen's
+    if isinstance(scene, StoredScene):  # all classes of the scene are eomgen's
         return scene.content
     stamps = {code_stamp(kind) for kind in dict.fromkeys(type(element) for element in scene.elements)} - {""}
     return scene.digest and scene.digest + "".join(sorted(stamps)).encode()

@@ -22,14 +22,14 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
 
     Parameters
     ----------
-    name : of the method, with its own parameters
+    name : of the method, with the parameters of the method
 
     Raises
     ------
     ModelError
         The method cannot run on the scene.
     UsageError
-        There is no such method, or its steps differ.
+        The method does not exist, or steps of the method differ.
     """
     method, facts = method_named(name), derive(scene, []).facts
     terms = terms_of(name, facts.constraints, facts.internal_states, not facts.ill_scaled)
