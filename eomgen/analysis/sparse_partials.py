@@ -232,13 +232,18 @@ _ITERATIONS, _NOTHING = 4, 1e-24
 
 
 def soft_modes(statics: LoadedStatics, rest: Rest, mass: Array, shapes: Array, largest: float) -> tuple[Array, Array]:
-    """Return squared frequencies, (modes,), of directions and the directions, (nv, modes), none opposed as 0.
+    """Return squared frequencies, (modes,), rad²/s², and their directions, (nv, modes), orthonormal in the metric of
+    the mass; the squared frequency of a direction that is not opposed by any force is exactly 0.
+
+    Without geometrically exact beams, and if the equations of rest are singular, all squared frequencies are 0 and
+    the directions are ``shapes``.
 
     Parameters
     ----------
-    mass : (nv, nv)
+    statics, rest : equations of rest, and the state that they are linear about
+    mass : (nv, nv), positive definite
     shapes : (nv, modes) directions that span the soft directions, as far as known
-    largest : squared frequency of the stiffest direction
+    largest : squared frequency of the stiffest direction, rad²/s²
     """
     strains = statics.strains(rest.s)
     if strains is None or not shapes.shape[1]:

@@ -13,7 +13,10 @@ from eomgen.lie.rotations import Rows
 
 
 class FirstOrder:
-    """x + e y with e^2 = 0, x and y arrays of any batch shape, real or complex (Clifford's dual numbers)."""
+    """x + e y with e^2 = 0, x and y arrays of any batch shape, real or complex (Clifford's dual numbers).
+
+    Sums, products, differences and quotients with numbers and arrays; a number stands left of + and * only.
+    """
 
     __array_ufunc__ = None  # products with arrays are defined by this class
 

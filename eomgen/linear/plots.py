@@ -346,7 +346,16 @@ def _highest(frequencies: Array, orders: Sequence[float], ends: Array) -> float:
 def draw_responses(
     frequencies: Array, responses: Mapping[tuple[str, str], Complex], units: Mapping[str, str], title: str, path: Path
 ) -> Path:
-    """Draw magnitude and phase of each response over the frequency in Hz; one column for each."""
+    """Draw magnitude and phase of frequency responses, one column for each, and return the path.
+
+    Parameters
+    ----------
+    frequencies : (n,) Hz
+    responses : (n,) complex, by (input, output)
+    units : by name of an input or output
+    title : name of the model
+    path : of the PNG
+    """
     figure = new_figure((6.2 * len(responses) + 0.4, 6.4))
     axes = _columns_of_two(figure, len(responses))
     for column, ((of_input, output), values) in zip(axes.T, responses.items(), strict=True):

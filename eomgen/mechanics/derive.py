@@ -245,8 +245,14 @@ def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:
 
 
 def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, Function]:
-    """Return the functions of time alone: motion of the base, inputs that the scene gives, and derivatives that are
-    taken."""
+    """Return the functions of time alone, by name: ``base``, ``inputs`` and their derivatives, if the scene has them.
+
+    Parameters
+    ----------
+    order : highest order of time derivatives among the terms
+    taken : names of input blocks that functions of terms take: ``u_dot`` brings in ``input_rates``, ``base_rates`` the
+        function of this name
+    """
     scene = derivation.scene
     tunable = any(parameter.tunable for parameter in scene.parameters)
     inputs = ("p", "t") if tunable else ("t",)

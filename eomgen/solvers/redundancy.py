@@ -1,5 +1,6 @@
-"""Rank: redundant constraint equations, which rows follow from others and whether rows that were left out still do; and
-independent columns of a matrix, taken from the left, with the others as combinations of these.
+"""Rank: redundant constraint equations, which rows follow from others and whether rows that were left out still do;
+equations by formulas whose derivatives vanish, which are refused; and independent columns of a matrix, taken from the
+left, with the others as combinations of these.
 
 Orthogonalisation with a second pass (Giraud, Langou and Rozloznik 2005) gives the part of a column outside the span of
 earlier ones.
@@ -66,7 +67,8 @@ def redundancy(
     Raises
     ------
     ModelError
-        Rounding of places far away hides whether rows say something.
+        Rounding of places far away hides whether rows add a condition, or the derivatives of an equation by a formula
+        vanish at its zeros.
     """
     looked_at = range(len(system.names)) if rows is None else rows
     here = Rows(system, q, t)

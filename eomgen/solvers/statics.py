@@ -226,7 +226,7 @@ class Trail:
         self._path.append(point.q)
 
     def end(self, *, balanced: bool | None = None) -> Search:
-        """Return the end of the search: by default, balanced if Newton's last steps make the point balanced."""
+        """Return the final point of the search; by default marked balanced if Newton's last steps have converged."""
         last = self.point if balanced is False else polished(self._statics, self.point)
         return Search(last, self._largest.balanced(last) if balanced is None else balanced, self.steps, self._path)
 

@@ -54,11 +54,19 @@ class Strains:
 
     def step(self, q: Array, t: float, violation: Array, *, geometric: bool) -> tuple[Array, Array]:
         """Return the change of q, (nv,), that meets the rows linearly with the least strain energy, and the
-        multipliers of the rows at position level.
+        multipliers of these rows, (rows,), N or N m: the gradient of the energy plus B^T multipliers is 0.
 
         Parameters
         ----------
+        t : s
+        violation : (rows,) values of the position-level constraints at q, which come first in the Jacobian; the step
+            cancels these values
         geometric : whether the stiffness by the present section forces counts, too, as in Newton's method
+
+        Raises
+        ------
+        RuntimeError
+            The equations are singular.
         """
         d, twists = self._values(q), self._twists(q)
         D = csr_array(_block_diagonal(_along_twists(d)) @ twists)

@@ -72,10 +72,16 @@ class Taylor(Family):
     Parameters
     ----------
     tolerance : float
-        Of the local error, relative to the size of the motion: of lengths, of angles, and of the rates of both, over a
-        step; of internal states relative to the largest, or to 1. 0: steps equal the time grid's.
+        Of the local error, 1e-20 to 0.1, relative to the size of the motion: of lengths, of angles, and of the rates of
+        both, over a step; of internal states relative to the largest, or to 1. 0: steps equal the time grid's, and the
+        order has to be given.
     order : int, optional
-        Of the series, 2 to 40; chosen by the tolerance by default.
+        Of the series, 2 to 40; 0, the default: chosen by the tolerance.
+
+    Raises
+    ------
+    UsageError
+        Values beyond these bounds; neither a tolerance nor an order.
     """
 
     tolerance: float = DEFAULT_TOLERANCE

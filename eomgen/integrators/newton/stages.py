@@ -163,7 +163,9 @@ def _add_constraint(unknowns: Unknowns, constraint: int, rows: list[int], column
 
 
 def _of_one_body(factors: Sequence[Factor]) -> Iterator[MatrixIndex]:
-    """Yield pairs of components of the same factor, and of a rotation and the position stored after the rotation."""
+    """Yield pairs of components that join the components of one body, not all of its pairs: the first component of a
+    factor with each other component, and the last of a rotation with the first of the position stored after the
+    rotation."""
     rotations = {(factor.q_start + 4, factor.v_start + 3) for factor in factors if factor.group == "SO3"}
     for factor in factors:
         yield from ((factor.v_start, factor.v_start + k) for k in range(1, factor.v_size))

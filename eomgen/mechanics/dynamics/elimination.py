@@ -17,11 +17,12 @@ from eomgen.system.cancellation import cancellation
 def solve_tree(M: Sequence[Mapping[int, Scalar]], right: Sequence[Scalar], parents: Sequence[int]) -> list[Scalar]:
     """Return M^-1 right for a mass matrix with the sparsity of a tree.
 
+    Elimination runs from the tips to the root, so branches that do not meet never fill.
+
     Parameters
     ----------
     M : rows of the lower triangle, by column
-    parents : (nv,) for each component the nearest coupled component towards the root, -1 at the root Elimination runs
-        from the tips to the root, so branches that do not meet never fill.
+    parents : (nv,) for each component the nearest coupled component towards the root, -1 at the root
     """
     factors, inverse = factored(M, parents)
     x = [value * inverse[k] for k, value in enumerate(half_solved(factors, right))]

@@ -1,5 +1,5 @@
 """Finite elements of a beam, with modes of the mesh or nodal displacements as coordinates; symmetric banded matrices
-of fixed-point numbers.
+of numbers of mpmath.
 
 Bending has two nodes an element, deflection and slope at each, and cubic Hermite polynomials between; stretch and
 torsion have three nodes and quadratic ones. Both are conforming, so squared frequencies come down to the exact ones
@@ -30,14 +30,15 @@ _STEPS = 4
 
 
 class Banded:
-    """A symmetric matrix; ``rows[i][j]`` is the entry (i, i - j)."""
+    """A symmetric matrix of numbers of mpmath; ``rows[i][j]`` is the entry (i, i - j), j up to ``width``."""
 
     def __init__(self, size: int, width: int) -> None:
         self.rows = [[mpmath.mpf(0)] * (width + 1) for _ in range(size)]
         self.width = width
 
     def add(self, row: int, column: int, value: Any) -> None:
-        """Add to an entry on or below the diagonal."""
+        """Add a number of mpmath to the entry (row, column), which is on or below the diagonal and within the band:
+        0 <= row - column <= width. The entry (column, row) is the same number."""
         self.rows[row][row - column] += value
 
     def restricted(self, kept: Sequence[int]) -> Banded:

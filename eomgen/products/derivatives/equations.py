@@ -39,8 +39,17 @@ _IN_COMPLEX = (
 
 @dataclass(frozen=True)
 class Partials:
-    """Partials of the equations e at rows, (n, rows, ...): in q (left-trivialised), v, vdot, z, multipliers and
-    parameters."""
+    """Partials of the equations e at n rows of a run, each (n, equations, variables).
+
+    The equations in order: residual (nv), minus the rates of internal states (nz), holonomic constraints on positions,
+    constraints on velocities (all rows of B).
+
+    Attributes
+    ----------
+    Jq, Jv, Ja : in q (left-trivialised), v and vdot, nv columns each
+    Jz, Jlam : in internal states and multipliers
+    P : in the chosen parameters, then along the directions of inputs
+    """
 
     Jq: Array
     Jv: Array

@@ -1,4 +1,6 @@
-"""sensitivities: a run and its derivatives, with the options of ``simulate``."""
+"""sensitivities: a run and its derivatives, with the options of ``simulate``; refusals of scenes, of methods, of names,
+and of parameters that move the time of a jump.
+"""
 
 from __future__ import annotations
 

@@ -341,7 +341,12 @@ class Samples:
 
 
 def how_run(lanes: Lanes | str) -> str:
-    """Return the way in which samples are run, in words."""
+    """Return the way in which samples are run, in words.
+
+    Parameters
+    ----------
+    lanes : the runner of samples side by side, or the reason for runs one after the other
+    """
     if isinstance(lanes, str):
         return f"one after the other: {lanes}"
     return f"side by side: {lanes.runs.library.lanes} lanes"

@@ -122,7 +122,10 @@ def _read(text: str, spaces: tuple[Namespace, ...], names: Names, scope: Scope) 
 
 
 def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
-    """Return the part of the names of a scene that a file can use, under the names of the file."""
+    """Return the part of the names of a scene that a file can use, under the names of the file.
+
+    ``spaces``: the namespaces from that file out to the scene, the innermost first.
+    """
     if not spaces:
         return names
     space, outer = spaces[0], _visible(names, spaces[1:])

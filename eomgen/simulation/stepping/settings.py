@@ -213,7 +213,16 @@ class ChosenStepper:
     def check_span(
         self, model: CompiledModel, p: Array | None, given: Mapping[str, CheckedSignal], grid: TimeGrid
     ) -> None:
-        """Raise UsageError as ``check_span``, whose answer is kept for the scene's own parameters (None) and inputs."""
+        """Raise UsageError if a law of time does not cover the run or is too steep, if an angle leaves the range of
+        the compiled code, or if forces jump too often within a step: as the function ``check_span`` of this module.
+
+        A time grid that passed with the scene's own parameters and inputs is not checked again.
+
+        Parameters
+        ----------
+        p : (np,) parameters of the run, None for the scene's own
+        given : inputs from the caller, empty for the scene's own
+        """
         own = p is None and not given
         if own and grid in self._cleared:
             return
@@ -276,11 +285,12 @@ def check_span(
     given: Mapping[str, CheckedSignal],
     grid: TimeGrid,
 ) -> None:
-    """Raise UsageError if a prescribed law of time does not cover a run from its start to the end, or is too steep.
+    """Raise UsageError if a prescribed law of time does not cover a run from its start to the end or is too steep, if
+    an angle leaves the range of the compiled code, or if forces jump too often within a step.
 
     Parameters
     ----------
-    library : with the stepper
+    library : library with the stepper
     method : of the run
     p : (np,) parameters
     given : inputs from the caller, in the place of the scene's

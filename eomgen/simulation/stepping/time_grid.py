@@ -176,8 +176,8 @@ class StepParts:
         return (self.end - self.start) / step + len(self.ends)
 
     def _errors(self, step: float, last: float) -> tuple[Array, Array]:
-        """Return the ends of parts up to a time, and at each end the sum of the (p + 1)-th powers of the lengths of the
-        parts in steps."""
+        """Return the ends of the parts of steps of a size up to a time, s, and at each end the sum so far of the
+        (p + 1)-th powers of the parts' lengths, measured by the compared time end - start."""
         grid = self.start + step * np.arange(math.ceil((last - self.start) / step * (1.0 - 1e-12)) + 1)
         edges = np.unique(np.concatenate([grid, self.ends[self.ends < last]]))
         lengths = np.diff(edges) / (self.end - self.start)

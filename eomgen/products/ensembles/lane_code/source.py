@@ -127,7 +127,14 @@ class Region:
 
 @dataclass
 class Loop:
-    """A loop of the source; ``run`` names the lanes that take another iteration, if lanes diverge."""
+    """A loop of the source.
+
+    Attributes
+    ----------
+    region : of the loop's body; of a loop that is not parted the region around the loop
+    run : variable for the lanes that take another iteration; empty if not parted
+    parted : whether lanes may leave the loop, or an iteration, at different times
+    """
 
     region: Region
     run: str = ""

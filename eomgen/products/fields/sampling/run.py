@@ -51,15 +51,16 @@ def sample(
     ----------
     described : path of a file with ``kind = "hamiltonian"`` and a ``[mesh]``, the data of such a file, or a FieldSystem
     folder : path, optional
-        Folder of the checkpoint, which is written once a minute, at the end, and at an interruption.
+        Folder of the checkpoint, which is written every ``checkpoint_every`` seconds, at the end, and at an
+        interruption.
     resume : bool
-        Go on from the checkpoint of the folder; ``samples`` may be larger than before.
+        Go on from the checkpoint of the folder; ``samples`` and ``field`` may differ from before.
     mass : {"fisher", "prior", "unit"}
-        The file's by default.
+        Mass matrix of the momenta; the file's by default.
     progress : callable or True
         A function of (trajectories done, all trajectories), or True for a bar.
     checkpoint_every : float
-        Seconds.
+        Time between checkpoints, s.
     settings
         In place of the settings in ``[sampling]``: ``method``, ``step`` (0: found by the warm-up), ``duration`` of a
         trajectory, ``first`` (``random``, ``drift``, ``kick``), ``jitter``, ``guard``, ``chains``, ``start`` (``mode``,

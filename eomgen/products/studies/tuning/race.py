@@ -27,7 +27,7 @@ from eomgen.products.studies.work_precision.running import REACHED, REFUSED, Run
 from eomgen.simulation.timing import Repeated
 from eomgen.system.description import Simulation
 
-#: The part of the demand that a run is meant to meet: verification runs may be less kind.
+#: Part of the demanded error that a run is expected to stay below, since the errors of verification runs may be larger.
 MARGIN = 0.75
 #: Ratio of fineness above which whole steps that are finer than required cost too much.
 APART = 1.2

@@ -367,7 +367,7 @@ class _Study:
         return tuple(every)
 
     def _own(self) -> _Ladder:
-        """Return the scene's own settings, of which there is one point."""
+        """Return the scene's own method and step, a ladder of one point."""
         configuration = self.runner.own_configuration()
         in_coarsest = max(1, round(self.coarsest / self.defaults.step))
         method = self.runner.method(configuration)
