@@ -32,6 +32,9 @@ PHRASES: Mapping[str, re.Pattern[str]] = {
     "nothing": re.compile(r"\b(?:nothing|nobody|whatever|whom)\b", re.IGNORECASE),
     "Return it": re.compile(r"\bReturns? (?:the same|its|it|one of|them|their)\b"),
 }
+#: A phrase of two words or more that follows itself, as a faulty replacement leaves it; behind a full stop only if the
+#: phrase is all that follows.
+_REPEATED = re.compile(r"\b([^\W\d]\w*(?:[,;:]? \w+){1,10})(?: \1\b|\. \1(?=[.;]|$))")
 #: Pronouns, which belong to plain English but replace nouns if they are many: compared per 1000 words.
 PRONOUNS: Mapping[str, re.Pattern[str]] = {
     "it": re.compile(r"\b(?:it|its|itself)\b", re.IGNORECASE),
@@ -43,7 +46,7 @@ PRONOUNS: Mapping[str, re.Pattern[str]] = {
 _STEP, _SLACK = 0.5, 1.0
 #: Identifiers that name no concept.
 NAMES = ("what", "found")
-COLUMNS = ("words", *PHRASES, *PRONOUNS, *(f"name {name}" for name in NAMES))
+COLUMNS = ("words", *PHRASES, "repeated", *PRONOUNS, *(f"name {name}" for name in NAMES))
 _WORD = re.compile(r"[A-Za-z']+")
 _BLOCK = re.compile(r"^```.*?^```$", re.DOTALL | re.MULTILINE)
 _JINJA_COMMENT = re.compile(r"\{#.*?#\}|/\*.*?\*/|//[^\n]*", re.DOTALL)
@@ -75,6 +78,11 @@ def texts_of(file: Path) -> list[str]:
     return [_BLOCK.sub("", source)] if file.suffix == ".md" else _JINJA_COMMENT.findall(source)
 
 
+def repetitions(text: str) -> list[str]:
+    """Return the phrases of a text that follow themselves, also across ends of lines."""
+    return [match[0] for match in _REPEATED.finditer(" ".join(text.split()))]
+
+
 def files_of_packages() -> dict[str, list[Path]]:
     """Return the counted files of each entry of the first floor of ``eomgen``, of each product, of the templates and of
     the pages."""
@@ -97,6 +105,7 @@ def counts_of(files: list[Path]) -> dict[str, int]:
     for file in files:
         for text in texts_of(file):
             counts["words"] += len(_WORD.findall(text))
+            counts["repeated"] += len(repetitions(text))
             for phrase, pattern in {**PHRASES, **PRONOUNS}.items():
                 counts[phrase] += len(pattern.findall(text))
         if file.suffix == ".py":
@@ -150,6 +159,9 @@ def total(table: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
 def places(phrase: str, package: str) -> Iterator[str]:
     """Yield the lines of a package with a phrase, by file and line; also lines of code with the phrase in a string."""
     for file in files_of_packages()[package]:
+        if phrase == "repeated":
+            yield from (f"{file.relative_to(ROOT)}: {one}" for text in texts_of(file) for one in repetitions(text))
+            continue
         for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
             if {**PHRASES, **PRONOUNS}[phrase].search(line):
                 yield f"{file.relative_to(ROOT)}:{number}: {line.strip()}"

@@ -83,8 +83,8 @@ class Linearization:
     partials : Partials, before constraints are projected out
     free : Freedom, the motions left free by constraints
     names : Names
-    sampled : SampledPart, of a scene with sampled states; sampled states are inputs of the other matrices. Else None
-        Else None
+    sampled : SampledPart of a scene with sampled states, which are inputs of the other matrices; None without sampled
+        states
     """
 
     reference: Reference

@@ -79,7 +79,7 @@ class Section:
     attached : whether entries have places on bodies, which are nodes on geometrically exact beams
     scene_field : field of the Scene that holds the items; empty if ``fields`` says more
     always : whether the digest of a scene's content includes the section even without entries
-    bounds : bound of each single value, by key within the entry; None for any number None for any number
+    bounds : bound of each single value, by key within the entry; None for any number
     """
 
     key: str

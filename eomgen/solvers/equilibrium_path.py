@@ -66,7 +66,7 @@ class PathEndError(Exception):
     Attributes
     ----------
     why : str
-    point : the last point; None if there is none None if there is none
+    point : the last point; None if there is none
     """
 
     def __init__(self, why: str, point: PathPoint | None) -> None:

@@ -266,8 +266,8 @@ class Ensemble:
         return [*files, target / "summary.json"]
 
     def plot(self, folder: str | Path) -> list[Path]:
-        """Draw the fan chart of all columns, results against varied quantities, and the ranking; PNG files. PNG
-        files."""
+        """Draw the fan chart of all columns, results against varied quantities, and the ranking, and return the paths
+        of the PNG files."""
 
         return _draw(self, make_folder(Path(folder)))
 

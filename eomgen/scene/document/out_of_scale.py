@@ -23,7 +23,7 @@ from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Section
 from eomgen.system.description import BASE, WORLD, Point
 
-#: How many times as large as the scene a length has to be to be doubted.
+#: Lengths above this multiple of the scene's size are doubted.
 _FACTOR = 100.0
 #: The same limit for a radius of gyration, if there are enough lengths for the size of the scene: inertias in kg cm^2
 #: instead of kg m^2 make the radius ten times as large.

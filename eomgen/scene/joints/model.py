@@ -56,8 +56,7 @@ class Constraint:
     equation : formula that is 0, or None; between two frames of the local position, else of coordinates and points
     at_velocity : whether the equation is in velocities, and linear in velocities
     unit : of the equation
-    framed : whether the constraint joins two frames; False for an equation of coordinates and points False for an
-        equation of coordinates and points
+    framed : whether the constraint joins two frames; False for an equation of coordinates and points
     """
 
     name: str

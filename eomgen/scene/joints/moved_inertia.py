@@ -30,8 +30,7 @@ class Part:
     ----------
     start : index of mass, centre of mass (3) and inertia (6)
     orientation : (3, 3), axes of the body in the frame of the assembly's first part
-    carrier : number of the part to which a fixed joint connects the body; None for the first part None for the first
-        part
+    carrier : number of the part to which a fixed joint connects the body; None for the first part
     position : place of that joint's position (3)
     """
 

@@ -52,13 +52,13 @@ class WaveField:
     level : z of the water at rest in the world, m
     ramp : time in which the amplitudes grow from 0 at t = 0, s; 0 for waves that are there from the beginning
     stretching : motion between the water at rest and the surface: ``wheeler`` takes z - eta, shrunk to the depth, for
-        z; ``none`` takes z unchanged, so that short waves grow exponentially. Above the surface (``none``: and the
-        water at rest) the motion equals the motion there, and below the bottom the bottom's
-    free : number of free waves, which come first; bound waves follow. None for all None for all
+        z; ``none`` takes z unchanged, so that short waves grow exponentially. Above the surface
+        (``none``: and above the water at rest) the motion is equal to the motion at the surface, and below the bottom
+        to the motion at the bottom
+    free : number of free waves, which come first; bound waves follow. None for all
     factor : of all amplitudes, a formula of tunable parameters; bound waves have the square of this factor. None for 1
-        None for 1
     variables : tunable parameters, two for each free wave: the factor z1 + i z2 of amplitude times exp(i phase). None
-        for waves that do not change from run to run None for waves that do not change from run to run
+        for waves that do not change from run to run
     drawn : for each component the free waves of which it is composed, and the sign of the second phase; -1 and 1 for
         none
     seed : of the values that the variables have by default
