@@ -81,6 +81,7 @@ STUDIES: Mapping[str, Study] = {
     "pi_servo": Study(),
     "quarter_car": Study("--t-end 4"),
     "quarter_car_on_bump": Study(),
+    "rattleback": Study("--t-end 2 --output spin", methods=BOUND),
     "robot_arm": Study(),
     "sea_arm": Study("--t-end 0.5"),
     "shear_frame_with_pendulum": Study("--t-end 10", methods=f"{FREE},rosenbrock,lsrt2"),

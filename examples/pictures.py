@@ -593,6 +593,24 @@ def misaligned_four_bar() -> None:
     save(figure, "misaligned_four_bar")
 
 
+def rattleback() -> None:
+    model = eomgen.build(FOLDER / "rattleback" / "scene.toml")
+    run = model.simulate()
+    velocity = run.v[0] * [1, 1, -1, -1, -1, 1]
+    other = model.simulate(initial={"q": run.q[0], "v": velocity})
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+    for spun, label, colour in ((run, "spun at -5 rad/s", VERMILION), (other, "spun at 5 rad/s", BLUE)):
+        left.plot(spun.t, spun["spin"], color=colour, linewidth=0.9, label=label)
+        right.plot(spun.t, np.degrees(spun["tilt"]), color=colour, linewidth=0.9, label=label)
+    left.axhline(0.0, color="black", linewidth=0.5)
+    left.set(xlabel="t, s", ylabel="spin, rad/s")
+    left.set_title("Spin about the stone's axis", loc="left")
+    left.legend(frameon=False, loc="lower right")
+    right.set(xlabel="t, s", ylabel="tilt, degrees", ylim=(0.0, None))
+    right.set_title("Angle of the axis to the vertical", loc="left")
+    save(figure, "rattleback")
+
+
 def main() -> int:
     plt.rcParams.update({"font.size": 9, "axes.titlesize": 10, "axes.spines.top": False, "axes.spines.right": False})
     wanted = set(sys.argv[1:])
@@ -621,6 +639,7 @@ def main() -> int:
         pi_servo,
         unbalanced_shaft,
         misaligned_four_bar,
+        rattleback,
     )
     for draw in drawings:
         if not wanted or draw.__name__ in wanted:
