@@ -23,6 +23,7 @@ from eomgen.scene.document.schema import SECTIONS
 from eomgen.scene.formula.scope import ENERGIES
 from eomgen.scene.load import from_data, load_toml
 from tests.models.cache import shared_cache
+from tests.test_doors import DOORS
 
 __all__ = ["shared_cache"]
 
@@ -272,6 +273,64 @@ def test_files_on_the_page_of_the_architecture_exist() -> None:
     named = set(re.findall(r"`([\w./-]+\.(?:py|pyi|jinja|js|md|svg|json))`", page))
     assert len(named) > 150
     assert sorted(name for name in named if not any(f"/{file}".endswith(f"/{name}") for file in there)) == []
+
+
+def _house() -> list[tuple[list[str], list[str]]]:
+    """Return the rooms of each row of the table of rooms, and the names in its text."""
+    table = PAGES["architecture.md"].partition("| room | content |\n")[2].partition("\n\n")[0]
+    cells = [line.strip("|").split("|", 1) for line in table.splitlines()[1:]]
+    return [(re.findall(r"`([^`]+)`", rooms), re.findall(r"`([\w/]+)`", text)) for rooms, text in cells]
+
+
+def _strangers(rooms: list[str], names: list[str], package: Path = Path(eomgen.__file__).parent) -> list[str]:
+    """Return the names that are neither modules, functions and classes of the rooms, nor paths or classes of all."""
+    files = [*package.rglob("*.py"), *package.rglob("*.pyi")]
+    paths = {f"/{path.relative_to(package.parent).with_suffix('')}" for path in files}
+    paths |= {f"/{path.relative_to(ROOT)}" for path in ROOT.joinpath("templates").rglob("*")}
+    paths |= {str(Path(path).parent) for path in paths}
+    inside = [file for room in rooms for file in files if file.is_relative_to(package / room)]
+    parts = {part for file in inside for part in file.relative_to(package).with_suffix("").parts}
+    written = "\n".join(file.read_text(encoding="utf-8") for file in inside)
+    everywhere = "\n".join(file.read_text(encoding="utf-8") for file in files)
+    return [
+        name
+        for name in names
+        if name not in parts
+        and not re.search(rf"^(def|class) {re.escape(name)}\b", written, re.MULTILINE)
+        and not (name[0].isupper() and re.search(rf"^class {name}\b", everywhere, re.MULTILINE))
+        and not any(path.endswith(f"/{name}") for path in paths if "/" in name or path == f"/eomgen/{name}")
+    ]
+
+
+def test_rooms_of_the_house_and_their_parts_exist() -> None:
+    rows = _house()
+    named = {room.replace("/", ".") for rooms, _ in rows for room in rooms}
+    assert {name for name in named if not any(room == name for room in DOORS) and name.count(".") == 0} == set()
+    missing = {room for room in DOORS if not any(name == room or name.startswith(f"{room}.") for name in named)}
+    assert missing == {"__main__", "products.offered", "products.exported"}
+    assert _strangers([], sorted({room for rooms, _ in rows for room in rooms})) == []
+    assert [(rooms, wrong) for rooms, names in rows if (wrong := _strangers(rooms, names))] == []
+
+
+def test_a_part_of_another_room_is_a_stranger() -> None:
+    assert _strangers(["products/studies"], ["tuning", "vibration", "linear/control", "linear/no_room", "Scene"]) == [
+        "vibration", "linear/no_room",
+    ]  # fmt: skip  # one line for the names
+
+
+def test_paths_on_the_page_of_the_architecture_exist() -> None:
+    """Folders and modules without ending; ``<family>`` and the like stand for any name."""
+    package = Path(eomgen.__file__).parent
+    folders = [package, *(ROOT / name for name in ("templates", "tests", "docs", "examples", "benchmarks"))]
+    paths = [f"/{path.relative_to(ROOT)}" for folder in folders for path in (folder, *folder.rglob("*"))]
+    text = "\n".join([*paths, *(path.rpartition(".")[0] for path in paths)])
+    wrong = []
+    for name in sorted(set(re.findall(r"`([\w.*<>-]+/[\w./*<>-]*)`", PAGES["architecture.md"]))):
+        module = name if re.search(r"\.(py|pyi|jinja|js|md|svg|json)$", name) else re.sub(r"\.\w+$", "", name)
+        pattern = re.sub(r"<\w+>|\\\*", r"[^/\n]+", re.escape(module.rstrip("/")))
+        if not re.search(rf"/{pattern}$", text, re.MULTILINE):
+            wrong.append(name)
+    assert wrong == []
 
 
 @pytest.mark.parametrize("page", PAGES)
