@@ -24,6 +24,8 @@ _MADE = {
     "frozen": ("__setattr__", "__delattr__"),
 }
 _COMPILING = threading.RLock()
+#: Attributes that each class has of its own, which are not for another one.
+_OF_EVERY_CLASS = ("__dict__", "__weakref__", "__module__", "__abstractmethods__", "_abc_impl")
 
 
 class _Deferred:
@@ -43,11 +45,24 @@ class _Deferred:
         return value.__get__(instance, owner) if hasattr(type(value), "__get__") else value
 
     def _compile(self) -> None:
-        for name in [name for name, value in vars(self.kind).items() if isinstance(value, _Deferred)]:
-            delattr(self.kind, name)
-        public, self.kind.__module__ = self.kind.__module__, self.module  # types of fields are looked up there
-        dataclasses.dataclass(**self.options)(self.kind)
-        self.kind.__module__ = public
+        """Compile a copy of the class and move its attributes: other threads never see the class without methods."""
+        kind = self.kind
+        own = {name: value for name, value in vars(kind).items() if not isinstance(value, _Deferred)}
+        namespace = {name: value for name, value in own.items() if name not in ("__dict__", "__weakref__")}
+        namespace |= {"__module__": self.module, "__qualname__": kind.__qualname__}
+        compiled = type(kind)(kind.__name__, kind.__bases__, namespace)
+        dataclasses.dataclass(**self.options)(compiled)  # types of fields are looked up in the module
+        made = {name: value for name, value in vars(compiled).items() if own.get(name, self) is not value}
+        for value in made.values():  # methods of frozen classes know their class
+            for cell in getattr(value, "__closure__", None) or ():
+                if cell.cell_contents is compiled:
+                    cell.cell_contents = kind
+        for name, value in made.items():
+            if name not in _OF_EVERY_CLASS:
+                setattr(kind, name, value)
+        for name in [name for name in vars(kind) if name not in vars(compiled)]:
+            if name not in _OF_EVERY_CLASS:
+                delattr(kind, name)
 
 
 def _deferred(kind: type, options: dict[str, Any]) -> type:
