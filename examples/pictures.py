@@ -516,6 +516,25 @@ def half_car_on_measured_road() -> None:
     save(figure, "half_car_on_measured_road")
 
 
+def car_in_side_wind() -> None:
+    model = eomgen.build(FOLDER / "car_in_side_wind" / "system" / "car.toml")
+    figure, axes = plt.subplots(3, 1, figsize=(7.5, 6.0), sharex=True, layout="constrained")
+    for gust, label, colour, style in ((20.0, "gust of 20 m/s", VERMILION, "-"), (0.0, "still air", BLUE, "--")):
+        run = model.simulate(parameters={"gust": gust})
+        drawn = {"color": colour, "linestyle": style, "linewidth": 1.1}
+        axes[0].plot(run.t, run.outputs["offset"], label=label, **drawn)
+        for ax, column in ((axes[1], 1), (axes[2], 2)):
+            for name, axle, width in (("front_tyres", "front", 1.1), ("rear_tyres", "rear", 2.2)):
+                values = 1e-3 * run.outputs[name][:, column]
+                ax.plot(run.t, values, label=f"{axle}, {label}", **{**drawn, "linewidth": width})
+    axes[0].set(ylabel="beside the lane, m")
+    axes[1].set(ylabel="side forces, kN")
+    axes[2].set(ylabel="loads of axles, kN", xlabel="time, s", xlim=(0.0, run.t[-1]))
+    axes[0].legend(frameon=False, loc="upper left")
+    axes[1].legend(frameon=False, loc="lower left", ncols=2, fontsize="small")
+    save(figure, "car_in_side_wind")
+
+
 def robot_arm() -> None:
     model = eomgen.build(FOLDER / "robot_arm" / "scene.toml")
     t = np.linspace(0.0, 1.0, 1001)[:, np.newaxis]
@@ -634,6 +653,7 @@ def main() -> int:
         quarter_car,
         active_quarter_car,
         quarter_car_on_bump,
+        car_in_side_wind,
         half_car_on_measured_road,
         robot_arm,
         pi_servo,
