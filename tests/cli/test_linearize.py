@@ -195,7 +195,6 @@ def test_roots_in_python_follow_an_equilibrium() -> None:
         model.root_locus("stifness", [5.0])
 
 
-@pytest.mark.slow
 def test_a_ride_over_classes_and_speeds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "ride"
     words = ["--ride", "body_acceleration:Wk", "--ride", "tyre_load", "--classes", "A,C", "--speeds", "10,20"]

@@ -219,7 +219,6 @@ def test_feedback_of_poses_and_turns_moves_as_the_matrix_says(sample: str | None
         state = step @ state
 
 
-@pytest.mark.slow
 def test_the_text_of_a_closed_scene_is_the_scene(car: StateSpace, tmp_path: Path) -> None:
     law = OutputFeedback(lqr(car, WEIGHTS, FORCE, sample=0.002), kalman(car, NOISE, MEASURED, sample=0.002))
     closed = with_controller(EXAMPLE, law)

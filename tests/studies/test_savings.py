@@ -136,7 +136,6 @@ def test_the_verb_prints_a_table(
     assert json.loads(capsys.readouterr().out)["variants"][2]["name"] == "moving base"
 
 
-@pytest.mark.slow
 def test_mistakes_are_answered() -> None:
     with pytest.raises(UsageError, match="rounds: 0 rounds give no median; try: 7"):
         eomgen.savings(BEAM, rounds=0)

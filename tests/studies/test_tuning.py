@@ -437,7 +437,6 @@ def test_the_judge_knows_a_motion_to_a_part_of_the_demand_and_no_better(error: f
     assert float(held.described.rpartition(" ")[2]) >= 1e-6 * error
 
 
-@pytest.mark.slow
 def test_a_cycle_buys_accuracy_and_bounds_its_iterations(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(real_time, "CYCLES", 200)
     bought = eomgen.tune(path, real_time=0.02, output="angle", methods=["generalized_alpha"], t_end=0.64, budget=12.0)
@@ -502,7 +501,6 @@ def test_where_the_file_cannot_be_written_is_found_before_the_work(
     assert "either --error is demanded" in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_the_command_writes_the_scene(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = [str(path), "--error", "1e-3", "--output", "angle", "--methods", "rk4,generalized_alpha"]
     assert main(["tune", *arguments, "--out", str(tmp_path / "tuned.toml")]) == 0
