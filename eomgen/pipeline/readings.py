@@ -114,6 +114,8 @@ def store(
     """
     if not all(files.values()) or not all(file.lower().endswith(_OWN) for file in files):
         return
+    if any(joint.of_another_distribution for joint in scene.joints):  # the type may change
+        return
     try:
         place = _place(path, options)
         text = to_text(scene)

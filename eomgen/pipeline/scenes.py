@@ -117,10 +117,12 @@ def _every_row(scene: Scene | StoredScene) -> EveryRow:
 
 
 def _content(scene: Scene | StoredScene) -> bytes:
-    """Return the digest of a scene, with the code of the force elements that other distributions bring."""
+    """Return the digest of a scene, with the code of the force elements and the joint types that other distributions
+    bring."""
     if isinstance(scene, StoredScene):  # all classes of the scene are eomgen's
         return scene.content
     stamps = {code_stamp(kind) for kind in dict.fromkeys(type(element) for element in scene.elements)} - {""}
+    stamps |= {repr(joint.kind) for joint in scene.joints if joint.of_another_distribution}
     return scene.digest and scene.digest + "".join(sorted(stamps)).encode()
 
 

@@ -2,16 +2,19 @@
 
 All that the package knows of a type follows from its row: sizes, group and units of coordinates, limits, initial
 states, keys, rows and frames as a constraint, drawing. A new type is a row here and its name in ``JointType``, and in
-``ConstraintType`` unless it has no equations.
+``ConstraintType`` unless it has no equations. Other distributions add joint types by entry points of the group
+``eomgen.joint_types``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import cached_property
-from typing import Literal, get_args
+from collections.abc import Callable, Mapping
+from functools import cache, cached_property
+from typing import Any, Generic, Literal, TypeVar, get_args
 
 from eomgen.base.data import dataclass
+from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.messages import is_legal
 
 JointType = Literal[
     "fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"
@@ -267,21 +270,152 @@ _ROWS = (
     Connection("sliding", equations=(1, 0), needs=("z", "z"), keys=_SURFACE),
     Connection("formula", equations=(1, 0), needs=("any", "nothing"), keys=("equation", "velocity_equation", "unit")),
 )
-TYPES: Mapping[str, Connection] = {row.name: row for row in _ROWS}
-JOINTS: Mapping[str, Connection] = {name: TYPES[name] for name in get_args(JointType)}
+Row = TypeVar("Row")
+
+
+class _WithOthers(dict[str, Row], Generic[Row]):
+    """Rows of eomgen's own types, which are iterated over, and rows of other distributions' types by name.
+
+    Parameters
+    ----------
+    rows : mapping
+        Row of each of eomgen's own types.
+    of_type : callable
+        From a type of another distribution to its row; None for a type without a row.
+    """
+
+    def __init__(self, rows: Mapping[str, Row], of_type: Callable[[Connection], Row | None]) -> None:
+        super().__init__(rows)
+        self._of_type = of_type
+
+    def __missing__(self, name: str) -> Row:
+        kind = joint_types_of_others().get(name) if name else None
+        row = None if kind is None else self._of_type(kind)
+        if row is None:
+            raise KeyError(name)
+        return row
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or (name != "" and name in joint_types_of_others())
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return the row of a type."""
+        try:
+            return self[name]
+        except KeyError:
+            return default
+
+
+def _itself(kind: Connection) -> Connection:
+    return kind
+
+
+TYPES: Mapping[str, Connection] = _WithOthers({row.name: row for row in _ROWS}, _itself)
+JOINTS: Mapping[str, Connection] = _WithOthers({name: TYPES[name] for name in get_args(JointType)}, _itself)
 CONSTRAINTS: Mapping[str, Connection] = {name: TYPES[name] for name in get_args(ConstraintType)}
+#: The group of entry points for joint types of other distributions: objects of the class ``Connection``.
+GROUP = "eomgen.joint_types"
+
+
+def is_own(name: str) -> bool:
+    """Return whether a type is eomgen's own."""
+    return name in _OWN
+
+
+_OWN = frozenset(row.name for row in _ROWS)
+
+
+@cache
+def joint_types_of_others() -> Mapping[str, Connection]:
+    """Return the joint types of installed distributions by name; entry points are looked for if a name is none of
+    eomgen's own.
+
+    Raises
+    ------
+    UsageError
+        Naming the distribution of a type that cannot be taken.
+    """
+    rows: dict[str, Connection] = {}
+    for entry in extensions(GROUP):
+        row = loaded(entry, Connection)
+        if row.name != entry.name:
+            raise broken(entry, f"is the joint type {row.name}")
+        if row.name in _OWN or row.name in rows:
+            raise broken(entry, "is a joint type that there is already")
+        fault = fault_of(row)
+        if fault:
+            raise broken(entry, fault)
+        rows[row.name] = row
+    return rows
+
+
+#: Attributes of types that constraints, URDF or drives have.
+_OF_THE_CORE = ("drive", "urdf", "equations", "needs", "keys", "rod")
+
+
+def fault_of(row: Connection) -> str:
+    """Return the fault of a joint type of another distribution: its chain has an order that the equations rely on.
+
+    Parameters
+    ----------
+    row : Connection
+        The type.
+
+    Returns
+    -------
+    str
+        The fault, as the end of a sentence; empty for a sound type.
+    """
+    given = [name for name in _OF_THE_CORE if getattr(row, name)]
+    if not is_legal(row.name):
+        return "has a name that is no word of letters, digits and underscores"
+    if given:
+        return f"has {given[0]}, which only types in eomgen have"
+    if not row.chain:
+        return "has an empty chain: a joint type has at least one elementary motion"
+    components = [k for motion in row.chain for k in motion.components]
+    if sorted(components) != list(range(len(components))):
+        return f"has the velocity components {components}, and each from 0 to {len(components) - 1} is needed once"
+    units = [unit for _, unit in sorted((k, u) for m in row.chain for k, u in zip(m.components, m.units, strict=True))]
+    if units != sorted(units, reverse=True):
+        return "has a travel before a turn among its velocity components; angular components come first"
+    kinds = [motion.kind for motion in row.chain]
+    if kinds != sorted(kinds, key=lambda kind: kind != "travel"):
+        return "has a travel behind a turn in its chain; travels come first"
+    if len(kinds) > 1 and {"ball", "free", "screw"} & set(kinds):
+        return "has a ball, a free motion or a screw beside other motions"
+    if row.turned_about not in ((), (AXIS,), (AXIS, SECOND_AXIS)):
+        return "has turns about other directions than the axis, and the second axis after that"
+    if THIRD_AXIS in row.travels and SECOND_AXIS not in row.travels:
+        return "has a travel along the third direction without one along the second"
+    if row.group == "R" and len(row.coordinates) != row.v_size:
+        return f"has {row.v_size} coordinates and needs as many different meanings"
+    return ""
 
 
 def by_component(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
     """Return the units of values by velocity component, by type of joint: one unit for types with equal units."""
-    result: dict[str, str | tuple[str, ...]] = {}
-    for name, row in JOINTS.items():
+
+    def units_of(row: Connection) -> str | tuple[str, ...] | None:
         units = tuple(angular if unit == "rad" else linear for unit in row.units)
-        if units:
-            result[name] = units[0] if len(row.chain) == 1 and len(set(units)) == 1 else units
-    return result
+        return units[0] if units and len(row.chain) == 1 and len(set(units)) == 1 else units or None
+
+    return _by_type(units_of)
 
 
-def by_coordinate(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
-    """Return the units of values by coordinate, by type of joint, of types whose coordinates are plain numbers."""
-    return {name: units for name, units in by_component(angular, linear).items() if JOINTS[name].coordinates}
+def by_coordinate(angular: str, linear: str, free: str = "") -> dict[str, str | tuple[str, ...]]:
+    """Return the units of values by coordinate, by type of joint, of types whose coordinates are plain numbers; of free
+    motions ``free``, if that is given."""
+    of_components = by_component(angular, linear)
+
+    def units_of(row: Connection) -> str | tuple[str, ...] | None:
+        return of_components[row.name] if row.coordinates else free if free and row.group == "SE3" else None
+
+    return _by_type(units_of)
+
+
+def _by_type(
+    units_of: Callable[[Connection], str | tuple[str, ...] | None],
+) -> dict[str, str | tuple[str, ...]]:
+    rows = {name: units for name, row in JOINTS.items() if (units := units_of(row)) is not None}
+    return _WithOthers(rows, units_of)

@@ -9,7 +9,7 @@ from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Symbol, Vector, infix
 from eomgen.formula.prescribed_motion import constant
-from eomgen.scene.joint_types import JOINTS, TYPES, Connection, ConstraintType, JointType
+from eomgen.scene.joint_types import JOINTS, TYPES, Connection, ConstraintType, JointType, is_own
 from eomgen.system.description import WORLD, Limit, Point, component_names
 
 #: Surfaces that touch a plane.
@@ -229,6 +229,11 @@ class Joint:
     def kind(self) -> Connection:
         """Properties of the type."""
         return JOINTS[self.type]
+
+    @property
+    def of_another_distribution(self) -> bool:
+        """Whether the type is another distribution's."""
+        return not is_own(self.type)
 
     def each(self, coefficients: Coefficients) -> tuple[Formula, ...]:
         """Return coefficients as one formula for each coordinate."""

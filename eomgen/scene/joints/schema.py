@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from pydantic import model_validator
+from pydantic import ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
 from eomgen.scene.formula.scope import PARAMETERS, POSITIONS, TIME, VELOCITIES
 from eomgen.scene.joint_types import (
@@ -87,7 +87,7 @@ class Friction(Table):
 
 
 _ORIGIN = (0.0, 0.0, 0.0)
-_POSITION = by_coordinate("rad", "m") | {name: "m" for name, row in JOINTS.items() if row.group == "SE3"}
+_POSITION = by_coordinate("rad", "m", free="m")
 
 
 class Initial(Table):
@@ -117,10 +117,15 @@ class Mimic(Table):
     offset: Value = key("coordinate at the leader's zero", 0.0, unit=by_coordinate("rad", "m"), names=PARAMETERS)
 
 
+def _of_any_distribution(written: object, own: ValidatorFunctionWrapHandler) -> object:
+    """Return the name of a joint type, eomgen's own or another distribution's."""
+    return written if isinstance(written, str) and written in JOINTS else own(written)
+
+
 class Joint(Table):
     """A joint, which carries a body and lets it move relative to its parent."""
 
-    type: JointType = key("how the child moves against the parent")
+    type: Annotated[JointType, WrapValidator(_of_any_distribution)] = key("how the child moves against the parent")
     parent: str = key("the body that carries the joint", refers="bodies", kind="body, or `base`")
     child: str = key("the body that this joint carries", refers="bodies")
     position: Triple = key("origin of the child's frame in the parent's frame", _ORIGIN, unit="m", names=PARAMETERS)

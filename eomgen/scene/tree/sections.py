@@ -26,6 +26,7 @@ from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.inertia import Inertia, tensor
 from eomgen.scene.joint_types import JOINTS as TYPES
+from eomgen.scene.joint_types import is_own
 from eomgen.scene.joints import schema as joints
 from eomgen.scene.joints.constraint_reading import check_closings, read_constraint
 from eomgen.scene.joints.model import Constraint, Joint, Reaction
@@ -33,6 +34,7 @@ from eomgen.scene.joints.moved_inertia import check_motion
 from eomgen.scene.joints.reading import read_joint, read_reaction
 from eomgen.scene.joints.tree import Link, check_mimics, ordered
 from eomgen.scene.joints.unresisted import unresisted_motions
+from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, read_placement
 from eomgen.scene.section import Entries, Reading, Section
@@ -162,6 +164,8 @@ class _Joints(Section):
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
         entries: Mapping[str, joints.Joint] = reading.document.section("joints")
+        if reading.document.coordinates == "absolute":
+            _check_types(entries, reading.report)
         read = {name: read_joint(name, entry, reading.values) for name, entry in entries.items()}
         reading.values.design = self._design(read, entries, reading)
         return {name: self._placed(joint, entries[name], reading) for name, joint in read.items()}
@@ -245,6 +249,14 @@ class _Frames(Section):
         origins = {name: Point(name, frame.body, frame.position) for name, frame in frames.items()}
         reading.items["points"] = {**reading.items["points"], **origins}
         return frames
+
+
+def _check_types(entries: Mapping[str, joints.Joint], report: Report) -> None:
+    """Report joints of other distributions' types in absolute coordinates."""
+    for name, entry in entries.items():
+        if not is_own(entry.type):
+            fault = f"the joint type {entry.type} of another distribution has no equations between absolute bodies"
+            report.add(key_of("joints", name, "type"), fault, 'coordinates = "joint"')
 
 
 class _Constraints(Section):

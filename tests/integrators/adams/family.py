@@ -15,19 +15,20 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from eomgen.errors import Problem, UsageError
-from eomgen.integrators.families.family import (
+from eomgen.extending import (
     BAD_ARGUMENT,
     NOT_FINITE,
+    UNCONSTRAINED,
     Family,
     Field,
     MethodName,
+    Problem,
     Setting,
     Sizes,
     Status,
+    System,
+    UsageError,
 )
-from eomgen.integrators.families.needs import UNCONSTRAINED
-from eomgen.system.system import System
 
 
 @dataclass(frozen=True)

@@ -9,17 +9,27 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from eomgen.base.arrays import Array
-from eomgen.base.messages import key_of
-from eomgen.formula.nodes import Formula, Symbol, Vector
-from eomgen.formula.words import Word
-from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.forces.element_section import ElementSection, Site
-from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE
-from eomgen.scene.reading.key_metadata import Table, key
-from eomgen.scene.reading.kinds import Triple, Value
-from eomgen.scene.reading.requirements import not_below_zero
-from eomgen.scene.section import Reading, Section
+from eomgen.extending import (
+    FIXED_PARAMETERS,
+    PARAMETERS,
+    SPRING_FORCE,
+    Array,
+    ElementSection,
+    ForceElement,
+    Formula,
+    FormulaVector,
+    Reading,
+    Section,
+    Site,
+    Symbol,
+    Table,
+    Triple,
+    Value,
+    Word,
+    key,
+    key_of,
+    not_below_zero,
+)
 
 
 class DragEntry(Table):
@@ -39,7 +49,7 @@ class Drag(ForceElement):
 
     point: str
     coefficient: Formula
-    wind: Vector
+    wind: FormulaVector
 
     def formulas(self) -> Iterator[tuple[Formula, int]]:
         yield from ((formula, 0) for formula in self.wind)

@@ -4,10 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.mechanics.forces.loads import Law, Loads, push
-from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, dot, minus, scaled, transpose
+from eomgen.extending import (
+    Algebra,
+    Law,
+    Loads,
+    Op,
+    Quantities,
+    Scalar,
+    Vector,
+    apply,
+    dot,
+    minus,
+    push,
+    scaled,
+    transpose,
+)
 from tests.models.drags_for_eomgen import Drag, Wind
 
 
