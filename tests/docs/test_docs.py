@@ -85,6 +85,7 @@ def test_there_is_something_to_test() -> None:
     assert {block.page for block in blocks("python")} == {
         "README.md",
         "ensembles.md",
+        "extending.md",
         "fields.md",
         "hamiltonian.md",
         "identification.md",

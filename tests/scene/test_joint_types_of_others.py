@@ -1,7 +1,8 @@
-"""A joint type of another distribution, found by its entry point, does all that eomgen's own do in joint coordinates."""
+"""A joint type of another distribution, found by its entry point, in joint coordinates; refusals of broken ones."""
 
 from __future__ import annotations
 
+import runpy
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen import extending
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.extending import Connection, ElementaryMotion
 from eomgen.pipeline.readings import stored_scene
@@ -88,6 +90,19 @@ def test_mistakes_are_told_as_in_any_other_type(old: str, new: str, message: str
     with pytest.raises(DescriptionError) as error:
         load_toml(TEXT.replace(old, new, 1))
     assert message in str(error.value)
+
+
+def test_the_page_has_this_type(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
+    (tmp_path / "page.py").write_text(page.partition("```python\n")[2].partition("```")[0], encoding="utf-8")
+    assert runpy.run_path(str(tmp_path / "page.py"))["SLOT"] == slots.SLOT
+
+
+def test_every_name_for_distributions_is_there() -> None:
+    for name in extending.__all__:
+        assert getattr(extending, name) is not None
+    with pytest.raises(AttributeError, match="module 'eomgen.extending' has no attribute 'Sectoin'"):
+        extending.Sectoin  # noqa: B018
 
 
 def test_without_the_distribution_the_type_is_unknown() -> None:

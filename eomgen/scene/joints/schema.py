@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Any, ClassVar
 
-from pydantic import ValidatorFunctionWrapHandler, WrapValidator, model_validator
+from pydantic import ValidatorFunctionWrapHandler, field_validator, model_validator
 
 from eomgen.scene.formula.scope import PARAMETERS, POSITIONS, TIME, VELOCITIES
 from eomgen.scene.joint_types import (
@@ -117,15 +117,10 @@ class Mimic(Table):
     offset: Value = key("coordinate at the leader's zero", 0.0, unit=by_coordinate("rad", "m"), names=PARAMETERS)
 
 
-def _of_any_distribution(written: object, own: ValidatorFunctionWrapHandler) -> object:
-    """Return the name of a joint type, eomgen's own or another distribution's."""
-    return written if isinstance(written, str) and written in JOINTS else own(written)
-
-
 class Joint(Table):
     """A joint, which carries a body and lets it move relative to its parent."""
 
-    type: Annotated[JointType, WrapValidator(_of_any_distribution)] = key("how the child moves against the parent")
+    type: JointType = key("how the child moves against the parent")
     parent: str = key("the body that carries the joint", refers="bodies", kind="body, or `base`")
     child: str = key("the body that this joint carries", refers="bodies")
     position: Triple = key("origin of the child's frame in the parent's frame", _ORIGIN, unit="m", names=PARAMETERS)
@@ -184,6 +179,12 @@ class Joint(Table):
     )
     mimic: Mimic | None = optional("leader that the coordinate follows, in place of being free", kind="table, below")
     initial: Initial = key("state at the start", Initial(), shown_default="zeros")
+
+    @field_validator("type", mode="wrap")
+    @classmethod
+    def _of_any_distribution(cls, written: object, own: ValidatorFunctionWrapHandler) -> Any:
+        """Return the name of a joint type, eomgen's own or another distribution's."""
+        return written if isinstance(written, str) and written in JOINTS else own(written)
 
 
 class Reaction(Table):
