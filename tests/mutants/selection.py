@@ -83,6 +83,10 @@ class Run:
                 self.rows.append(np.packbits(np.frombuffer(marks, dtype=np.uint8)))
             self.read_to = file.tell()
 
+    def has_one_of(self, wanted: Sequence[str]) -> bool:
+        """Tell whether the package had one of some blocks when the measurement was made; True for no block."""
+        return not wanted or any(name in self.columns for name in wanted)
+
     def running(self, wanted: Iterable[str]) -> list[int]:
         """Return the rows of tests that ran one of some blocks."""
         columns = [self.columns[name] for name in wanted if name in self.columns]
@@ -194,8 +198,13 @@ def chosen(mutant: Mutant, recording: Recording) -> list[Candidate]:
 
 
 def unmeasured(mutant: Mutant, recording: Recording) -> list[str]:
-    """Return the test files that are not measured, the nearest to a mutant first."""
-    missing = [file for file in test_files() if recording.run_of(file) is None]
+    """Return the test files that are not measured, the nearest to a mutant first.
+
+    A measurement made before a function was moved or named tells nothing of the mutants in this function.
+    """
+    wanted = blocks_of(mutant)
+    runs = {file: recording.run_of(file) for file in test_files()}
+    missing = [file for file, run in runs.items() if run is None or not run.has_one_of(wanted)]
     ranks = {file: nearness(mutant, file, _text(file)) for file in missing}
     return sorted(missing, key=lambda file: -ranks[file])
 
