@@ -12,13 +12,17 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from scipy import stats
 
 from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
 from eomgen.compiled.beams import SectionLoads
-from eomgen.errors import UsageError
+from eomgen.errors import Problem, UsageError
 from eomgen.linear import plots
 from eomgen.linear.control.margins import Margins
 from eomgen.linear.control.notebook import plot_margins
+from eomgen.products.ensembles import ensemble
+from eomgen.products.reliability.vibration import result as vibration
+from eomgen.products.reliability.vibration.result import Distribution
 from eomgen.results import section_loads
 
 matplotlib.use("Agg")
@@ -343,3 +347,85 @@ def test_phases_are_whole_degrees_above_minus_180(value: complex, text: str) -> 
 def test_motions_that_do_not_oscillate_are_captioned_by_their_rate(value: float, text: str) -> None:
     modes = SimpleNamespace(eigenvalues=np.array([value + 0j]), oscillating=[False], uncertainty=[1e-3])
     assert plots.caption(modes, 0) == f"mode 1: {text}"  # type: ignore[arg-type]  # a part of it
+
+
+def sensitivity_of(kind: str, total: dict[str, float], intervals: bool, error: float) -> Any:
+    first = {name: 0.5 * share for name, share in total.items()}
+    bounds = {name: (share - 0.1, share + 0.2) for name, share in total.items()} if intervals else {}
+    lower = {name: (share - 0.05, share + 0.02) for name, share in first.items()} if intervals else {}
+    return SimpleNamespace(
+        kind=kind, result=f"{kind} of tip", first=first, total=total if intervals else first,
+        first_interval=lower, total_interval=bounds, error=error,
+    )  # fmt: skip
+
+
+def test_rankings_are_bars_with_intervals_and_the_largest_share_on_top() -> None:
+    total = {"mass": 0.7, "length": 0.2, "damping": 0.05}
+    columns = ("tip", "tilt", "none")
+    rankings = {
+        "tip.max": sensitivity_of("Sobol", total, True, 0.5),
+        "tilt.max": sensitivity_of("Sobol", total, False, 0.0),
+    }
+
+    def sensitivity(result: str) -> Any:
+        if result not in rankings:
+            raise UsageError(Problem("sensitivity", "too few samples", ""))
+        return rankings[result]
+
+    run: Any = SimpleNamespace(columns=columns, varied=("mass", "length", "damping"), sensitivity=sensitivity)
+    figure = ensemble._rankings(run)
+    assert figure.get_size_inches().tolist() == pytest.approx([7.5, 0.5 + 2 * (0.35 * 3 + 0.9)])
+    upper, lower = figure.axes
+    assert upper.get_title("left") == "Sobol of tip, errors of steps up to 50 % of its deviation"
+    assert lower.get_title("left") == "Sobol of tip"
+    widths = [bar.get_width() for bar in upper.patches]
+    assert widths == pytest.approx([0.05, 0.2, 0.7, 0.025, 0.1, 0.35])
+    assert [bar.get_width() for bar in lower.patches] == pytest.approx([0.025, 0.1, 0.35])
+    for axis in (upper, lower):
+        assert [text.get_text() for text in axis.get_yticklabels()] == ["damping", "length", "mass"]
+    segments = [[tuple(point) for point in line] for lines in upper.collections for line in lines.get_segments()]
+    whole = [((share - 0.1, k + 0.12), (share + 0.2, k + 0.12)) for k, share in enumerate((0.05, 0.2, 0.7))]
+    alone = [((share - 0.05, k - 0.12), (share + 0.02, k - 0.12)) for k, share in enumerate((0.025, 0.1, 0.35))]
+    np.testing.assert_allclose(segments, [*whole, *alone], atol=1e-12)
+    assert not lower.collections and lower.get_xlabel() == "share of the variance (Sobol)"
+    assert [text.get_text() for text in upper.get_legend().get_texts()] == ["with interactions", "by itself"]
+    assert ensemble._rankings(SimpleNamespace(columns=("none",), varied=("a",), sensitivity=sensitivity)) is None  # type: ignore[arg-type]
+
+
+def test_distributions_are_drawn_on_a_normal_scale_by_the_smaller_tail() -> None:
+    y, order = np.array([6.0, 0.0, 2.0, 4.0]), [1, 2, 3, 0]
+    place = np.array([9.0, -2.0, 0.1, 1.5])
+    below, above = stats.norm.cdf(place), stats.norm.sf(place)
+    counted = Distribution(below.copy(), above.copy(), stats.norm.cdf(place - 0.5), stats.norm.cdf(place + 0.25))
+    counted.below[2] = counted.above[2] = np.nan
+    result: Any = SimpleNamespace(
+        thresholds=y, output="tip", unit="m", scene="mast", t=2.5,
+        distributions={"monte_carlo": counted, "form": Distribution(below, above, np.zeros(0), np.zeros(0))},
+    )  # fmt: skip
+    (axis,) = vibration._distribution(result).axes
+    form, samples = axis.lines
+    assert form.get_xdata().tolist() == y[order].tolist()
+    np.testing.assert_allclose(form.get_ydata(), place[order], rtol=1e-9)
+    assert samples.get_xdata().tolist() == [0.0, 4.0, 6.0]
+    assert (form.get_label(), samples.get_label()) == ("FORM", "Monte Carlo, 95 % confidence")
+    (bars,) = axis.collections
+    ends = [((0.0, -2.5), (0.0, -1.75)), ((2.0, -0.4), (2.0, 0.35)), ((4.0, 1.0), (4.0, 1.75))]
+    np.testing.assert_allclose(bars.get_segments()[:3], ends, atol=1e-6)
+    named = dict(zip([text.get_text() for text in axis.get_yticklabels()], axis.get_yticks(), strict=True))
+    for text, share in (("0.01", 0.01), ("0.5", 0.5), ("0.99", 0.99), ("1 - 1e-3", 0.999), ("1 - 1e-5", 1 - 1e-5)):
+        assert named[text] == pytest.approx(stats.norm.ppf(share), abs=1e-6)
+    assert "1e-3" not in named and axis.get_xlabel() == "tip in m"
+    assert axis.get_title() == "mast: tip at t = 2.5 s"
+    assert vibration._percent(1e-3) == "0.001" and vibration._percent(1e-5) == "1e-5"
+
+
+def test_covariances_are_drawn_in_the_order_of_times() -> None:
+    result: Any = SimpleNamespace(
+        times=np.array([2.0, 0.0, 1.0]), autocovariance={"hermite": np.array([1.0, 4.0, 3.0])},
+        output="tip", unit="m", t=1.5,
+    )  # fmt: skip
+    (axis,) = vibration._covariance(result).axes
+    assert axis.lines[0].get_xydata().tolist() == [[0.0, 4.0], [1.0, 3.0], [2.0, 1.0]]
+    assert axis.lines[1].get_ydata() == [0.0, 0.0]
+    assert axis.get_ylabel() == "covariance in (m)²" and axis.get_xlabel() == "time in s"
+    assert axis.get_title() == "covariance of tip with its value at t = 1.5 s"

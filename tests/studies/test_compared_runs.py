@@ -1,0 +1,219 @@
+"""Errors between runs and between formulations, against SciPy's rotations; conditions of ladders; signs of pivots."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from eomgen.integrators.newton.signs import _parity, _pivots
+from eomgen.lie.product import Factor
+from eomgen.products.studies.ladders import register, study
+from eomgen.products.studies.work_precision.formulations import _apart
+from eomgen.products.studies.work_precision.observation import Observation, errors, known_errors, with_arrays
+from eomgen.simulation.judgement.invariants import _is_pulse
+
+FACTORS = (Factor("SE3", "base", 0, 7, 0, 6), Factor("R", "hinge", 7, 1, 6, 1), Factor("R", "slide", 8, 1, 7, 1))
+UNITS = ("1",) * 4 + ("m",) * 3 + ("rad", "m")
+TIMES, EVERY = 9, 2
+
+
+def quaternions(rotation: Rotation) -> np.ndarray:
+    return np.asarray(rotation.as_quat(scalar_first=True))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_poses_are_apart_by_the_logarithm_of_the_turn_and_the_way_in_body_axes(
+    sign: float, rng: np.random.Generator
+) -> None:
+    for angle in (0.0, 1e-9, 0.3, 3.0):
+        here, axis = Rotation.random(random_state=rng), rng.normal(size=3)
+        turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+        places = rng.normal(size=(2, 3))
+        one = np.concatenate([quaternions(here), places[0]])
+        two = np.concatenate([sign * quaternions(here * turn), places[1]])
+        expected = np.concatenate([turn.as_rotvec(), here.inv().apply(places[1] - places[0])])
+        np.testing.assert_allclose(_apart(one, two), expected, atol=1e-12)
+
+
+def observation_of(rng: np.random.Generator, times: int, step: float, **changes: Any) -> Observation:
+    turned = Rotation.from_rotvec(rng.normal(size=(times, 3)))
+    q = np.column_stack([quaternions(turned), rng.normal(size=(times, 5)) * [1.0, 1.0, 1.0, 3.0, 0.1]])
+    given = {
+        "t": 1.0 + step * np.arange(times), "q": q, "v": rng.normal(size=(times, 8)),
+        "multipliers": rng.normal(size=(times, 2)), "factors": FACTORS, "units": UNITS, "rows": ("a", "b"),
+        "poses": {
+            name: np.column_stack([quaternions(Rotation.random(times, random_state=rng)), rng.normal(size=(times, 3))])
+            for name in ("arm", "leg")
+        },
+        "twists": {name: rng.normal(size=(times, 6)) for name in ("arm", "leg")},
+        "outputs": {"tip": rng.normal(size=(times, 3)), "load": rng.normal(size=(times, 1))},
+    }  # fmt: skip
+    return Observation(**(given | changes))
+
+
+def turn_between(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+    rotations = (Rotation.from_quat(array[:, :4], scalar_first=True) for array in (one, two))
+    first, second = rotations
+    return np.asarray((first.inv() * second).magnitude())
+
+
+def measured(series: np.ndarray) -> tuple[float, float, float]:
+    return series.max(), np.sqrt(np.mean(series**2)), series[-1]
+
+
+def test_errors_of_coordinates_are_relative_to_the_largest_motion_of_their_kind(rng: np.random.Generator) -> None:
+    true = observation_of(rng, EVERY * (TIMES - 1) + 3, 0.05)
+    run = observation_of(rng, TIMES, 0.1)
+    at = slice(0, EVERY * (TIMES - 1) + 1, EVERY)
+    result = errors(run, true)
+    here, there = run.q, true.q[at]
+    first = np.broadcast_to(true.q[:1], true.q.shape)
+    turned = max(turn_between(first, true.q).max(), np.abs(true.q[:, 7] - true.q[0, 7]).max())
+    way = max(np.linalg.norm(true.q[:, 4:7] - true.q[0, 4:7], axis=1).max(), np.abs(true.q[:, 8] - true.q[0, 8]).max())
+    parts = [
+        turn_between(here, there) / turned, np.abs(here[:, 7] - there[:, 7]) / turned,
+        np.linalg.norm(here[:, 4:7] - there[:, 4:7], axis=1) / way, np.abs(here[:, 8] - there[:, 8]) / way,
+    ]  # fmt: skip
+    q = np.max(parts, axis=0)
+    off, kinds = np.abs(run.v - true.v[at]), ([0, 1, 2, 6], [3, 4, 5, 7])
+    v = np.max([off[:, kind].max(axis=1) / np.abs(true.v[:, kind]).max() for kind in kinds], axis=0)
+    compared = {"multipliers": (run.multipliers, true.multipliers)}
+    compared |= {name: (run.outputs[name], true.outputs[name]) for name in ("tip", "load")}
+    expected = {"q": q, "v": v, "state": np.maximum(q, v)}
+    for name, (ours, theirs) in compared.items():
+        expected[name] = np.linalg.norm(ours - theirs[at], axis=1) / np.linalg.norm(theirs, axis=1).max()
+    for name, series in expected.items():
+        size = result[name]
+        assert (size.largest, size.rms, size.final) == pytest.approx(measured(series), rel=1e-9)
+    assert list(result) == ["q", "v", "state", "multipliers", "tip", "load"]
+    bars = {name: type(result["q"])(1e9, 0.0, 2e9) for name in ("q", "tip")}
+    known = known_errors(run, true, bars)
+    for name in result:
+        bounded = (1e9, result[name].rms, 2e9) if name in bars else tuple(result[name].to_dict().values())
+        assert tuple(known[name].to_dict().values()) == bounded
+
+
+def test_errors_of_other_coordinates_are_of_poses_and_twists(rng: np.random.Generator) -> None:
+    true, run = observation_of(rng, TIMES, 0.1), observation_of(rng, TIMES, 0.1, factors=FACTORS[1:], rows=("a",))
+    result = errors(run, true)
+    poses = [(run.poses[name], true.poses[name]) for name in ("arm", "leg")]
+    turned = max(turn_between(np.broadcast_to(there[:1], there.shape), there).max() for _, there in poses)
+    way = max(np.linalg.norm(there[:, 4:] - there[0, 4:], axis=1).max() for _, there in poses)
+    parts = [turn_between(here, there) / turned for here, there in poses]
+    parts += [np.linalg.norm(here[:, 4:] - there[:, 4:], axis=1) / way for here, there in poses]
+    twists = []
+    for part in (slice(0, 3), slice(3, 6)):
+        size = max(np.linalg.norm(array[:, part], axis=1).max() for array in true.twists.values())
+        twists += [
+            np.linalg.norm(run.twists[name][:, part] - true.twists[name][:, part], axis=1) / size for name in run.twists
+        ]
+    q, v = np.max(parts, axis=0), np.max(twists, axis=0)
+    for name, series in (("q", q), ("v", v), ("state", np.maximum(q, v))):
+        size = result[name]
+        assert (size.largest, size.rms, size.final) == pytest.approx(measured(series), rel=1e-9)
+    assert list(result) == ["q", "v", "state", "tip", "load"]
+    without = observation_of(rng, TIMES, 0.1, factors=(), rows=(), poses={}, outputs={"load": np.ones((TIMES, 2))})
+    assert errors(without, true) == {}
+    again = with_arrays(true.arrays, true.factors, true.units, true.rows)
+    assert list(again.arrays) == list(true.arrays)
+    assert all(again.arrays[name] is array for name, array in true.arrays.items())
+
+
+def test_ladders_measure_errors_by_the_motion_and_the_size_of_the_machine(rng: np.random.Generator) -> None:
+    model = SimpleNamespace(
+        factors=FACTORS, q_units=UNITS, v_units=["rad/s"] * 3 + ["m/s"] * 3 + ["rad/s", "m/s"], z_units=["V", "V", "A"]
+    )
+    subject: Any = SimpleNamespace(model=lambda kind: model, extent=2.0)
+    held, of = (observation_of(rng, TIMES, 0.1) for _ in range(2))
+    z = [rng.normal(size=(TIMES, 3)) * [0.01, 1e-9, 0.02] for _ in range(2)]
+    arrays = [{"t": one.t, "q": one.q, "v": one.v, "z": states} for one, states in zip((of, held), z, strict=True)]
+    of.q[:, 7:] = held.q[:, 7:] + 1e-3
+    result = study.difference(subject, *arrays, bound=1e-3)
+    turned = max(turn_between(np.broadcast_to(held.q[:1], held.q.shape), held.q).max(), np.ptp([0.0]))
+    own = {"rad": turn_between(of.q, held.q).max() / turned}
+    way = np.linalg.norm(held.q[:, 4:7] - held.q[0, 4:7], axis=1).max()
+    own["m"] = np.linalg.norm(of.q[:, 4:7] - held.q[:, 4:7], axis=1).max() / way
+    both = max(turned, np.abs(held.q[:, 7] - held.q[0, 7]).max())
+    own["rad"] *= turned / both
+    ranges = np.ptp(z[1], axis=0)
+    ranges[1] = 1e-3 * ranges[0]
+    states = np.abs(z[0] - z[1]).max(axis=0) / ranges
+    assert result.position == pytest.approx(max(*own.values(), *states), rel=1e-9)
+    off, kinds = np.abs(of.v - held.v), ([0, 1, 2, 6], [3, 4, 5, 7])
+    assert result.velocity == pytest.approx(max(off[:, k].max() / np.abs(held.v[:, k]).max() for k in kinds), rel=1e-9)
+    assert result.worst == max(result.position, result.velocity / study.VELOCITY)
+    shorter = {name: array[:5] for name, array in arrays[0].items()}
+    assert study.difference(subject, shorter, arrays[1], bound=1e-3) == (np.inf, np.inf)
+    for name in ("q", "v", "z"):
+        wrong = arrays[0][name].copy()
+        wrong[3, -1] = np.nan
+        assert study.difference(subject, arrays[0] | {name: wrong}, arrays[1], bound=1e-3) == (np.inf, np.inf)
+
+
+class LadderSubject(SimpleNamespace):
+    """Start, model and conditions of a subject; conditions are kept as given."""
+
+    def model(self, kind: str) -> Any:
+        return SimpleNamespace(
+            factors=FACTORS, q_units=UNITS, nq=9, v_units=["rad/s"] * 3 + ["m/s"] * 3 + ["rad/s", "m/s"]
+        )
+
+    def conditions(self, **given: Any) -> Any:
+        given = {"step": 0.25, **given}
+        return SimpleNamespace(**given, varied=lambda **more: SimpleNamespace(**(given | more)))
+
+
+def test_ladders_turn_spin_and_refine(rng: np.random.Generator) -> None:
+    q, v = rng.normal(size=9), rng.normal(size=8)
+    subject: Any = LadderSubject(start=(q, v), period=3.0, fine=0.01, constrained=False)
+    assert register._angles(subject) == [7] and register._has_angles(subject) == ""
+    turned = register._turned(subject, 100.0)
+    assert (turned.q - q).tolist() == pytest.approx(
+        [0.0] * 7 + [200.0 * np.pi, 0.0]
+    ) and turned.v.tolist() == v.tolist()
+    right = register._right_angles(subject, 0.25)
+    assert right.q.tolist() == [*q[:7], 0.5 * np.pi + 1e-9, q[8]] and q[7] != right.q[7]
+    turns = [0, 1, 2, 6]
+    spun = register._spin(subject, 0.5)
+    assert np.abs(spun.v[turns]).max() * 0.25 == pytest.approx(0.5)
+    np.testing.assert_allclose(spun.v * v[0], spun.v[0] * v, rtol=1e-12)
+    assert spun.q is q and spun.steps == 2 * register.ROWS
+    still: Any = LadderSubject(start=(q, np.where(np.isin(np.arange(8), turns), 0.0, v)), constrained=True)
+    rotating = register._spin(still, 0.5).v
+    assert rotating[turns].tolist() == [2.0] * 4 and rotating[[3, 4, 5, 7]].tolist() == v[[3, 4, 5, 7]].tolist()
+    assert register._spins(still) == "it is held by constraints at rest"
+    assert register._spins(subject) == ""
+    assert vars(register._late(subject, 1e3))["start"] == 1e3
+    assert vars(register._rho(subject, 0.5))["given"] == {"rho_inf": 0.5}
+    counted = register._count(subject, 50.0)
+    assert (counted.steps, counted.step) == (50, register.STEPS * 0.01 / 50.0)
+    for value, steps in ((0.0999, register.STEPS), (0.1, 2 * register.ROWS)):
+        stepped = register._step(subject, value)
+        assert (stepped.step, stepped.steps) == (value * 3.0, steps)
+    assert register._decades(-3, 3, 3) == (1e-3, 1.0, 1e3)
+
+
+def test_pivots_are_ratios_of_leading_minors(rng: np.random.Generator) -> None:
+    for size in (1, 2, 5):
+        A = rng.normal(size=(size, size))
+        rows, columns = (tuple(rng.permutation(size).tolist()) for _ in range(2))
+        ordered = A[np.ix_(rows, columns)]
+        minors = [1.0, *(np.linalg.det(ordered[:k, :k]) for k in range(1, size + 1))]
+        entries = {(i, j): float(A[i, j]) for i in range(size) for j in range(size)}
+        np.testing.assert_allclose(_pivots(entries, rows, columns), np.divide(minors[1:], minors[:-1]), rtol=1e-9)
+        assert _parity(rows) == round(np.linalg.det(np.eye(size)[list(rows)]))
+    tridiagonal = {(0, 0): 2.0, (0, 1): 1.0, (1, 0): 4.0, (1, 1): 2.0, (1, 2): 5.0, (2, 1): 1.0, (2, 2): 1.0}
+    assert _pivots(tridiagonal, (0, 1, 2), (0, 1, 2)).tolist() == [2.0, 0.0, 0.0]
+    assert _pivots({(0, 0): np.nan, (1, 1): 1.0}, (0, 1), (0, 1)).tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(("jumps", "pulse"), [(4, True), (6, False)])
+def test_an_imbalance_of_a_twentieth_of_the_intervals_is_a_pulse(jumps: int, pulse: bool) -> None:
+    off = np.zeros(101)
+    off[1 : 1 + jumps] = 1.0
+    off = np.cumsum(np.where(off > 0.0, 3.0, 0.0))
+    assert _is_pulse(off) is pulse and _is_pulse(-7.0 + 1e-6 * off) is pulse
