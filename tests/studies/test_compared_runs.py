@@ -11,9 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from eomgen.integrators.newton.signs import _parity, _pivots
 from eomgen.lie.product import Factor
+from eomgen.products.ensembles import side_by_side
 from eomgen.products.studies.ladders import register, study
 from eomgen.products.studies.work_precision.formulations import _apart
 from eomgen.products.studies.work_precision.observation import Observation, errors, known_errors, with_arrays
+from eomgen.products.studies.work_precision.reference import _extrapolated
 from eomgen.simulation.judgement.invariants import _is_pulse
 
 FACTORS = (Factor("SE3", "base", 0, 7, 0, 6), Factor("R", "hinge", 7, 1, 6, 1), Factor("R", "slide", 8, 1, 7, 1))
@@ -217,3 +219,55 @@ def test_an_imbalance_of_a_twentieth_of_the_intervals_is_a_pulse(jumps: int, pul
     off[1 : 1 + jumps] = 1.0
     off = np.cumsum(np.where(off > 0.0, 3.0, 0.0))
     assert _is_pulse(off) is pulse and _is_pulse(-7.0 + 1e-6 * off) is pulse
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_extrapolation_removes_the_leading_error(order: int, rng: np.random.Generator) -> None:
+    """Runs off by c h^order are extrapolated to the run without error; quaternions stay of unit length."""
+    true, off = observation_of(rng, TIMES, 0.1), observation_of(rng, TIMES, 0.1)
+    fine, coarse = (
+        with_arrays(
+            {name: array + size * (name != "t") * off.arrays[name] for name, array in true.arrays.items()},
+            FACTORS, UNITS, ("a", "b"),
+        )
+        for size in (1e-3, 1e-3 * 2.0**order)
+    )  # fmt: skip
+    result = _extrapolated(fine, coarse, order)
+    assert (result.factors, result.units, result.rows) == (FACTORS, UNITS, ("a", "b"))
+    for name, array in result.arrays.items():
+        np.testing.assert_allclose(array, true.arrays[name], atol=1e-12)
+    wrong = _extrapolated(fine, coarse, order + 1)
+    for quaternion in (wrong.q[:, :4], *(pose[:, :4] for pose in wrong.poses.values())):
+        np.testing.assert_allclose(np.linalg.norm(quaternion, axis=1), 1.0, rtol=1e-12)
+    assert np.abs(wrong.q[:, 4:] - true.q[:, 4:]).max() > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("units", "extent", "bounds"),
+    [
+        (["m", "m"], 0.2, 0.2), (["m", "1"], 0.2, 0.2), (["m", "1"], 5.0, 1.0), (["m", "m/s"], 5.0, 5.0),
+        (["1", "1/s"], 5.0, 1.0), (["m"], 0.0, 1.0), ([], 5.0, 1.0),
+    ],
+)  # fmt: skip
+def test_lanes_break_constraints_beyond_a_part_of_the_machine(units: list[str], extent: float, bounds: float) -> None:
+    """Of a machine: lengths by its extent, angles by one radian, both by the smaller one."""
+    rows, parameters = np.arange(2 * 5 * 4, dtype=float).reshape(2, 5, 4), np.array([[7.0], [8.0]])
+
+    def evaluate(function: str, q: np.ndarray, t: np.ndarray, parameters: np.ndarray) -> dict[str, np.ndarray]:
+        looked = rows[:, [0, 2, 4]].reshape(-1, 4)
+        assert function == "constraint_size" and parameters[:, 0].tolist() == [7.0] * 3 + [8.0] * 3
+        assert t.tolist() == looked[:, 0].tolist() and q.tolist() == looked[:, 1:3].tolist()
+        return {"extent": np.array([0.0, 1.0, 0.5, 1.0, 0.25, 0.0]) * extent}
+
+    model = SimpleNamespace(
+        multipliers=("a",) * len(units), nq=2, functions={"constraint_size": None}, evaluate=evaluate,
+        library=SimpleNamespace(layout={"row_units": units}),
+    )  # fmt: skip
+    lanes: Any = SimpleNamespace(model=model)
+    limit = side_by_side._VIOLATION * bounds
+    for share, broken in ((0.999, False), (1.001, bool(units)), (np.nan, bool(units))):
+        largest = np.array([[share * limit], [0.0]])
+        result = side_by_side.SideBySide._breaks_constraints(lanes, rows, parameters, largest)
+        assert result.tolist() == [broken, False]
+    none = side_by_side.SideBySide._breaks_constraints(lanes, rows, parameters, np.zeros((2, 0)))
+    assert none.tolist() == [False, False]
