@@ -72,6 +72,7 @@ STUDIES: Mapping[str, Study] = {
     "elastic_vehicle": Study("--t-end 4"),
     "four_bar": Study(methods=BOUND),
     "free_spinning_body": Study(),
+    "gear_with_backlash": Study("--t-end 0.4", methods="generalized_alpha,generalized_alpha_adaptive,rk4,rk45"),
     "half_car_on_measured_road": Study("--t-end 4"),
     "hanging_chain": Study("--t-end 1"),
     "heavy_top": Study("--t-end 1 --output centre_of_mass", "joint_coordinates.toml"),

@@ -630,6 +630,21 @@ def rattleback() -> None:
     save(figure, "rattleback")
 
 
+def gear_with_backlash() -> None:
+    run = simulated("gear_with_backlash")
+    shown = run.t <= 0.5
+    figure, (upper, lower) = plt.subplots(2, 1, figsize=(9, 4.2), sharex=True, layout="constrained")
+    upper.plot(run.t[shown], np.degrees(run["twist"][shown]), color=BLUE, linewidth=0.9)
+    upper.axhspan(-0.3, 0.3, color="black", alpha=0.08, linewidth=0.0, label="play")
+    upper.set(ylabel="twist, degrees")
+    upper.set_title("Twist of the gear, at the load", loc="left")
+    upper.legend(frameon=False, loc="lower right")
+    lower.plot(run.t[shown], run["tooth_torque"][shown], color=VERMILION, linewidth=0.9)
+    lower.set(xlabel="t, s", ylabel="torque, N m")
+    lower.set_title("Torque of the teeth on the load", loc="left")
+    save(figure, "gear_with_backlash")
+
+
 def main() -> int:
     plt.rcParams.update({"font.size": 9, "axes.titlesize": 10, "axes.spines.top": False, "axes.spines.right": False})
     wanted = set(sys.argv[1:])
@@ -660,6 +675,7 @@ def main() -> int:
         unbalanced_shaft,
         misaligned_four_bar,
         rattleback,
+        gear_with_backlash,
     )
     for draw in drawings:
         if not wanted or draw.__name__ in wanted:
