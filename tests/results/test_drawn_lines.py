@@ -17,13 +17,14 @@ from scipy import stats
 from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import Problem, UsageError
+from eomgen.lie.product import Factor
 from eomgen.linear import plots
 from eomgen.linear.control.margins import Margins
 from eomgen.linear.control.notebook import plot_margins
 from eomgen.products.ensembles import ensemble
 from eomgen.products.reliability.vibration import result as vibration
 from eomgen.products.reliability.vibration.result import Distribution
-from eomgen.results import section_loads
+from eomgen.results import section_loads, shapes
 
 matplotlib.use("Agg")
 from matplotlib import pyplot
@@ -429,3 +430,73 @@ def test_covariances_are_drawn_in_the_order_of_times() -> None:
     assert axis.lines[1].get_ydata() == [0.0, 0.0]
     assert axis.get_ylabel() == "covariance in (m)²" and axis.get_xlabel() == "time in s"
     assert axis.get_title() == "covariance of tip with its value at t = 1.5 s"
+
+
+class Machine:
+    """Lines of a machine in the plane of x and z, 2 m long, that coordinates bend: in z, in y, and turned about x."""
+
+    def __init__(self, model: Any, t: float, p: np.ndarray, q: np.ndarray) -> None:
+        x = np.linspace(0.0, 2.0, 5)
+        places = np.zeros((len(q), 5, 3))
+        places[:, :, 0] = x
+        places[:, :, 2] = 0.05 * x + q[:, :1] * x**2
+        places[:, :, 1] = q[:, 1:2] * x
+        self.lines, self.places, self.size = [places], places, 2.0
+
+    def supports(self) -> np.ndarray:
+        return np.array([[[0.0, 0.0, 0.0], [2.0, 0.5, 1.0]]])
+
+
+MODEL: Any = SimpleNamespace(
+    name="mast", factors=tuple(Factor("R", f"c{k}", k, 1, k, 1) for k in range(3)), v_units=["m/s", "m/s", "rad/s"]
+)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_mode_shapes_are_drawn_about_the_shape_at_rest(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept: list[Any] = []
+    monkeypatch.setattr(shapes, "saved", lambda figure, path: kept.append(figure) or path)
+    monkeypatch.setattr(shapes, "_Lines", Machine)
+    modes = np.array([[1.0, 0.0, 0.5, 0.0, 1e-6], [0.0, 3.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 2.0, 1.0]])
+    q, titles = np.array([0.01, 0.0, 0.0]), [f"title {k}" for k in range(count)]
+    shapes.draw_modes(MODEL, q, 0.0, np.zeros(0), modes, titles, Path("a.png"))
+    axes = kept[0].axes
+    columns = min(count, 3)
+    assert len(axes) == count and kept[0].get_size_inches().tolist() == [5.2 * columns, 4.0 * -(-count // columns)]
+    assert [axis.get_title() for axis in axes] == titles
+    assert kept[0].get_suptitle() == "mast: mode shapes, in the plane of each that shows most"
+    x = np.linspace(0.0, 2.0, 5)
+    # the largest displacement is a tenth of 2 m: q_0 bends by 4 q_0 at the end, q_1 by 2 q_1; a turn is 1 rad at most
+    scales = [(0.05, "z"), (0.1, "y"), (0.05, "z"), (0.0, "z"), (0.0, "z")]
+    for axis, (scale, plane) in zip(axes, scales, strict=False):
+        assert (axis.get_xlabel(), axis.get_ylabel()) == ("x, m", f"{plane}, m")
+        rest, back, there = axis.lines[:3]
+        for line, sign in ((rest, 0.0), (back, -1.0), (there, 1.0)):
+            heights = 0.05 * x + (0.01 + sign * scale) * x**2 if plane == "z" else sign * scale * x
+            np.testing.assert_allclose(line.get_xdata(), x, atol=1e-9)
+            np.testing.assert_allclose(line.get_ydata(), heights, atol=2e-5)
+        assert axis.lines[3].get_xydata().tolist() == [[0.0, 0.0], [2.0, 1.0 if plane == "z" else 0.5]]
+        assert axis.lines[3].get_marker() == "^"
+
+
+def test_roots_over_a_parameter_are_the_upper_half_plane_with_both_ends_marked() -> None:
+    values = np.array([1.0, 2.0, 4.0])
+    roots = np.array([[-1 + 5j, -1 - 5j, -9.0], [-2 + 6j, -2 - 6j, -1.0], [1e-13 + 7j, 1e-13 - 7j, -1.1]])
+    locus = SimpleNamespace(parameter="speed", values=values, eigenvalues=roots)
+    (axis,) = plots.plot_root_locus(locus)  # type: ignore[arg-type]  # has what is drawn
+    dots = [points.get_offsets().tolist() for points in axis.collections]
+    upper = [[-1.0, 5.0], [-2.0, 6.0], [0.0, 7.0]]
+    assert dots == [
+        upper, upper[:1], upper[-1:], [], [[-9.0, 0.0], [-1.0, 0.0], [-1.1, 0.0]], [[-9.0, 0.0]], [[-1.1, 0.0]],
+    ]  # fmt: skip
+    assert axis.collections[0].get_array().tolist() == values.tolist()
+    assert type(axis.collections[0].norm).__name__ == "LogNorm"
+    lines = [line.get_xydata().tolist() for line in axis.lines]
+    assert lines[:2] == [upper[:2], [[-1.0, 0.0], [-1.1, 0.0]]]  # further apart than 0.08 (9 + 14) are the others
+    assert len(lines) == 3
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("real part, 1/s", "imaginary part, rad/s")
+    assert axis.get_title("left") == "× speed = 1   ○ speed = 4"
+    even = SimpleNamespace(parameter="speed", values=np.array([1.0, 2.0, 3.0]), eigenvalues=1j * roots.imag)
+    (axis,) = plots.plot_root_locus(even)  # type: ignore[arg-type]  # has what is drawn
+    assert type(axis.collections[0].norm).__name__ == "Normalize" and axis.get_xlim() == (-0.7, 0.7)
+    assert axis.figure.axes[1].get_ylabel() == "speed"
