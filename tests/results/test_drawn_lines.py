@@ -498,5 +498,5 @@ def test_roots_over_a_parameter_are_the_upper_half_plane_with_both_ends_marked()
     assert axis.get_title("left") == "× speed = 1   ○ speed = 4"
     even = SimpleNamespace(parameter="speed", values=np.array([1.0, 2.0, 3.0]), eigenvalues=1j * roots.imag)
     (axis,) = plots.plot_root_locus(even)  # type: ignore[arg-type]  # has what is drawn
-    assert type(axis.collections[0].norm).__name__ == "Normalize" and axis.get_xlim() == (-0.7, 0.7)
+    assert type(axis.collections[0].norm).__name__ == "Normalize" and axis.get_xlim() == pytest.approx((-0.7, 0.7))
     assert axis.figure.axes[1].get_ylabel() == "speed"
