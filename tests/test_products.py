@@ -51,6 +51,7 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("eomgen.tune", "module 'eomgen' has no attribute 'tune'"),
         ("cli('check', 'pendulum.toml')", "eomgen: there is no verb 'check'"),
     ),
+    "testing": (("eomgen.testing", "module 'eomgen' has no attribute 'testing'"),),
     "waves": (
         ("eomgen.waves", "module 'eomgen' has no attribute 'waves'"),
         ("cli('info', 'waves.toml')", "waves.toml:51 (waves): the section 'waves' is unknown"),

@@ -13,6 +13,7 @@ from eomgen.products.studies.tuning.result import Tuned
 from eomgen.products.studies.tuning.tune import tune
 from eomgen.products.studies.work_precision.result import Tradeoff
 from eomgen.products.studies.work_precision.study import tradeoff
+from eomgen.products.testing import contracts as testing
 from eomgen.products.waves import second_order as waves
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "sampling",
     "savings",
     "studies",
+    "testing",
     "tradeoff",
     "tune",
     "waves",

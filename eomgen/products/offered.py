@@ -24,5 +24,6 @@ OFFERED: dict[str, tuple[str, ...]] = {
         "tradeoff",
         "tune",
     ),
+    "testing": ("testing",),
     "waves": ("base.follow", "elevation", "hulls", "slope", "water_acceleration", "water_velocity", "waves"),
 }

@@ -16,6 +16,7 @@ __all__ = [
     "scaling",
     "scene",
     "section",
+    "sections",
     "signals",
     "sources",
 ]

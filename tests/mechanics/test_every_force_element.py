@@ -8,22 +8,20 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.mechanics.forces.applied import law_of, laws_of, offered_by
+from eomgen.products.testing.demands import power_error
+from eomgen.products.testing.force_elements import check_law_of_element
 from eomgen.results.scenery import scenery
-from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import schema, tables
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.forces.register import STRUCTURE
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.scene.sections import OWN
-from tests.oracles.evaluation import tape_evaluator
-from tests.oracles.states import derivative, random_states
 from tests.scene.every_value import LEVEL, SCENE, TILTED
 
 pytestmark = pytest.mark.slow
@@ -59,7 +57,8 @@ def scene_with(row: ElementSection, formula: str = "t") -> Scene:
 @EVERY
 def test_every_row_has_a_law_that_gives_what_it_offers(row: ElementSection) -> None:
     assert row.key == row.model.section
-    assert law_of(row.model).model is row.model and set(law_of(row.model).offers) == set(row.offers)
+    [element] = scene_with(row).elements
+    check_law_of_element(element)
 
 
 def test_laws_are_in_the_order_of_the_register() -> None:
@@ -75,22 +74,13 @@ def test_laws_are_in_the_order_of_the_register() -> None:
 def test_files_builders_schema_and_pages_know_it(row: ElementSection) -> None:
     [element] = scene_with(row).elements
     assert isinstance(element, row.model) and getattr(scene_with(row), row.key, (element,)) == (element,)
-    assert callable(getattr(SceneBuilder, row.key.removesuffix("s")))
     assert schema()["properties"][row.key]["additionalProperties"] == {"$ref": f"#/$defs/{row.entry.__name__}"}
     assert tables()[row.entry.__name__.removesuffix("Entry")] is row.entry
 
 
 @EVERY
-def test_its_power_is_that_of_its_wrenches_and_its_potential(row: ElementSection, rng: np.random.Generator) -> None:
-    system = derive(scene_with(row), ["energy", "forward_dynamics"])
-    evaluate = tape_evaluator(system)
-    state = random_states(system, 6, rng)
-    state["a"] = evaluate("forward_dynamics", state)["vdot"]
-    rates = {"q": state["v"], "v": state["a"], "t": np.ones((6, 1))}
-    rate = derivative(evaluate, system.factors, "energy", state, rates)["energy"]
-    power = evaluate("energy", state)["energy"][:, 2]
-    scale = np.abs(rate[:, 0]) + np.abs(rate[:, 1]) + np.abs(power)
-    assert np.max(np.abs(rate[:, 0] + rate[:, 1] - power) / scale) <= 1e-11
+def test_its_power_is_that_of_its_wrenches_and_its_potential(row: ElementSection) -> None:
+    assert power_error(scene_with(row)) <= 1e-11
 
 
 @EVERY

@@ -10,54 +10,21 @@ from typing import get_args
 
 import numpy as np
 import pytest
-import scipy.linalg
 from scipy.spatial.transform import Rotation
 
-from eomgen.compiled.coordinates import coordinate_units
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
+from eomgen.products.testing.joint_types import OWN, check_poses, exponentials, placed, text
 from eomgen.results.scenery import scenery
 from eomgen.scene.joint_types import CONSTRAINTS, JOINTS, TYPES, ConstraintType, JointType
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.joints.tree import displaced
 from eomgen.scene.load import load_toml, load_urdf
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import Array, tape_evaluator
-from tests.oracles.states import random_states, rotation_of
+from tests.oracles.states import random_states
 
 MOVING = [name for name, row in JOINTS.items() if row.moves]
-OWN = {"axis": "[0.48, 0.6, 0.64]", "second_axis": "[0.8, 0, -0.6]", "x_axis": "[0.8, 0, -0.6]", "pitch": "0.07"}
-PITCH = 0.07
-HEAD = """format = 1
-name = "one"
-coordinates = "{coordinates}"
-[bodies.a]
-mass = {mass}
-center_of_mass = [0.1, -0.2, 0.15]
-inertia = {inertia}
-[bodies.b]
-mass = 1.0
-inertia = [0.2, 0.2, 0.2]
-[joints.next]
-type = "fixed"
-parent = "base"
-child = "b"
-[joints.it]
-type = "{kind}"
-parent = "base"
-child = "a"
-position = [0.3, -0.1, 0.2]
-rotation = [{{ axis = [0, 1, 0], angle = 0.4 }}]
-"""
-
-
-def text(kind: str, more: str = "", *, mass: float = 2.0, coordinates: str = "joint", without: str = "") -> str:
-    row = JOINTS[kind]
-    keys = ("axis",) * bool(row.coordinates) + tuple(dict.fromkeys((*row.needed, *filter(None, [row.second_key]))))
-    lines = [f"{key} = {OWN[key]}\n" for key in keys if key != without]
-    inertia = "[0.2, 0.25, 0.3]" if mass else "[0, 0, 0]"
-    return HEAD.format(kind=kind, mass=mass, inertia=inertia, coordinates=coordinates) + "".join(lines) + more
 
 
 def joint(kind: str, more: str = "") -> Joint:
@@ -151,14 +118,14 @@ def test_springs_limits_and_friction(kind: str) -> None:
 @pytest.mark.parametrize("kind", MOVING)
 def test_followers_and_leaders_have_one_coordinate(kind: str) -> None:
     other = (
-        '[joints.next2]\ntype = "prismatic"\nparent = "a"\nchild = "c"\naxis = [1, 0, 0]\nmimic = { joint = "it" }\n'
+        '[joints.next2]\ntype = "prismatic"\nparent = "a"\nchild = "c"\naxis = [1, 0, 0]\nmimic = { joint = "moved" }\n'
     )
     other += "[bodies.c]\nmass = 1.0\n"
     if JOINTS[kind].v_size == 1:
         assert load_toml(text(kind, other)).joints[-1].mimic is not None
     else:
         assert (
-            f"the {kind} joint it cannot be followed: it has {JOINTS[kind].v_size} coordinates"
+            f"the {kind} joint moved cannot be followed: it has {JOINTS[kind].v_size} coordinates"
             in faults(kind, other)[0]
         )
 
@@ -166,7 +133,7 @@ def test_followers_and_leaders_have_one_coordinate(kind: str) -> None:
 @pytest.mark.parametrize("kind", MOVING)
 def test_a_joint_that_carries_nothing_is_refused(kind: str) -> None:
     [found] = faults(kind, mass=0.0)
-    assert "the joint it cannot be moved by a force: it carries neither mass nor inertia" in found
+    assert "the joint moved cannot be moved by a force: it carries neither mass nor inertia" in found
     assert found.endswith(JOINTS[kind].light.format("a"))
 
 
@@ -175,79 +142,18 @@ def test_urdf(written: str, kind: str) -> None:
     inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
     link = f'<link name="{{}}"><inertial><mass value="1"/>{inertia}</inertial></link>'
     hinge = '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/><axis xyz="0 0 1"/></joint>'
-    joints = hinge.format("it", written, "a", "b") + hinge.format("last", "revolute", "b", "c")
+    joints = hinge.format("moved", written, "a", "b") + hinge.format("last", "revolute", "b", "c")
     scene = load_urdf(f'<robot name="r">{"".join(map(link.format, "abc"))}{joints}</robot>')
-    assert [item.type for item in scene.joints if item.name == "it"] == ([kind] if JOINTS[kind].moves else [])
+    assert [item.type for item in scene.joints if item.name == "moved"] == ([kind] if JOINTS[kind].moves else [])
 
 
 # -- in joint coordinates ----------------------------------------------------------------------------------------------
 
 
-def exponentials(scene: Scene, q: Array) -> tuple[Array, Array]:
-    """Return the pose (4, 4) of the joint's child by exponentials of twists, and its motion subspace (6, nv) by
-    differences."""
-    item = scene.joints[-1]
-    directions = np.array([item.axis, item.second_axis, np.cross(item.axis, item.second_axis)])
-
-    def transform(shift: Array, at: Array) -> Array:
-        pose = np.eye(4)
-        for motion in item.kind.chain:
-            if motion.kind in ("ball", "free"):
-                pose[:3, :3] = pose[:3, :3] @ rotation_of(at[:4])
-                pose[:3, 3] += at[4:7] if motion.kind == "free" else 0.0
-                pose = pose @ exponential(np.append(shift, np.zeros(3))[:6])
-                continue
-            for axis, k in zip(motion.axes, motion.components, strict=True):
-                spin = np.zeros(3) if motion.kind == "travel" else directions[axis]
-                slide = {"travel": 1.0, "screw": PITCH}.get(motion.kind, 0.0) * directions[axis]
-                pose = pose @ exponential(np.concatenate([spin, slide]) * (at[k] + shift[k]))
-        return pose
-
-    here = transform(np.zeros(item.kind.v_size), q)
-    columns, step = [], 1e-6
-    for unit in np.eye(item.kind.v_size) * step:
-        twist = np.linalg.inv(here) @ (transform(unit, q) - transform(-unit, q)) / (2.0 * step)
-        columns.append([twist[2, 1], twist[0, 2], twist[1, 0], *twist[:3, 3]])
-    return here, np.array(columns).T
-
-
-def exponential(twist: Array) -> Array:
-    matrix = np.zeros((4, 4))
-    matrix[:3, :3], matrix[:3, 3] = np.cross(np.eye(3), twist[:3]), twist[3:]
-    return np.asarray(scipy.linalg.expm(matrix))
-
-
-def placed(scene: Scene, pose: Array) -> tuple[Array, Array]:
-    """Return orientation and position in the world of what a joint's transform at neutral placement gives."""
-    item = scene.joints[-1]
-    R, p = np.array(item.orientation), np.array([part.value for part in item.position])  # type: ignore[union-attr]
-    return R @ pose[:3, :3], p + R @ pose[:3, 3]
-
-
 @pytest.mark.slow_except("universal")
 @pytest.mark.parametrize("kind", MOVING)
 def test_sizes_units_and_poses_of_the_model(kind: str, rng: np.random.Generator) -> None:
-    scene, row = load_toml(text(kind)), JOINTS[kind]
-    system = derive(scene, ["poses", "twists", "mass"])
-    [factor] = system.factors
-    assert (factor.group, factor.q_size, factor.v_size) == (row.group, *row.sizes)
-    q_units, v_units = coordinate_units(system.factors, describe(scene).coordinates)
-    assert v_units == [f"{unit}/s" for unit in row.units] and len(q_units) == row.q_size
-    assert q_units[-len(row.coordinates) :] == list(row.coordinates.values()) or not row.coordinates
-    evaluate, state = tape_evaluator(system), random_states(system, 1, rng)
-    pose, twist = evaluate("poses", state)["pose"][0], evaluate("twists", state)["twist"][0]
-    k = list(system.bodies).index("a")
-    here, S = exponentials(scene, state["q"][0])
-    R, p = placed(scene, here)
-    np.testing.assert_allclose(rotation_of(pose[k, :4]), R, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(pose[k, 4:], p, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(twist[k], S @ state["v"][0], rtol=0, atol=1e-8)
-    rotation, shift, subspace = displaced(
-        row, scene.joints[-1].axis, scene.joints[-1].second_axis, state["q"][0], PITCH
-    )
-    np.testing.assert_allclose(np.column_stack([rotation, shift]), here[:3], rtol=0, atol=1e-12)
-    np.testing.assert_allclose(subspace, S, rtol=0, atol=1e-8)
-    assert np.linalg.matrix_rank(evaluate("mass", state)["M"][0]) == row.v_size
+    check_poses(kind, rng)
 
 
 @pytest.mark.parametrize("kind", list(JOINTS))
@@ -306,9 +212,9 @@ def test_velocities_of_the_joint_between_absolute_bodies(kind: str, rng: np.rand
 @pytest.mark.slow_except("helical")
 @pytest.mark.parametrize("kind", [kind for kind in MOVING if JOINTS[kind].coordinates])
 def test_coordinates_of_the_joint_between_absolute_bodies(kind: str, rng: np.random.Generator) -> None:
-    """A formula reads the same q.it and v.it in both coordinates."""
+    """A formula reads the same q.moved and v.moved in both coordinates."""
     row = JOINTS[kind]
-    names = ["it"] if row.v_size == 1 else [f"it[{k}]" for k in range(row.v_size)]
+    names = ["moved"] if row.v_size == 1 else [f"moved[{k}]" for k in range(row.v_size)]
     outputs = "[outputs]\n" + "".join(
         f'o{k}{x} = {{ formula = "{x}.{name}" }}\n' for x in "qv" for k, name in enumerate(names)
     )

@@ -1,5 +1,5 @@
 """Applied forces and force elements as generalized forces, and the quantities in their formulas."""
 
-__all__ = ["cosserat_beams", "forces", "loads", "symbols"]
+__all__ = ["applied", "cosserat_beams", "forces", "loads", "symbols"]
 #: Open to the other parts of ``mechanics`` as well.
 WITHIN = ["applied", "cosserat_beams", "distributed_loads", "frame_pairs", "internal_states", "loads", "symbols"]
