@@ -103,8 +103,8 @@ _ADAPTIVE = "rk45, or taylor for small errors"
 #: Methods of other tools, and their substitutes in eomgen.
 _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("bdf", "lsoda", "radau", "ode15s", "ode23t", "ida", "cvode"), _STIFF),
-    **dict.fromkeys(("ode45", "rk23", "dop853", "dopri5", "rkf45", "ode113", "dp45"), _ADAPTIVE),
-    **dict.fromkeys(("euler", "forward_euler", "semi_implicit_euler", "rk2", "rk", "runge_kutta"), "rk4"),
+    **dict.fromkeys(("ode45", "rk23", "dop853", "rkf45", "ode113", "dp45"), _ADAPTIVE),
+    **dict.fromkeys(("euler", "forward_euler", "semi_implicit_euler", "rk2", "rk"), "rk4"),
     **dict.fromkeys(("verlet", "velocity_verlet", "stoermer_verlet"), "leapfrog"),
     **dict.fromkeys(("forest_ruth", "ruth4"), "yoshida4"),
     **dict.fromkeys(("implicit_euler", "backward_euler"), _STIFF),
