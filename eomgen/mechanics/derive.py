@@ -24,6 +24,7 @@ from eomgen.scene.bodies.model import KINDS, Beam
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.joints.unresisted import UNRESISTED
 from eomgen.scene.scene import Scene
+from eomgen.symbolic.external import HighDerivativeError
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape
 from eomgen.system.system import BASE_SIZE, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
@@ -174,7 +175,12 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
     made: dict[str, Function] = {}
     for name in terms:
         term = TERMS[name]
-        made[name] = Function(name, term.description, term.inputs, tuple(_blocks(derivation, name)))
+        try:
+            blocks = tuple(_blocks(derivation, name))
+        except HighDerivativeError as error:
+            hint = "terms without this one, or formulas in place of the law"
+            raise ModelError(Problem(name, str(error), hint)) from None
+        made[name] = Function(name, term.description, term.inputs, blocks)
     read = {name: {symbol.block for symbol in tape.depends_on(function.refs)} for name, function in made.items()}
     timed = any("t" in blocks for blocks in read.values())
     order = max((TERMS[name].order for name in terms), default=0)

@@ -196,14 +196,17 @@ def call_adjoints(tape: Tape, call: Call, adjoints: Mapping[int, Ref], active: S
 
 
 def call_values(call: Call, operands: Sequence[Any]) -> list[Any]:
-    """Return the results of a call at numbers or arrays, which broadcast; complex ones follow the slopes."""
+    """Return the results of a call at numbers or arrays, which broadcast; complex ones follow the slopes, and are not
+    numbers if the slopes have too high an order."""
     x = np.stack(np.broadcast_arrays(*operands), axis=-1) if operands else np.zeros(0)
     function = call.function
     result: NDArray[Any] = function.evaluate(call.columns, np.ascontiguousarray(x.real))
     if np.iscomplexobj(x):
         every = tuple(range(x.shape[-1]))
         if len(call.columns) == HIGHEST_ORDER:
-            raise HighDerivativeError(f"{call.label} has no derivative of order {HIGHEST_ORDER + 1}")
+            unknown = np.any(x.imag != 0.0, axis=-1)[..., np.newaxis]
+            result = result + 1j * np.where(unknown, np.nan, 0.0)
+            return [result[..., place][()] for place in range(call.size)]
         slopes = function.evaluate((*call.columns, every), np.ascontiguousarray(x.real))
         slopes = slopes.reshape((*result.shape, len(every)))
         result = result + 1j * np.einsum("...ij,...j->...i", slopes, x.imag)

@@ -50,7 +50,7 @@ def by_formulas() -> dict[str, Any]:
         extra |= {key.format(**names): formula.format(**names) for key, formula in TYRE.items()}
         extra[f"{n}_x"] = f"mu * {n}_load * of_x{n} * ellipse{n}"
         extra[f"{n}_y"] = f"-mu * {n}_load * of_y{n} * ellipse{n}"
-    places = {"beta": ("beta * (18 / pi) + 4", 9), "wing": ("3 * wing + 1", 6)}
+    places = {"beta": ("beta * (18 / pi) + 4", 9), "wing": ("2.5 * wing + 1.25", 6)}
     for name, (place, count) in places.items():
         extra[f"place_{name}"] = f"min(max({place}, 1), {count - 2})"
         for k in range(count):
@@ -147,7 +147,7 @@ def _rates(t: float, y: Array, coefficients: Array, gust: float) -> Array:
     wind = velocity - [0.0, gust * np.exp(-(((x - 60.0) / 20.0) ** 2))]
     beta = np.arctan2(wind @ left, wind @ ahead)
     over = [np.arange(-2.0, count + 2.0) for count in (9, 6)]
-    places = np.clip(beta * 18.0 / np.pi + 4.0, 1.0, 7.0), np.clip(3.0 * wing + 1.0, 1.0, 4.0)
+    places = np.clip(beta * 18.0 / np.pi + 4.0, 1.0, 7.0), np.clip(2.5 * wing + 1.25, 1.0, 4.0)
     weights = [
         BSpline.design_matrix(np.array([place]), knots, 3).toarray()[0]
         for place, knots in zip(places, over, strict=True)

@@ -11,8 +11,11 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.mechanics.derive import derive
+from eomgen.scene.load import from_data
 from tests.models.c_laws import TYRE_C, TYRE_LAW, wheel_scene
 from tests.models.cache import shared_cache
+from tests.oracles.evaluation import tape_evaluator
 
 __all__ = ["shared_cache"]
 
@@ -103,3 +106,22 @@ def test_ensembles_have_the_bits_of_single_runs(folder: Path) -> None:
     for place in (0, 3, 8):
         single = model.simulate(t_end=0.1, parameters={"mu": values[place]})
         assert many.results["output.forces[0].final"][place] == single.outputs["forces"][-1, 0]
+
+
+def test_derivatives_of_third_order_are_not_numbers(folder: Path) -> None:
+    """Complex steps through second derivatives would need the next order: no other number stands for that."""
+    system = derive(from_data(wheel_scene(TYRE_LAW, folder)), ["rates"])
+    blocks = {name: np.full(size, 0.01 + 0j) for name, size in (("q", 5), ("v", 5), ("a", 5), ("j", 5), ("s", 5))}
+    blocks["v"] += np.array([0.0, 20.0, 0.5, 0.0, 60.0])
+    blocks["p"] = np.array([0.9 + 0j])
+    evaluate = tape_evaluator(system)
+    real = evaluate("rates", blocks)["tau_ddot"]
+    assert np.all(np.isfinite(real)) and not np.any(real.imag)
+    moved = evaluate("rates", {**blocks, "v": blocks["v"] + 1e-30j})
+    assert np.all(np.isfinite(moved["tau_dot"])) and np.any(np.isnan(moved["tau_ddot"]))
+
+
+@pytest.mark.slow
+def test_verification_of_closed_forms_takes_laws(folder: Path) -> None:
+    report = eomgen.studies.check(wheel_scene(TYRE_LAW, folder), only=["rates", "partials"], states=2)
+    assert {form.name: form.verdict for form in report.forms if form.verdict == "FAILS"} == {}

@@ -123,3 +123,43 @@ def test_faults_of_the_functions(folder: Path, old: str, new: str, message: str)
         eomgen.build(scene)
     assert message in str(error.value)
     assert "laws.tyre" in str(error.value)
+
+
+@pytest.mark.parametrize("term", ["rates_3", "rates_4"])
+def test_terms_of_third_order_are_refused(folder: Path, term: str) -> None:
+    with pytest.raises(ModelError) as error:
+        eomgen.derive(wheel_scene(TYRE_LAW, folder), terms=[term])
+    assert str(error.value) == (
+        f"model error: {term}: law tyre has values and derivatives of first and second order, and order 3 is needed;"
+        " try: terms without this one, or formulas in place of the law"
+    )
+
+
+@pytest.mark.parametrize("method", ["hermite", "taylor"])
+def test_methods_of_series_have_no_laws(folder: Path, method: str) -> None:
+    with pytest.raises(ModelError) as error:
+        eomgen.build(wheel_scene(TYRE_LAW, folder), method=method).simulate(0.01)
+    assert (
+        f"{method} cannot run on this scene: a series in time needs derivatives of all orders, and 'law tyre' has"
+        " values and slopes alone; try: generalized_alpha"
+    ) in str(error.value)
+
+
+def test_drives_and_bases_have_no_laws(folder: Path) -> None:
+    """Of a drive, a base and an input the place is named, with the kinds of formulas that may have laws."""
+    exact = "law.tyre cannot be used here: two exact derivatives are needed, and laws of files do not have these"
+    formula = "0.1 * law.tyre.fx(t, 0, 1)"
+    driven, base, fed, heavy = (wheel_scene(TYRE_LAW, folder) for _ in range(4))
+    driven["joints"]["travel"] = {**driven["joints"]["travel"], "drive": formula, "initial": {}}
+    base["base"] = {"position": [formula, 0, 0]}
+    fed["inputs"] = {"pull": {"formula": formula}}
+    heavy["bodies"]["car"]["mass"] = formula.replace("t,", "0,")
+    for scene, place, fault in (
+        (driven, "joints.travel.drive", exact),
+        (base, "base.position[0]", exact),
+        (fed, "inputs.pull.formula", "law.tyre cannot be used here (column 7); try: time, parameters and curves only"),
+        (heavy, "bodies.car.mass", "law.tyre cannot be used here (column 7); try: parameters only"),
+    ):
+        with pytest.raises(DescriptionError) as error:
+            eomgen.build(scene)
+        assert f"({place}): {fault}" in str(error.value)

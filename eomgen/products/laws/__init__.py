@@ -1,4 +1,4 @@
-"""Laws: functions of a scene's own C or Python files in formulas, as tyre forces or aerodynamic coefficients."""
+"""Laws: functions of a scene's own C files in formulas, as tyre forces or aerodynamic coefficients."""
 
 from eomgen.base.products import Product
 

@@ -1,4 +1,4 @@
-"""Laws: functions of several numbers with several results, in C or Python files of a scene; words of formulas.
+"""Laws: functions of several numbers with several results, in C files of a scene; words of formulas.
 
 Values in NumPy come from the same C, compiled alone: samples of equations and checks of formulas need values
 before there is a model.

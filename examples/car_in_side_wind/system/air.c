@@ -3,8 +3,8 @@
 
 enum { results_count = 4, angles = 9, openings = 6 };
 
-/* Coefficients of B-splines; rows every 10 degrees from -40 to 40, columns every third of the wing's opening from -1/3 to
- * 4/3, so that the table covers -30 to 30 degrees and openings of 0 to 1. */
+/* Coefficients of B-splines; rows every 10 degrees from -40 to 40, columns at wing openings of -0.5, -0.1, ... 1.5, so that
+ * the table covers -30 to 30 degrees and openings of -0.1 to 1.1. */
 static const double table[results_count][angles][openings] = {
     /* drag */
     {
@@ -79,7 +79,7 @@ static const double pi = 3.14159265358979323846;
 static void looked_up(const double *arguments, double *values, double *slopes)
 {
     double by_angle[4], angle_slopes[4], by_opening[4], opening_slopes[4];
-    const double angle = arguments[0] * (18.0 / pi) + 4.0, opening = 3.0 * arguments[1] + 1.0;
+    const double angle = arguments[0] * (18.0 / pi) + 4.0, opening = 2.5 * arguments[1] + 1.25;
     const int row = splines(angle, angles, by_angle, angle_slopes);
     const int column = splines(opening, openings, by_opening, opening_slopes);
     int k, i, j;
@@ -90,7 +90,7 @@ static void looked_up(const double *arguments, double *values, double *slopes)
                 const double c = table[k][row + i][column + j];
                 values[k] += c * by_angle[i] * by_opening[j];
                 slopes[2 * k] += c * angle_slopes[i] * by_opening[j] * (18.0 / pi);
-                slopes[2 * k + 1] += c * by_angle[i] * opening_slopes[j] * 3.0;
+                slopes[2 * k + 1] += c * by_angle[i] * opening_slopes[j] * 2.5;
             }
         }
     }
