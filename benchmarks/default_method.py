@@ -33,7 +33,7 @@ from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import AUTO, STANDARD, check_needs, method_named
 from eomgen.products.studies.work_precision.axes import Configuration, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
-from eomgen.products.studies.work_precision.reference import Reference, reference
+from eomgen.products.studies.work_precision.reference import RunReference, reference
 from eomgen.products.studies.work_precision.running import (
     REACHED,
     REFUSED,
@@ -111,7 +111,7 @@ class Subject:
 
     name: str
     runner: Runner
-    reference: Reference
+    reference: RunReference
 
     @property
     def formulation(self) -> str:

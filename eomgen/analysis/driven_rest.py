@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.analysis.state_warnings import Measures, off_axis_hint
+from eomgen.analysis.state_warnings import SceneMeasures, off_axis_hint
 from eomgen.base.arrays import Array
 from eomgen.base.messages import distinct
 from eomgen.compiled.terms import Inputs
@@ -34,7 +34,7 @@ _AT_REST = 1e-12
 _AS_IT_MOVES = 'at="initial", or solution.linearize(t) about the motion itself'
 
 
-def law_rates(model: CompiledModel, measures: Measures, q: Array) -> Array:
+def law_rates(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
     """Return the rates of the rows, (rows,), due to laws of time at q, without the law of the base."""
     if not model.multipliers:
         return np.zeros(0)
@@ -48,7 +48,7 @@ def law_rates(model: CompiledModel, measures: Measures, q: Array) -> Array:
     return result
 
 
-def driven_velocity(model: CompiledModel, measures: Measures, q: Array) -> Array:
+def driven_velocity(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
     """Return the velocity, (nv,), of coordinates driven by laws of time at q; zero if no law has a rate at this time.
 
     The velocity is the least one on the rows: components of driven joints have the rates of the laws.
@@ -71,7 +71,7 @@ def driven_velocity(model: CompiledModel, measures: Measures, q: Array) -> Array
     return result
 
 
-def driven_components(model: CompiledModel, measures: Measures, q: Array) -> dict[str, float]:
+def driven_components(model: CompiledModel, measures: SceneMeasures, q: Array) -> dict[str, float]:
     """Return the components of v that separate rows drive at a rate other than zero, and these rates."""
     rates = law_rates(model, measures, q)
     if not np.any(rates):
@@ -86,7 +86,7 @@ def driven_components(model: CompiledModel, measures: Measures, q: Array) -> dic
     return result
 
 
-def where_driven(model: CompiledModel, measures: Measures, q: Array) -> Array:
+def where_driven(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
     """Return q, (nq,), moved by Newton's corrections onto the rows at the measures' time, also over turns, for as long
     as each correction reduces the violations."""
     if not model.functions.sizes["holonomic"]:
@@ -109,12 +109,12 @@ def where_driven(model: CompiledModel, measures: Measures, q: Array) -> Array:
     return q
 
 
-def check_rates(model: CompiledModel, measures: Measures, q: Array, v: Array) -> None:
+def check_rates(model: CompiledModel, measures: SceneMeasures, q: Array, v: Array) -> None:
     """Raise NumericalError if drives that give velocities v at q change these velocities later, or cannot keep them."""
     extents = _extents(model, measures, q)
     size = float(np.max(np.abs(v) / extents))
     for seconds in _later(size):
-        later = Measures(model, measures.p, measures.t + seconds, measures.base)
+        later = SceneMeasures(model, measures.p, measures.t + seconds, measures.base)
         then = driven_velocity(model, later, _moved(model, later, q, v, seconds))
         k = int(np.argmax(np.abs(then - v) / extents))
         if not abs(then[k] - v[k]) <= _STEADY * size * extents[k]:
@@ -128,13 +128,13 @@ def check_rates(model: CompiledModel, measures: Measures, q: Array, v: Array) ->
             raise NumericalError(Problem("equilibrium", fault, hint))
 
 
-def check_lasting(model: CompiledModel, measures: Measures, u: Inputs, q: Array, v: Array, z: Array) -> None:
+def check_lasting(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: Array, v: Array, z: Array) -> None:
     """Raise NumericalError if forces at rest beside drives change as these move on from q with v."""
     extents = _extents(model, measures, q)
     pace = float(np.max(np.abs(v) / extents))
     left = 2.0 * np.abs(_unbalanced(model, measures, u, q, v, z))
     for seconds in _later(pace):
-        later = Measures(model, measures.p, measures.t + seconds, measures.base)
+        later = SceneMeasures(model, measures.p, measures.t + seconds, measures.base)
         there = _moved(model, later, q, v, seconds)
         excess = np.abs(_unbalanced(model, later, u, there, v, z)) - left
         k = int(np.argmax(excess / extents))
@@ -172,7 +172,7 @@ def _kinematic(model: CompiledModel) -> CompiledModel:
     return able
 
 
-def _unbalanced(model: CompiledModel, measures: Measures, u: Inputs, q: Array, v: Array, z: Array) -> Array:
+def _unbalanced(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: Array, v: Array, z: Array) -> Array:
     """Return the accelerations, (nv,), that constraint forces do not take up, including accelerations asked by rows."""
     rest, given = np.zeros(model.nv), _given(measures)
     lam = np.zeros(len(model.multipliers))
@@ -187,7 +187,7 @@ def _unbalanced(model: CompiledModel, measures: Measures, u: Inputs, q: Array, v
     return np.asarray(np.linalg.solve(L.T, result), dtype=float)
 
 
-def _moved(model: CompiledModel, later: Measures, q: Array, v: Array, seconds: float) -> Array:
+def _moved(model: CompiledModel, later: SceneMeasures, q: Array, v: Array, seconds: float) -> Array:
     return model.evaluator.followed(update(model.factors, q, v * seconds), later.t, later.p, later.base)
 
 
@@ -195,11 +195,11 @@ def _later(pace: float) -> list[float]:
     return [share * 2.0 * np.pi / pace for share in _LATER]
 
 
-def _extents(model: CompiledModel, measures: Measures, q: Array) -> Array:
+def _extents(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
     return np.where([unit == "rad/s" for unit in model.v_units], 1.0, measures.length(q))
 
 
-def _given(measures: Measures) -> dict[str, Any]:
+def _given(measures: SceneMeasures) -> dict[str, Any]:
     return {"t": measures.t, "parameters": measures.p, "base": measures.base}
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from eomgen.analysis.driven_rest import check_lasting, check_rates, driven_velocity, drives, held_base
 from eomgen.analysis.loaded_statics import check_partials, loaded_statics
 from eomgen.analysis.sparse_partials import SparsePartials, check_continuous, dense, soft_modes, sparse_partials
-from eomgen.analysis.state_warnings import SAME, Measures, equilibrium_notes
+from eomgen.analysis.state_warnings import SAME, SceneMeasures, equilibrium_notes
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.compiled.arguments import number_of
@@ -23,7 +23,16 @@ from eomgen.solvers.bordered_newton import LoadedStatics, Rest
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
 from eomgen.solvers.equilibrium_search import left_at_start, nearest_rest
 from eomgen.solvers.load_steps import by_load_steps
-from eomgen.solvers.statics import SOFT, Largest, Point, Search, Statics, examine, onto_constraints, polished
+from eomgen.solvers.statics import (
+    SOFT,
+    LargestForces,
+    Search,
+    SearchPoint,
+    Statics,
+    examine,
+    onto_constraints,
+    polished,
+)
 from eomgen.solvers.tangent_stiffness import TangentStiffness
 
 if TYPE_CHECKING:
@@ -151,7 +160,7 @@ def equilibrium(
     time = number_of("t", t)
     p = model.evaluator.one_set(parameters)
     start = initial_state(model, initial, p)
-    measures = Measures(model, p, time, held_base(model, p, time))
+    measures = SceneMeasures(model, p, time, held_base(model, p, time))
     statics = _statics(model, measures, start.q, u, np.zeros(model.nv))
     try:
         first = examine(statics, start.q, start.z)
@@ -196,7 +205,7 @@ def equilibrium(
 
 
 def _by_load_steps(
-    loaded: LoadedStatics, statics: Statics, start: Point, *, stable: bool
+    loaded: LoadedStatics, statics: Statics, start: SearchPoint, *, stable: bool
 ) -> tuple[Search | str, Array | None]:
     """Search for rest by load steps; return the search or the reason for its failure, and the displacement away from an
     unstable rest on the way, or None."""
@@ -208,13 +217,13 @@ def _by_load_steps(
         return f"load steps from the start end at {100.0 * part:.3g} % of the loads, for {end.why}", None
     except np.linalg.LinAlgError:
         return "load steps from the start end where the inertia matrix is not positive definite", None
-    largest = Largest(max(statics.weight, start.force), np.abs(start.rates))
+    largest = LargestForces(max(statics.weight, start.force), np.abs(start.rates))
     if not (search.point.finite and largest.balanced(search.point)):
         return "load steps from the start leave forces unbalanced", None
     return search, left_along
 
 
-def _skew(model: CompiledModel, loaded: LoadedStatics, point: Point) -> bool:
+def _skew(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint) -> bool:
     """Return whether forces follow the motion, so that stiffness alone does not decide stability."""
     skew = float(np.max(np.abs(point.stiffness - point.stiffness.T), initial=0.0)) > 1e-6 * point.largest_stiffness
     if skew or not model.description.exact_beams:
@@ -222,7 +231,7 @@ def _skew(model: CompiledModel, loaded: LoadedStatics, point: Point) -> bool:
     return not TangentStiffness.at(loaded, Rest(point.q, point.lam, point.z, 1.0)).symmetric  # loads beside stretch
 
 
-def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Point, v: Array, against: int) -> str:
+def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint, v: Array, against: int) -> str:
     """Return the reason for which stiffness alone does not determine stability; empty if stiffness does."""
     if model.nz:
         return "internal states take part"
@@ -247,7 +256,7 @@ class _Stiffness:
         return bool(np.all(self.values >= 0.0))
 
 
-def _stiffness(statics: Statics, loaded: LoadedStatics, point: Point) -> _Stiffness:
+def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _Stiffness:
     values, vectors = np.linalg.eigh(point.symmetric)
     largest, directions = point.largest_stiffness, point.basis @ vectors
     soft = np.abs(values) <= max(1e2 * SOFT * largest, _no_stiffness(statics))
@@ -296,7 +305,7 @@ def _left(model: CompiledModel, statics: Statics, damped: Search) -> str:
     return f"{where}, which a damped motion leaves for this one, {away}; {_TO_STAY}"
 
 
-def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs, v: Array) -> Statics:
+def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs, v: Array) -> Statics:
     """Return the model at rest beside coordinates moving with v, with the base held and lengths relative to the lengths
     of the scene and of the start."""
     rest, rows, p = np.zeros(model.nv), len(model.multipliers), measures.p
@@ -355,7 +364,7 @@ def _result(
     stiffness: _Stiffness,
     search: Search,
     v: Array,
-    measures: Measures,
+    measures: SceneMeasures,
     notes: Sequence[str],
 ) -> Equilibrium:
     point, values, directions = search.point, stiffness.values, stiffness.directions
@@ -411,7 +420,7 @@ def _few(names: Sequence[str]) -> str:
     return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
 
 
-def _not_finite(model: CompiledModel, point: Point) -> NumericalError:
+def _not_finite(model: CompiledModel, point: SearchPoint) -> NumericalError:
     bad = [name for name, value in zip(model.v_names, point.residual, strict=True) if not np.isfinite(value)]
     where = (
         f"the force along {_few(bad)}"

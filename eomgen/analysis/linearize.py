@@ -16,7 +16,7 @@ from eomgen.analysis.driven_rest import drives
 from eomgen.analysis.operating_point import (
     EquilibriumState,
     OperatingPoint,
-    State,
+    OperatingState,
     as_found,
     check_constraints,
     found_state,
@@ -26,8 +26,7 @@ from eomgen.analysis.sparse_partials import dense, sampled_part, sparse_partials
 from eomgen.analysis.steady_motion import SteadyMotion
 from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, number_of
-from eomgen.compiled.coordinates import State as RunState
-from eomgen.compiled.coordinates import coordinate_units
+from eomgen.compiled.coordinates import StateArrays, coordinate_units
 from eomgen.compiled.terms import Inputs, Parameters, States
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import update
@@ -268,18 +267,24 @@ def _takes_nonzeros(model: CompiledModel) -> bool:
     return "iteration" in model.functions and not others
 
 
-def about_motion(model: CompiledModel, state: RunState, u: Array | None, p: Array) -> Linearization:
+def about_motion(model: CompiledModel, state: StateArrays, u: Array | None, p: Array) -> Linearization:
     """Return the linear model about a state of a motion, brought onto the constraints."""
     able, t = able_to_linearize(model), float(state.t)
     q, v = state.q, state.v
     if able.multipliers:
         consistent = able.consistent(q, v, t, parameters=p)
         q, v = consistent.q, consistent.v
-    return about(able, State("motion", q, v, state.z), OperatingPoint(t, p, u, None))
+    return about(able, OperatingState("motion", q, v, state.z), OperatingPoint(t, p, u, None))
 
 
 def _finite_blocks(
-    model: CompiledModel, state: State, a: Array, lam: Array, operating_point: OperatingPoint, *, disturbed: bool
+    model: CompiledModel,
+    state: OperatingState,
+    a: Array,
+    lam: Array,
+    operating_point: OperatingPoint,
+    *,
+    disturbed: bool,
 ) -> dict[str, Array]:
     """Return the partials of the equations at a state; raise NumericalError if a partial is no finite number."""
     of_inputs = model.nu or model.nz or disturbed
@@ -303,7 +308,7 @@ def _finite_blocks(
 
 
 def about(
-    model: CompiledModel, state: State, operating_point: OperatingPoint, independent: Sequence[str] = ()
+    model: CompiledModel, state: OperatingState, operating_point: OperatingPoint, independent: Sequence[str] = ()
 ) -> Linearization:
     """Return the linear model about a state of a model that has all terms that are needed.
 
@@ -338,7 +343,9 @@ def about(
     return Linearization(reference, partials, free, names, sampled)
 
 
-def _warn_of_change(model: CompiledModel, state: State, operating_point: OperatingPoint, linear: Linearization) -> None:
+def _warn_of_change(
+    model: CompiledModel, state: OperatingState, operating_point: OperatingPoint, linear: Linearization
+) -> None:
     """Warn if a linear model about a state that moves with constant velocities changes along the motion.
 
     Forces may stay balanced along the motion although their derivatives change, as for a rotor with two blades.
@@ -376,7 +383,7 @@ def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
         warnings.warn(f"{sentence}, so modes hold at this instant only; try: {hint}", RuntimeWarning, stacklevel=4)
 
 
-def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:
+def _dynamics(model: CompiledModel, state: OperatingState, operating_point: OperatingPoint) -> tuple[Array, Array]:
     """Return accelerations and multipliers of a state: given values, or by forward dynamics."""
     given = operating_point.given | {"z": state.z}
     if not model.multipliers:
@@ -402,7 +409,7 @@ def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoin
     return a, lam
 
 
-def _check_mass(model: CompiledModel, state: State, operating_point: OperatingPoint) -> None:
+def _check_mass(model: CompiledModel, state: OperatingState, operating_point: OperatingPoint) -> None:
     """Raise ModelError if the inertia matrix of a model without constraints is not positive definite, with the
     component."""
     if "mass" in model.functions:
@@ -427,7 +434,7 @@ def _check_mass(model: CompiledModel, state: State, operating_point: OperatingPo
 
 
 def _measures(
-    model: CompiledModel, state: State, a: Array, operating_point: OperatingPoint, independent: Sequence[str]
+    model: CompiledModel, state: OperatingState, a: Array, operating_point: OperatingPoint, independent: Sequence[str]
 ) -> tuple[Measures, Names]:
     """Return the measures of neighbouring motions, and all names.
 

@@ -21,7 +21,7 @@ from scipy.sparse import csc_array, csr_array
 
 from eomgen.analysis.driven_rest import held_base
 from eomgen.analysis.sparse_partials import sparse_partials, whole_partials
-from eomgen.analysis.state_warnings import Measures
+from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import nearest, shown
@@ -251,7 +251,7 @@ class LoadParameter:
 
 def loaded_statics(
     model: CompiledModel,
-    measures: Measures,
+    measures: SceneMeasures,
     q: Array,
     u: Inputs,
     v: Array,

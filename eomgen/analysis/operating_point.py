@@ -16,8 +16,8 @@ import numpy as np
 from eomgen.analysis.driven_rest import driven_components, held_base, law_rates
 from eomgen.analysis.equilibrium import Equilibrium, equilibrium
 from eomgen.analysis.loaded_statics import loaded_statics
-from eomgen.analysis.state_warnings import Measures
-from eomgen.analysis.state_warnings import Measures as MeasuresOfScene
+from eomgen.analysis.state_warnings import SceneMeasures
+from eomgen.analysis.state_warnings import SceneMeasures as MeasuresOfScene
 from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
@@ -65,7 +65,7 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
     """
     base = model.base(t, parameters=p)
     still = np.zeros(model.nv)
-    statics = loaded_statics(model, Measures(model, p, t, base), q, u, still)
+    statics = loaded_statics(model, SceneMeasures(model, p, t, base), q, u, still)
     start = Rest(q, np.zeros(len(model.multipliers)), z, 1.0)
     try:
         rest, path, _ = by_load_steps(statics, start, _STEPS)
@@ -98,7 +98,7 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
 
 def _residual_later(model: CompiledModel, rest: Rest, u: Inputs, p: Array, later: float) -> Array:
     """Return the residual of the equilibrium equations at a rest, (nv,), at another time."""
-    measures = Measures(model, p, later, model.base(later, parameters=p))
+    measures = SceneMeasures(model, p, later, model.base(later, parameters=p))
     then = loaded_statics(model, measures, rest.q, u, np.zeros(model.nv))
     return then.balance(rest).residual
 
@@ -110,7 +110,7 @@ EquilibriumState = Equilibrium | SteadyMotion
 
 
 @dataclass(frozen=True)
-class State:
+class OperatingState:
     """A state of linearization; accelerations and multipliers are None if determined by the dynamics."""
 
     kind: str
@@ -136,7 +136,7 @@ class OperatingPoint:
         return {"t": self.t, "parameters": self.parameters, "u": self.u, "base": self.base}
 
 
-def given_state(model: CompiledModel, given: Mapping[str, Any]) -> State:
+def given_state(model: CompiledModel, given: Mapping[str, Any]) -> OperatingState:
     """Return the caller's state, each part as one vector."""
     sizes = {"q": model.nq, "v": model.nv, "a": model.nv, "multipliers": len(model.multipliers)}
     parts: dict[str, Array] = {}
@@ -152,10 +152,10 @@ def given_state(model: CompiledModel, given: Mapping[str, Any]) -> State:
     parts["q"] = model.evaluator.configuration(parts["q"])
     z = model.evaluator.internal(given.get("z"))
     v = parts.get("v", np.zeros(model.nv))
-    return State("given state", parts["q"], v, z, parts.get("a"), parts.get("multipliers"))
+    return OperatingState("given state", parts["q"], v, z, parts.get("a"), parts.get("multipliers"))
 
 
-def check_constraints(model: CompiledModel, state: State, operating_point: OperatingPoint) -> None:
+def check_constraints(model: CompiledModel, state: OperatingState, operating_point: OperatingPoint) -> None:
     """Raise UsageError if a given state violates the constraints, or given accelerations violate their second
     derivative."""
     model.check_left_out(state.q, state.v, operating_point.t, operating_point.parameters)
@@ -192,7 +192,7 @@ def found_state(
     operating_point: OperatingPoint,
     *,
     any_kind: bool,
-) -> tuple[State, OperatingPoint]:
+) -> tuple[OperatingState, OperatingPoint]:
     """Return the state that ``at`` specifies; by default an equilibrium, else the initial state."""
     if at not in (None, "equilibrium", "steady", "initial"):
         hint = '"equilibrium", "steady", "initial", or the result of model.equilibrium or model.steady_motion'
@@ -224,7 +224,7 @@ def found_state(
     if reason and operating_point.u is not None and not (model.multipliers and driven):
         sentence = f"linear about the initial state, with the inputs that are given: {reason}"
         warnings.warn(f'{sentence}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=4)
-    return State("initial state", q, v, start.z), operating_point
+    return OperatingState("initial state", q, v, start.z), operating_point
 
 
 def _steady_state(
@@ -235,7 +235,7 @@ def _steady_state(
     start: InitialState,
     *,
     driven: bool,
-) -> tuple[State, OperatingPoint] | None:
+) -> tuple[OperatingState, OperatingPoint] | None:
     """Return the steady motion that ``at`` asks for, by default of a model with driven joints or a moving base.
 
     None if another state is meant; also, with a warning, if a base turns evenly and there is no steady motion.
@@ -271,7 +271,7 @@ def _steady_state(
 
 def as_found(
     kind: str, rest: EquilibriumState, operating_point: OperatingPoint, *, stacklevel: int = 4
-) -> tuple[State, OperatingPoint]:
+) -> tuple[OperatingState, OperatingPoint]:
     """Return the state of a search, and the base; warn if velocities change direction with the motion.
 
     ``stacklevel`` is of the warning.
@@ -280,7 +280,7 @@ def as_found(
         how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"
         warnings.warn(f"linear about a {kind}: {how}; try: {hint}", RuntimeWarning, stacklevel=stacklevel)
-    state = State(kind, rest.q, rest.v, rest.z, rest.a, rest.multipliers)
+    state = OperatingState(kind, rest.q, rest.v, rest.z, rest.a, rest.multipliers)
     return state, replace(
         operating_point, t=rest.t, base=rest.base if operating_point.base is None else operating_point.base
     )

@@ -14,7 +14,7 @@ from eomgen.analysis.driven_rest import held_base
 from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
 from eomgen.analysis.loaded_statics import LoadParameter, check_partials, loaded_statics
 from eomgen.analysis.sparse_partials import check_continuous
-from eomgen.analysis.state_warnings import Measures
+from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.progress import Progress, shown
@@ -137,7 +137,7 @@ def start_of_path(
     check_partials(model, call)
     varied = LoadParameter.of(model, call, parameter, parameters, number_of("t", t), u)
     p, time, _ = varied.at(value)
-    measures = Measures(model, p, time, held_base(model, p, time))
+    measures = SceneMeasures(model, p, time, held_base(model, p, time))
     begun = initial_state(model, initial, p)
     statics = loaded_statics(model, measures, begun.q, u, np.zeros(model.nv), varied, abs(change))
     guess = Rest(begun.q, np.zeros(len(model.multipliers)), begun.z, value)

@@ -40,7 +40,7 @@ _COARSE = 0.01
 SAME = 1e-6
 
 
-class Measures:
+class SceneMeasures:
     """Measures of a scene at given parameters, and the positions of points in a configuration.
 
     Parameters
@@ -89,7 +89,7 @@ class Measures:
         return {name: (values[:, :4], values[:, 4:]) for name, values in pose_of.items()}
 
 
-def equilibrium_notes(measures: Measures, path: Sequence[Array], u: Inputs) -> list[str]:
+def equilibrium_notes(measures: SceneMeasures, path: Sequence[Array], u: Inputs) -> list[str]:
     """Return warnings about an equilibrium at the end of a path of configurations; none without poses."""
     if "poses" not in measures.model.functions or len(path) < 2:
         return []
@@ -98,7 +98,7 @@ def equilibrium_notes(measures: Measures, path: Sequence[Array], u: Inputs) -> l
     return notes or _far(measures, poses, measures.length(path[0]))
 
 
-def _positions(measures: Measures, poses: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[str, Array]]:
+def _positions(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[str, Array]]:
     """Return body and world position (rows, 3) of each point."""
     points = {}
     for point in measures.model.description.drawing.points:
@@ -107,7 +107,7 @@ def _positions(measures: Measures, poses: Mapping[str, tuple[Array, Array]]) -> 
     return points
 
 
-def _springs(measures: Measures, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
+def _springs(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
     """Return a note on springs that are inside out, and a note on springs whose ends have moved farther than their
     distance."""
     points = _positions(measures, poses)
@@ -149,7 +149,7 @@ def _passed_one_another(vectors: Array) -> bool:
     return bool(vectors[0] @ vectors[-1] < 0.0 and shortest < _PASSED * ends)
 
 
-def _tyres(measures: Measures, poses: Mapping[str, tuple[Array, Array]], u: Inputs) -> list[str]:
+def _tyres(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]], u: Inputs) -> list[str]:
     """Return a note on each wheel with a centre below the road now, but not at the start."""
     model = measures.model
     sunk: list[str] = []
@@ -174,7 +174,7 @@ def _tyres(measures: Measures, poses: Mapping[str, tuple[Array, Array]], u: Inpu
     )
 
 
-def _clearance(measures: Measures, tyre: Wheel, center: Array, inputs: Mapping[str, float]) -> float:
+def _clearance(measures: SceneMeasures, tyre: Wheel, center: Array, inputs: Mapping[str, float]) -> float:
     """Return the height of a wheel's centre over the road. Raises ArithmeticError."""
 
     def value_of(symbol: Symbol) -> float:
@@ -187,7 +187,7 @@ def _clearance(measures: Measures, tyre: Wheel, center: Array, inputs: Mapping[s
     return float(center[2]) - evaluate(tyre.road, value_of)
 
 
-def _coarse_beams(measures: Measures, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
+def _coarse_beams(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
     """Return a note on each beam with too few elements: within an element deflections are linear in the load.
 
     The displacement of the end of a cantilever under a force is off by half the mean square of the deflections within
@@ -213,7 +213,7 @@ def _coarse_beams(measures: Measures, poses: Mapping[str, tuple[Array, Array]]) 
     return notes
 
 
-def _far(measures: Measures, poses: Mapping[str, tuple[Array, Array]], length: float) -> list[str]:
+def _far(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]], length: float) -> list[str]:
     """Return a note on the body that has gone farthest, if that is farther than the scene is large at the start."""
     ways = {name: float(np.linalg.norm(position[-1] - position[0])) for name, (_, position) in poses.items()}
     at_start = np.array([position[0] for name, (_, position) in poses.items() if name != WORLD])
@@ -231,7 +231,7 @@ def _far(measures: Measures, poses: Mapping[str, tuple[Array, Array]], length: f
 _ON_AXIS = 1e-12
 
 
-def off_axis_hint(model: CompiledModel, measures: Measures, q: Array, v: Array) -> str:
+def off_axis_hint(model: CompiledModel, measures: SceneMeasures, q: Array, v: Array) -> str:
     """Return a remedy if bodies that turn with v at q are out of balance; empty if none is.
 
     Half a turn of a single coordinate moves a centre of mass by twice the distance from the axis.
@@ -264,7 +264,7 @@ def off_axis_hint(model: CompiledModel, measures: Measures, q: Array, v: Array) 
 _LARGE = 0.05
 
 
-class Bending(NamedTuple):
+class LargestBending(NamedTuple):
     """The place of largest bending of a beam.
 
     Attributes
@@ -303,13 +303,13 @@ def shortenings(model: CompiledModel, q: Array) -> Array:
     return np.where(np.isnan(result), np.inf, result)
 
 
-def largest_bending(model: CompiledModel, t: Array, q: Array) -> Bending | None:
+def largest_bending(model: CompiledModel, t: Array, q: Array) -> LargestBending | None:
     """Return the most bent beam in any row of a run, t (n,) in s and q (n, nq), beyond the range of the linear theory;
     None without such a beam. None if none does."""
     shares, beams = shortenings(model, q), model.library.layout["slopes"]
     rows = shares.argmax(axis=0)
     candidates = [
-        Bending(item["name"], float(t[row]), float(shares[row, k]))
+        LargestBending(item["name"], float(t[row]), float(shares[row, k]))
         for k, (item, row) in enumerate(zip(beams, rows, strict=True))
     ]
     most = max(candidates, key=lambda bending: bending.shortening, default=None)

@@ -22,9 +22,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.analysis.driven_rest import driven_components, held_base, where_driven
 from eomgen.analysis.sparse_partials import check_continuous
-from eomgen.analysis.state_warnings import Measures, beams_beyond_linear_range, inertia_warning, off_axis_hint
+from eomgen.analysis.state_warnings import SceneMeasures, beams_beyond_linear_range, inertia_warning, off_axis_hint
 from eomgen.analysis.steady_conditions import Conditions
-from eomgen.analysis.steady_search import Given, Linear, Search, linear_conditions, motion_at, search
+from eomgen.analysis.steady_search import Given, Linear, SteadySearch, linear_conditions, motion_at, search
 from eomgen.analysis.symmetries import Fields, KnownSymmetries
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
@@ -221,7 +221,7 @@ def motion_along(
     able = model.having(PURPOSES["linearization"])
     check_continuous(able, "steady_motion")
     start, time = initial_state(able, initial, p), number_of("t", t)
-    measures = Measures(able, p, time, held_base(able, p, time))
+    measures = SceneMeasures(able, p, time, held_base(able, p, time))
     driven = driven_components(able, measures, start.q)
     if velocities is None or isinstance(velocities, Mapping):
         named = {str(name).removeprefix("v."): value for name, value in (velocities or {}).items()}
@@ -266,14 +266,14 @@ def motion_along(
 def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v: Array) -> Conditions:
     """Return the conditions, measured by the scene's largest length and by the velocities given or a pendulum of that
     length."""
-    measures = Measures(model, p, t, None)
+    measures = SceneMeasures(model, p, t, None)
     length = measures.length(q)
     extents = np.where([unit == "rad/s" for unit in model.v_units], 1.0, length)
     pace = max(float(np.max(np.abs(v) / extents, initial=0.0)), float(np.sqrt(measures.gravity() / length))) or 1.0
     return Conditions(model, p, t, u, extents, pace)
 
 
-def _undetermined(conditions: Conditions, search: Search, given: Given) -> list[str]:
+def _undetermined(conditions: Conditions, search: SteadySearch, given: Given) -> list[str]:
     """Return the names of the unknowns along which the conditions stay met."""
     model = conditions.model
     linear = linear_conditions(conditions, search.fields, given, search.state)
@@ -302,7 +302,7 @@ def _undetermined(conditions: Conditions, search: Search, given: Given) -> list[
 
 
 def _check_lasting(
-    model: CompiledModel, conditions: Conditions, search: Search, measures: Measures, names: Sequence[str]
+    model: CompiledModel, conditions: Conditions, search: SteadySearch, measures: SceneMeasures, names: Sequence[str]
 ) -> None:
     """Raise NumericalError if accelerations appear later along the motion found, beyond rounding at the
     start, in directions that may turn with the motion."""
@@ -327,7 +327,9 @@ def _check_lasting(
         raise NumericalError(Problem("steady motion", fault, hint))
 
 
-def _failure(model: CompiledModel, conditions: Conditions, search: Search, given: Given, hint: str) -> NumericalError:
+def _failure(
+    model: CompiledModel, conditions: Conditions, search: SteadySearch, given: Given, hint: str
+) -> NumericalError:
     """Return the unmet conditions: accelerating components, constraint equations, and given velocities."""
     state = search.state
     unbalanced = conditions.accelerations(*state.motion)

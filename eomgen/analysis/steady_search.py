@@ -51,7 +51,7 @@ class MovingState(NamedTuple):
         return self.q, self.v, self.a, self.z, self.lam
 
 
-class Search(NamedTuple):
+class SteadySearch(NamedTuple):
     """End of a search for motions along some fields, the number of steps, and whether all conditions are met."""
 
     fields: Fields
@@ -60,7 +60,7 @@ class Search(NamedTuple):
     balanced: bool
 
 
-def search(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> Search:
+def search(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> SteadySearch:
     """Search along symmetries, then with constant velocities; the reported failure is from the first applicable
     search."""
     along = _search_around(conditions, fields, given, q, v, z) if len(fields) else None
@@ -87,7 +87,7 @@ def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
     return result
 
 
-def _search_around(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> Search:
+def _search_around(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> SteadySearch:
     """Search from the start, and if the search ends without balance, from states around the start."""
     rng = np.random.default_rng(2)
     first = result = _search(conditions, fields, given, _start(conditions, fields, given, q, v, z))
@@ -194,7 +194,7 @@ def _across(M: Array, X: Array, held: Mask) -> Array:
     return np.asarray(free @ _null_space((free.T @ M @ along).T))
 
 
-def _search(conditions: Conditions, fields: Fields, given: Given, state: MovingState) -> Search:
+def _search(conditions: Conditions, fields: Fields, given: Given, state: MovingState) -> SteadySearch:
     """Return the end of a damped Gauss-Newton iteration with steps of least size, halved until the residual falls."""
     steps, balanced = 0, False
     for steps in range(_MAX_STEPS + 1):
@@ -219,7 +219,7 @@ def _search(conditions: Conditions, fields: Fields, given: Given, state: MovingS
         else:
             break
         state = moved
-    return Search(fields, state, steps, balanced)
+    return SteadySearch(fields, state, steps, balanced)
 
 
 def _values(conditions: Conditions, given: Given, at: At, state: MovingState) -> Array:

@@ -37,7 +37,7 @@ _EQUATIONS = 3
 
 
 @dataclass(frozen=True)
-class Field:
+class SymmetryField:
     """One field X(q) = e + A q + Ad(q^-1) xi.
 
     Attributes
@@ -59,7 +59,7 @@ class Fields:
     """Fields of a model, for motions v = X(q) g along combinations of the fields; with a flag for symmetries."""
 
     model: CompiledModel
-    every: Sequence[Field]
+    every: Sequence[SymmetryField]
     symmetric: bool = True
 
     def __len__(self) -> int:
@@ -72,13 +72,13 @@ class Fields:
         coordinates, frames = _single_coordinates(self.model, q), _moved_frames(self.model, q)
         return np.column_stack([field.e + field.A @ coordinates + frames @ field.xi for field in self.every])
 
-    def along(self, g: Array) -> Field:
+    def along(self, g: Array) -> SymmetryField:
         """Return a combination as one field."""
         nv = self.model.nv
         parts = zip(g, self.every, strict=True)
-        total = Field(np.zeros(nv), np.zeros((nv, nv)), np.zeros(nv), np.zeros((nv, nv)))
+        total = SymmetryField(np.zeros(nv), np.zeros((nv, nv)), np.zeros(nv), np.zeros((nv, nv)))
         for one, field in parts:
-            total = Field(
+            total = SymmetryField(
                 total.e + one * field.e, total.A + one * field.A, total.xi + one * field.xi, total.W + one * field.W
             )
         return total
@@ -117,7 +117,9 @@ def constant(model: CompiledModel, components: Sequence[int], extents: Array) ->
     nv = model.nv
     none = np.zeros((nv, nv))
     return Fields(
-        model, [Field(np.eye(nv)[k] * extents[k], none, np.zeros(nv), none) for k in components], symmetric=False
+        model,
+        [SymmetryField(np.eye(nv)[k] * extents[k], none, np.zeros(nv), none) for k in components],
+        symmetric=False,
     )
 
 
@@ -175,13 +177,13 @@ def _hold(fields: Fields, conditions: Conditions, q: Array, z: Array) -> bool:
     return bool(np.all(np.abs(rows) <= _NOTHING))
 
 
-def _scaled(model: CompiledModel, field: Field, q: Array, extents: Array) -> Field:
+def _scaled(model: CompiledModel, field: SymmetryField, q: Array, extents: Array) -> SymmetryField:
     """Return a field of size one at q, each component relative to the component's measure."""
     size = float(np.linalg.norm(Fields(model, [field]).directions(q)[:, 0] / extents)) or 1.0
-    return Field(field.e / size, field.A / size, field.xi / size, field.W / size)
+    return SymmetryField(field.e / size, field.A / size, field.xi / size, field.W / size)
 
 
-def _candidates(model: CompiledModel, extents: Array) -> list[Field]:
+def _candidates(model: CompiledModel, extents: Array) -> list[SymmetryField]:
     """Return all candidate fields, each with a single number in e, A or xi, of the size of the number's measure."""
     nv = model.nv
     none, rest = np.zeros((nv, nv)), np.zeros(nv)
@@ -190,9 +192,9 @@ def _candidates(model: CompiledModel, extents: Array) -> list[Field]:
     for factor in model.factors:
         for k in range(factor.v_start, factor.v_start + factor.v_size):
             W = none if factor.group == "R" else -np.asarray(bracket_matrix(model.factors, unit[k]), dtype=float)
-            fields.append(Field(unit[k], none, rest, W))
+            fields.append(SymmetryField(unit[k], none, rest, W))
             if factor.group != "R":
-                fields.append(Field(rest, none, unit[k], none))
+                fields.append(SymmetryField(rest, none, unit[k], none))
     single = [
         k
         for factor in model.factors
@@ -203,12 +205,12 @@ def _candidates(model: CompiledModel, extents: Array) -> list[Field]:
     for i, j in itertools.combinations(travels, 2) if len(travels) <= _MOST_TRAVELS else ():
         A = np.zeros((nv, nv))
         A[i, j], A[j, i] = -1.0, 1.0
-        fields.append(Field(rest, A, rest, A))
+        fields.append(SymmetryField(rest, A, rest, A))
     return fields
 
 
 def _equations(
-    conditions: Conditions, basis: Sequence[Field], q: Array, v: Array, a: Array, lam: Array, z: Array
+    conditions: Conditions, basis: Sequence[SymmetryField], q: Array, v: Array, a: Array, lam: Array, z: Array
 ) -> Array:
     """Return the conditions of a symmetry at a state, one column for each candidate, each row divided by the magnitudes
     of its terms.

@@ -123,7 +123,7 @@ OF_THE_CORE = {
 }
 
 
-class _Renamed:
+class _RenamedLoader:
     """Loader that puts the module of another name in place; ``importlib.abc`` has the base class of loaders, and
     imports much."""
 
@@ -138,7 +138,7 @@ class _Renamed:
 
 
 def _specification(fullname: str, name: str, *, is_package: bool = False) -> ModuleSpec:
-    loader: Any = _Renamed(name)
+    loader: Any = _RenamedLoader(name)
     return ModuleSpec(fullname, loader, is_package=is_package)
 
 

@@ -16,14 +16,14 @@ from typing import Any
 
 from eomgen.base.version import __version__
 from eomgen.codegen.program import (
+    FunctionPart,
     OutputArray,
-    Part,
     Program,
     ProgramCurve,
     ProgramExternal,
     ProgramFunction,
     ProgramLoop,
-    SourceFile,
+    SceneSource,
 )
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, RunLoop, schedule
 from eomgen.codegen.scheduling.stretches import MOST_RANGES, ranges
@@ -203,7 +203,7 @@ def _patterns(system: System) -> dict[str, str]:
     return {name: packed_places(pairs) for name, pairs in system.patterns.items() if name in names}
 
 
-def _sources(system: System, prefix: str, calls: Sequence[Call]) -> tuple[SourceFile, ...]:
+def _sources(system: System, prefix: str, calls: Sequence[Call]) -> tuple[SceneSource, ...]:
     """Return the C files of the scene, each once, with the functions called in the file."""
     functions: dict[tuple[str, str], list[str]] = {}
     prototypes: dict[tuple[str, str], list[str]] = {}
@@ -217,14 +217,14 @@ def _sources(system: System, prefix: str, calls: Sequence[Call]) -> tuple[Source
         key = (law.source.name, law.source.text)
         functions.setdefault(key, [])
         prototypes.setdefault(key, []).extend(law.prototypes)
-    made: list[SourceFile] = []
+    made: list[SceneSource] = []
     for key, called in functions.items():
         name, text = key
         stem = "".join(c if c.isascii() and c.isalnum() else "_" for c in name.removesuffix(".c"))
         same = sum(file.name.startswith(f"{prefix}_user_{stem}") for file in made)
         file = f"{prefix}_user_{stem}{f'_{same + 1}' if same else ''}.c"
         declared = tuple(dict.fromkeys(prototypes[key]))
-        made.append(SourceFile(file, name, text, tuple(dict.fromkeys(called)), declared))
+        made.append(SceneSource(file, name, text, tuple(dict.fromkeys(called)), declared))
     return tuple(made)
 
 
@@ -243,7 +243,9 @@ def _external(call: Call) -> ProgramExternal:
     )
 
 
-def _base_of_step(system: System, wanted: Sequence[str], nest_limit: int) -> tuple[tuple[int, ...], Part | None]:
+def _base_of_step(
+    system: System, wanted: Sequence[str], nest_limit: int
+) -> tuple[tuple[int, ...], FunctionPart | None]:
     """Return the components of the base struct that the equations of a step read, and the statements of these alone.
 
     The function ``base`` gives all: a quaternion that no equation asks for costs a sine and a cosine. Tables and loops
@@ -320,7 +322,7 @@ def _functions(
                 name=names.function(name, "the function"),
                 description=function.description,
                 outputs=outputs,
-                parts=(Part((), (), (), False, 0),),
+                parts=(FunctionPart((), (), (), False, 0),),
                 workspace=0,
                 operations=0,
                 same_as=first.name,

@@ -48,7 +48,7 @@ class Statement:
 
 
 @dataclass(frozen=True)
-class Part:
+class FunctionPart:
     """A chunk of a function that is compiled separately: inputs, outputs, and whether the chunk needs the workspace.
 
     ``names`` are names of local values in mechanics, (number, text); a target makes names legal and distinct.
@@ -85,7 +85,7 @@ class ProgramFunction:
     description: str
     inputs: tuple[str, ...]
     outputs: tuple[OutputArray, ...]
-    parts: tuple[Part, ...]
+    parts: tuple[FunctionPart, ...]
     workspace: int
     operations: int
     counts: Mapping[str, int]
@@ -165,7 +165,7 @@ class ProgramCurve:
 
 
 @dataclass(frozen=True)
-class SourceFile:
+class SceneSource:
     """A C file that the scene brings along.
 
     Attributes
@@ -298,13 +298,13 @@ class Program:
     angles: tuple[str, ...] = ()
     base_zeros: tuple[int, ...] = ()
     base_read: tuple[int, ...] = ()
-    base_of_step: Part | None = None
+    base_of_step: FunctionPart | None = None
     warnings: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     sampled: tuple[Mapping[str, float], ...] = ()
     row_units: tuple[str, ...] = ()
     frames: tuple[str, ...] = ()
-    sources: tuple[SourceFile, ...] = ()
+    sources: tuple[SceneSource, ...] = ()
     external: tuple[ProgramExternal, ...] = ()
     patterns: Mapping[str, str] = field(default_factory=dict)
 

@@ -99,7 +99,7 @@ def with_unit_quaternions(factors: Sequence[Factor], q: Array) -> Array:
     return result
 
 
-class State(NamedTuple):
+class StateArrays(NamedTuple):
     """Time (...), configuration (..., nq), velocity and acceleration (..., nv), internal states (..., nz)."""
 
     t: Array

@@ -83,7 +83,7 @@ class Companion:
         self.sought = self.begun = self.judged = self.refused = False
 
 
-class Lanes:
+class LaneCompanions:
     """The companions of a library, shared by all callers of the library.
 
     Parameters
@@ -97,9 +97,9 @@ class Lanes:
         self._found: dict[str, Companion] = {}
 
     @classmethod
-    def of(cls, library: Library) -> Lanes:
+    def of(cls, library: Library) -> LaneCompanions:
         """Return the companions of a library, the same object for each call."""
-        kept: Lanes | None = library.kept.get("lanes")
+        kept: LaneCompanions | None = library.kept.get("lanes")
         if kept is None:
             kept = library.kept.setdefault("lanes", cls(library))
         return kept
@@ -374,7 +374,7 @@ class Functions:
         operations = max(1, int(self._layouts[name]["operations"]))
         work = count * operations
         choice = chosen()
-        lanes = Lanes.of(self.library)
+        lanes = LaneCompanions.of(self.library)
         companion = lanes.expect(name, operations, count, choice)
         sizes = [math.prod(shape) for shape in self._shapes[name]]
 
@@ -404,7 +404,9 @@ class Functions:
         blocks : as of a call, of some of the samples
         count : number of all samples
         """
-        companion = Lanes.of(self.library).expect(name, max(1, int(self._layouts[name]["operations"])), count, chosen())
+        companion = LaneCompanions.of(self.library).expect(
+            name, max(1, int(self._layouts[name]["operations"])), count, chosen()
+        )
         if companion is None:
             return self.library
         sizes = [math.prod(shape) for shape in self._shapes[name]]
@@ -412,7 +414,7 @@ class Functions:
             np.ascontiguousarray(blocks[block][:, np.newaxis] if block == "t" else blocks[block], float)
             for block in self.inputs(name)
         ]
-        return Lanes.of(self.library).judged(companion, name, inputs, sizes, chosen()) or self.library
+        return LaneCompanions.of(self.library).judged(companion, name, inputs, sizes, chosen()) or self.library
 
     def _single(self, name: str, arrays: list[Array]) -> tuple[Array, ...]:
         """Evaluate one sample, as in a caller's inner loop, so without the bookkeeping of batches."""

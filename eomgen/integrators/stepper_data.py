@@ -25,7 +25,7 @@ from eomgen.lie.product import Factor
 if TYPE_CHECKING:
     from eomgen.system.system import System
 
-_KERNELS: Mapping[GroupFunction, Callable[[Group], kernels.Kernel]] = {
+_KERNELS: Mapping[GroupFunction, Callable[[Group], kernels.GroupKernel]] = {
     "update": kernels.update,
     "tangent": kernels.tangent,
     "cotangent": kernels.cotangent,
@@ -209,7 +209,7 @@ def _lie_data(factors: Sequence[Factor], called: Sequence[GroupFunction]) -> dic
     }
 
 
-def _kernel_data(kernel: kernels.Kernel) -> dict[str, Any]:
+def _kernel_data(kernel: kernels.GroupKernel) -> dict[str, Any]:
     return {
         "name": kernel.name,
         "description": kernel.description,

@@ -19,7 +19,7 @@ _NESTED = 10
 
 
 @dataclass(frozen=True)
-class Kernel:
+class GroupKernel:
     """A function of small vectors, one statement list per group.
 
     Attributes
@@ -80,13 +80,13 @@ class Kernel:
         return plain if ref > 0 else ["neg", plain]
 
 
-def update(group: Group) -> Kernel:
+def update(group: Group) -> GroupKernel:
     """Return out = q * exp(theta), quaternions of unit length."""
     inputs = (("q", group.q_size), ("theta", group.v_size))
     return _kernel("update", group, "out = q o exp(theta), the quaternion at unit length", inputs, group.update)
 
 
-def tangent(group: Group) -> Kernel:
+def tangent(group: Group) -> GroupKernel:
     """Return the 3 x 3 blocks of T(theta) that are neither 0 nor repeated: (0, 0), and on SE(3) also (3, 0)."""
 
     def blocks(algebra: TapeAlgebra, theta: Sequence[Value]) -> list[Value]:
@@ -98,7 +98,7 @@ def tangent(group: Group) -> Kernel:
     return _kernel("tangent", group, equation, (("theta", group.v_size),), blocks)
 
 
-def cotangent(group: Group) -> Kernel:
+def cotangent(group: Group) -> GroupKernel:
     """Return out = T(theta)^-T x, which maps a momentum at an end of exp(theta) to its mean velocity."""
 
     def product(algebra: TapeAlgebra, theta: Sequence[Value], x: Sequence[Value]) -> list[Value]:
@@ -109,7 +109,7 @@ def cotangent(group: Group) -> Kernel:
     return _kernel("cotangent", group, "out = T(theta)^-T x", inputs, product)
 
 
-def bracket(group: Group) -> Kernel:
+def bracket(group: Group) -> GroupKernel:
     """Return out = [x, y] on the Lie algebra."""
 
     def product(_: TapeAlgebra, x: Sequence[Value], y: Sequence[Value]) -> list[Value]:
@@ -118,7 +118,7 @@ def bracket(group: Group) -> Kernel:
     return _kernel("bracket", group, "out = [x, y]", (("x", group.v_size), ("y", group.v_size)), product)
 
 
-def transport(group: Group) -> Kernel:
+def transport(group: Group) -> GroupKernel:
     """Return out = Ad(g)^-1 x: transform a twist from the source frame of g to its target frame."""
 
     def product(_: TapeAlgebra, g: Sequence[Value], x: Sequence[Value]) -> list[Value]:
@@ -127,7 +127,7 @@ def transport(group: Group) -> Kernel:
     return _kernel("transport", group, "out = Ad(g)^-1 x", (("g", group.q_size), ("x", group.v_size)), product)
 
 
-def rate(group: Group) -> Kernel:
+def rate(group: Group) -> GroupKernel:
     """Return out = T(theta)^-1 v, the rate of canonical coordinates theta that move with velocity v."""
 
     def product(algebra: TapeAlgebra, theta: Sequence[Value], v: Sequence[Value]) -> list[Value]:
@@ -143,9 +143,9 @@ def _kernel(
     description: str,
     inputs: tuple[tuple[str, int], ...],
     function: Callable[..., list[Value]],
-) -> Kernel:
+) -> GroupKernel:
     tape = Tape()
     algebra = TapeAlgebra(tape)
     arguments = [[Scalar(tape, tape.input(block, k)) for k in range(size)] for block, size in inputs]
     refs = tuple(algebra.scalar(value).ref for value in function(algebra, *arguments))
-    return Kernel(f"{name}_{group.name.lower()}", f"{description}, on {group.name}", inputs, tape, refs)
+    return GroupKernel(f"{name}_{group.name.lower()}", f"{description}, on {group.name}", inputs, tape, refs)

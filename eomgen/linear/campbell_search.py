@@ -123,7 +123,7 @@ def campbell(
             raise
         interrupted = True
     search.check_failures(stacklevel=5)
-    curves = _Curves.through(search.nodes)
+    curves = _FollowedModes.through(search.nodes)
     candidates = () if interrupted else curves.candidates(orders)
     crossings: list[Crossing] = []
     try:
@@ -194,7 +194,7 @@ class _Search:
             more = f", and {len(kind) - 1} more values for the same reason" if len(kind) > 1 else ""
             warnings.warn(f"Campbell diagram: left out: {kind[0]}{more}", RuntimeWarning, stacklevel=stacklevel)
 
-    def crossing(self, order: float, row: int, mode: int, curves: _Curves, stacklevel: int) -> list[Crossing]:
+    def crossing(self, order: float, row: int, mode: int, curves: _FollowedModes, stacklevel: int) -> list[Crossing]:
         """Return the crossing of a mode with an order between two nodes, refined on the model."""
         low, high = self.nodes[row : row + 2]
         ends = [(self.nodes[place].oscillations, curves.column(place, mode)) for place in (row, row + 1)]
@@ -221,7 +221,7 @@ class _Search:
 
 
 @dataclass(frozen=True)
-class _Curves:
+class _FollowedModes:
     """Modes followed over nodes: eigenvalues and whirl (nodes, modes), by frequency at the first node."""
 
     values: Array
@@ -231,7 +231,7 @@ class _Curves:
     modes: Sequence[Sequence[int]]
 
     @classmethod
-    def through(cls, nodes: Sequence[_Node]) -> _Curves:
+    def through(cls, nodes: Sequence[_Node]) -> _FollowedModes:
         """Return the curves through nodes."""
         columns, count = _followed(nodes)
         eigenvalues = np.full((len(nodes), count), complex(np.nan, np.nan))

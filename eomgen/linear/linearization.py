@@ -27,7 +27,7 @@ from eomgen.linear.plots import plot_response
 from eomgen.linear.random_response import densities, root_mean_squares, white_noise_road
 from eomgen.linear.sampling import SampledPart, over_a_period
 from eomgen.linear.spectra import Excitation, PowerSpectrum, RideTable, RoadExcitation, check_excitation
-from eomgen.linear.state_space import FirstOrder, StateSpace, first_order, spelled
+from eomgen.linear.state_space import FirstOrderForm, StateSpace, first_order, spelled
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ class Linearization:
     # -- first order ---------------------------------------------------------------------------------------------------
 
     @cached_property
-    def _first_order(self) -> FirstOrder:
+    def _first_order(self) -> FirstOrderForm:
         return first_order(self.partials, self.free, self.velocities)
 
     def state_space(self) -> StateSpace:

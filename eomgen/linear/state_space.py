@@ -207,7 +207,7 @@ def state_space_of(model: StateSpace | HasStateSpace) -> StateSpace:
 
 
 @dataclass(frozen=True)
-class FirstOrder:
+class FirstOrderForm:
     """The matrices of a StateSpace, and the map from its state to all coordinates: dq = R_all s, (nv, ns)."""
 
     A: Array
@@ -219,7 +219,7 @@ class FirstOrder:
     R_all: Array
 
 
-def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) -> FirstOrder:
+def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) -> FirstOrderForm:
     """Return the state-space matrices.
 
     Parameters
@@ -259,7 +259,7 @@ def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) ->
     if np.any(p.Ylam):
         out += p.Ylam @ np.linalg.lstsq(p.J.T, forces - p.M @ da, rcond=None)[0]
     s = slice(0, int(ends[2]))
-    return FirstOrder(rates[:, s], rates[:, u], rates[:, w], out[:, s], out[:, u], out[:, w], dq[:, s])
+    return FirstOrderForm(rates[:, s], rates[:, u], rates[:, w], out[:, s], out[:, u], out[:, w], dq[:, s])
 
 
 def spelled(name: str, known: Sequence[str]) -> str:

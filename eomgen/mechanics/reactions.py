@@ -23,7 +23,7 @@ from eomgen.errors import ModelError, Problem
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.constraints.beam_strains import add_section_forces
-from eomgen.mechanics.constraints.rows import Equation, Rows, rows_of_pair
+from eomgen.mechanics.constraints.rows import ConstraintRows, Equation, rows_of_pair
 from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair
 from eomgen.mechanics.forces.loads import Loads, add_wrench
@@ -137,7 +137,13 @@ class TransmittedWrenches:
     """
 
     def __init__(
-        self, scene: Scene, tree: Tree, quantities: Quantities, base: BaseMotion, loads: Loads, rows: Rows | None
+        self,
+        scene: Scene,
+        tree: Tree,
+        quantities: Quantities,
+        base: BaseMotion,
+        loads: Loads,
+        rows: ConstraintRows | None,
     ) -> None:
         self.scene = scene
         self.tree = tree

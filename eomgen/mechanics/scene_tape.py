@@ -19,20 +19,20 @@ from eomgen.mechanics.constraints.joints import (
     following_rows,
     joint_constraint,
 )
-from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constraint_rows, forces_at_points
+from eomgen.mechanics.constraints.rows import ConstraintCalculus, ConstraintRow, constraint_rows, forces_at_points
 from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.elimination import loses_digits
 from eomgen.mechanics.dynamics.energy import energies
 from eomgen.mechanics.dynamics.partials import differentiated_partials, inertial_partials
 from eomgen.mechanics.dynamics.separated import ReferenceEfforts, geometric, structural
 from eomgen.mechanics.forces.applied import applied_loads, offered_by
-from eomgen.mechanics.forces.distributed_loads import Fields, SectionLoads
+from eomgen.mechanics.forces.distributed_loads import Fields, RecordedSectionLoads
 from eomgen.mechanics.forces.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.forces.loads import Loads
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.bodies import accelerations, body_jacobians, poses, twists
 from eomgen.mechanics.kinematics.directions import configuration_directions
-from eomgen.mechanics.kinematics.fields import Field, Wrench, centripetal, total_fields
+from eomgen.mechanics.kinematics.fields import AccelerationField, Wrench, centripetal, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.reactions import Reactions, TransmittedWrenches
 from eomgen.mechanics.tree.absolute import build_absolute_tree
@@ -88,7 +88,7 @@ class Derivation:
         self.quantities: Quantities = made(scene, self.tree, self.kinematics, offered_by(scene))
         if not self.absolute:
             self.quantities.dynamics = ReferenceEfforts(scene, self.grouped, self.motion, self.quantities)
-        self.section_loads = SectionLoads(scene, self.quantities, self._section_multipliers, self._fields)
+        self.section_loads = RecordedSectionLoads(scene, self.quantities, self._section_multipliers, self._fields)
         self.quantities.section_loads = self.section_loads
         self.constraints = self._constraint_calculus()
         self.quantities.energies = self._energies_without_formulas()
@@ -122,7 +122,7 @@ class Derivation:
         of_links = total_fields(self.tree, self.motion, accelerations=True, gravity=True)
         base = self.kinematics.carrier.motion()
         start = plus(base.acceleration, scaled(-1.0, base.gravity))
-        carrier = Field(start, base.alpha, centripetal(base.omega))
+        carrier = AccelerationField(start, base.alpha, centripetal(base.omega))
         return lambda link: of_links[link] if link >= 0 else carrier
 
     def _energies_without_formulas(self) -> dict[str, Scalar]:
@@ -409,7 +409,7 @@ class Derivation:
             self._vector("extent", extents, "largest displacement of the joined points of each row per radian, m"),
         ]
 
-    def _extents(self, rows: Sequence[Row]) -> list[Scalar]:
+    def _extents(self, rows: Sequence[ConstraintRow]) -> list[Scalar]:
         """Return the extent of each equation; an extent of 0 is replaced by the largest extent, or by the path length
         if all extents are 0."""
         own = [row.extent for row in rows if not row.extent.is_zero]

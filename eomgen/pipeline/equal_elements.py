@@ -35,7 +35,7 @@ Derived = Callable[[Scene], tuple[Program, str]]
 
 
 @dataclass(frozen=True)
-class Run:
+class EqualRange:
     """Equal elements of a beam, ``first .. first + count - 1``, between which only nodes of the beam are."""
 
     beam: Cosserat
@@ -56,7 +56,7 @@ class EqualElements:
     """The longest runs of equal elements of a scene, all of ``count``: at most one of a beam."""
 
     scene: Scene
-    runs: tuple[Run, ...]
+    runs: tuple[EqualRange, ...]
 
     @property
     def count(self) -> int:
@@ -159,7 +159,7 @@ def _texts_beside(scene: Scene, nodes: Collection[str]) -> set[str] | None:
     return texts
 
 
-def _runs(beam: Cosserat, mentioned: set[str]) -> Iterator[Run]:
+def _runs(beam: Cosserat, mentioned: set[str]) -> Iterator[EqualRange]:
     """Yield the runs of equal elements of a beam."""
     if not mentioned.isdisjoint(beam.nodes[1:-1]):
         ends = {number for number, node in enumerate(beam.nodes) if node in mentioned}
@@ -174,7 +174,7 @@ def _runs(beam: Cosserat, mentioned: set[str]) -> Iterator[Run]:
     first = 0
     for _, alike in groupby(pieces):
         count = len(list(alike))
-        yield Run(beam, first, count)
+        yield EqualRange(beam, first, count)
         first += count
 
 

@@ -15,7 +15,7 @@ from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.errors import ModelError
 from eomgen.solvers.beams import Beams, beams_of
 from eomgen.solvers.consistency import assemble
-from eomgen.solvers.constraint_rows import EPSILON, Constrained, Rows, elastic_components, split_sizes
+from eomgen.solvers.constraint_rows import EPSILON, Constrained, RowsInMetric, elastic_components, split_sizes
 from eomgen.solvers.redundancy import Redundancy, check_left_out, left_over, redundancy
 from eomgen.symbolic.evaluate import Evaluation
 from eomgen.symbolic.operations import InputSymbol
@@ -115,7 +115,7 @@ def _undetermined(system: System, equations: Constrained, q: Array, rows: Redund
     nearby."""
     if not rows.hardly:
         return []
-    here = Rows(equations.without(rows.dependent), q, 0.0)
+    here = RowsInMetric(equations.without(rows.dependent), q, 0.0)
     if not np.all(here.natural > 0.0):
         return []
     lengths = np.linalg.svd(here.weighed / here.natural[:, np.newaxis], compute_uv=False)

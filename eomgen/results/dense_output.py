@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import check_finite, numbers
-from eomgen.compiled.coordinates import State
+from eomgen.compiled.coordinates import StateArrays
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
 from eomgen.lie.interpolation import cubic, group_curve
@@ -52,7 +52,7 @@ def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
     return [Factor(group, "", *spans) for group, *spans in metadata["factors"]]
 
 
-def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Between | None = None) -> State:
+def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Between | None = None) -> StateArrays:
     """Return the state at times within the recorded rows, by ``between`` if there is such a way.
 
     Raises
@@ -66,7 +66,9 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
     factors = factors_of(metadata)
     flat = times.ravel()
     if len(rows.t) == 1 and np.all(flat == rows.t[0]):
-        return State(times, *(np.broadcast_to(array[0], (*times.shape, array.shape[1])).copy() for array in rows[1:]))
+        return StateArrays(
+            times, *(np.broadcast_to(array[0], (*times.shape, array.shape[1])).copy() for array in rows[1:])
+        )
     if len(rows.t) < 2:
         raise UsageError(Problem("at", f"the solution has {len(rows.t)} row, two are needed", "a run that made a step"))
     first, last = rows.t[0], rows.t[-1]
@@ -88,7 +90,7 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
     else:
         pieces = [between(rows, flat[part], index[part]) for part in parts]
     q, v, a, z = (np.concatenate(part).reshape(*times.shape, part[0].shape[1]) for part in zip(*pieces, strict=True))
-    return State(times, q, v, a, z)
+    return StateArrays(times, q, v, a, z)
 
 
 def _between(

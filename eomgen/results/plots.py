@@ -52,7 +52,7 @@ _LEGEND = 34
 
 
 @dataclass(frozen=True)
-class Curve:
+class PlottedCurve:
     """One component over time."""
 
     name: str
@@ -92,7 +92,7 @@ def draw(solution: Recorded, folder: Path) -> list[Path]:
     return files
 
 
-def _nodes_as_displacements(curves: Sequence[Curve]) -> list[Curve]:
+def _nodes_as_displacements(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
     """Return curves with displacements in place of poses of nodes: of the middle and the last node of each beam,
     m, with rotation vectors, rad, in world axes, since the start."""
     kept, *nodes = _by_nodes(curves)
@@ -104,16 +104,16 @@ def _nodes_as_displacements(curves: Sequence[Curve]) -> list[Curve]:
         name = node[0].name.removeprefix("q.").partition("[")[0]
         for quantity, unit, values in (("displacement", "m", moved), ("rotation", "rad", numeric.log(SO3, turned))):
             kept += [
-                Curve(f"{name} {axis}", unit, values[:, k], f"{quantity} since the start")
+                PlottedCurve(f"{name} {axis}", unit, values[:, k], f"{quantity} since the start")
                 for k, axis in enumerate("xyz")
             ]
     return kept
 
 
-def _by_nodes(curves: Sequence[Curve]) -> list[list[Curve]]:
+def _by_nodes(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
     """Return the curves of no node of a beam first, then the curves of the middle and the last node of each beam."""
-    nodes: dict[str, dict[int, list[Curve]]] = {}
-    parts: list[list[Curve]] = [[]]
+    nodes: dict[str, dict[int, list[PlottedCurve]]] = {}
+    parts: list[list[PlottedCurve]] = [[]]
     for curve in curves:
         node = _NODE.fullmatch(curve.name)
         if node is None:
@@ -144,7 +144,7 @@ def plot(solution: Recorded, names: Sequence[str], axes: object = None) -> list[
     return drawn
 
 
-def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plot") -> list[Curve]:
+def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plot") -> list[PlottedCurve]:
     """Return the curves that names mean; without names the outputs, or else the coordinates.
 
     ``asked_by`` begins messages.
@@ -152,7 +152,7 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
     kinds = {kind: curves for kind, curves in _by_kind(solution).items() if curves}
     if not names:
         return kinds.get("outputs") or kinds.get("coordinates") or []
-    chosen: list[Curve] = []
+    chosen: list[PlottedCurve] = []
     for name in names:
         matching = kinds.get(name) or [
             curve
@@ -179,7 +179,7 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
     return list({id(curve): curve for curve in chosen}.values())
 
 
-def _by_kind(solution: Recorded) -> dict[str, list[Curve]]:
+def _by_kind(solution: Recorded) -> dict[str, list[PlottedCurve]]:
     """Return all curves of a solution by kind."""
     names, units = solution.metadata.get("names", {}), solution.metadata.get("units", {})
     of_columns = solution.units()
@@ -190,7 +190,7 @@ def _by_kind(solution: Recorded) -> dict[str, list[Curve]]:
         "accelerations": _curves(solution.a, names.get("a", []), accelerated),
         "states": _curves(solution.z, names.get("z", []), units.get("z", [])),
         "inputs": [
-            Curve(name, of_columns.get(f"input.{name}", ""), values) for name, values in solution.inputs.items()
+            PlottedCurve(name, of_columns.get(f"input.{name}", ""), values) for name, values in solution.inputs.items()
         ],
         "outputs": _outputs(solution, units.get("outputs", {})),
         "energy": _energies(solution),
@@ -199,16 +199,18 @@ def _by_kind(solution: Recorded) -> dict[str, list[Curve]]:
 
 def _curves(
     table: Array, names: Sequence[str], units: Sequence[str], quantities: Mapping[str, str] | None = None
-) -> list[Curve]:
+) -> list[PlottedCurve]:
     known = quantities or {}
     columns = zip(names, units, table.T, strict=True)
-    return [Curve(name, unit, values, known.get(unit, "")) for name, unit, values in columns]
+    return [PlottedCurve(name, unit, values, known.get(unit, "")) for name, unit, values in columns]
 
 
-def _energies(solution: Recorded) -> list[Curve]:
+def _energies(solution: Recorded) -> list[PlottedCurve]:
     """Return energies and powers; energies as changes from the start if an offset would press them flat."""
     powers = [
-        Curve(name, "W", values) for name, values in solution.energy.items() if "power" in name and np.any(values)
+        PlottedCurve(name, "W", values)
+        for name, values in solution.energy.items()
+        if "power" in name and np.any(values)
     ]
     energies = {name: values for name, values in solution.energy.items() if "power" not in name}
     if not energies:
@@ -217,21 +219,22 @@ def _energies(solution: Recorded) -> list[Curve]:
     change, size = np.ptp(table, axis=1).max(initial=0.0), max(np.abs(table).max(initial=0.0), np.ptp(table))
     if 1e-9 * size < change < _OFFSET * size:
         drawn = [
-            Curve(name, "J", values - values[0], "change of energy from the start") for name, values in energies.items()
+            PlottedCurve(name, "J", values - values[0], "change of energy from the start")
+            for name, values in energies.items()
         ]
     else:
-        drawn = [Curve(name, "J", values) for name, values in energies.items()]
+        drawn = [PlottedCurve(name, "J", values) for name, values in energies.items()]
     return drawn + powers
 
 
-def _outputs(solution: Recorded, units: dict[str, str]) -> list[Curve]:
+def _outputs(solution: Recorded, units: dict[str, str]) -> list[PlottedCurve]:
     meaning = solution.metadata.get("outputs", {})
     curves = []
     for name, array in solution.outputs.items():
         table = array[:, np.newaxis] if array.ndim == 1 else array
         several = table.shape[1] > 1
         curves += [
-            Curve(
+            PlottedCurve(
                 f"{name}[{index}]" if several else name,
                 units.get(name, ""),
                 table[:, index],
@@ -244,10 +247,10 @@ def _outputs(solution: Recorded, units: dict[str, str]) -> list[Curve]:
     return curves
 
 
-def _panels(curves: Sequence[Curve]) -> list[list[Curve]]:
+def _panels(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
     """Group curves of one unit and quantity, in order, as evenly as a panel's limit allows; outputs that fit are not
     cut."""
-    alike: dict[tuple[str, str], list[Curve]] = {}
+    alike: dict[tuple[str, str], list[PlottedCurve]] = {}
     for curve in curves:
         alike.setdefault((curve.unit, curve.quantity or _QUANTITIES.get(curve.unit, "")), []).append(curve)
     panels = []
@@ -258,7 +261,7 @@ def _panels(curves: Sequence[Curve]) -> list[list[Curve]]:
         if max(map(len, whole)) == 1 or max(map(len, whole)) > _CURVES:
             panels += [group[start : start + size] for start in range(0, len(group), size)]
             continue
-        panel: list[Curve] = []
+        panel: list[PlottedCurve] = []
         for part in whole:
             if len(panel) + len(part) > _CURVES:
                 panels.append(panel)
@@ -291,7 +294,9 @@ def _subplots(figure: Any, panels: int) -> list[Any]:
     return axes[:panels]
 
 
-def _fill(axes: Sequence[Any], solution: Recorded, panels: Sequence[Sequence[Curve]], *, beside: bool = True) -> None:
+def _fill(
+    axes: Sequence[Any], solution: Recorded, panels: Sequence[Sequence[PlottedCurve]], *, beside: bool = True
+) -> None:
     """Draw panels on axes, one panel on each, with legends beside the axes or, if a caller made the room, within."""
     for axis, panel in zip(axes, panels, strict=True):
         _panel(axis, solution.t, panel, beside=beside)
@@ -313,7 +318,7 @@ def _marked(events: Events) -> Array:
     return np.empty(0) if len(events) > _EVENTS else np.unique(events.t)
 
 
-def _panel(axis: Any, t: Array, panel: Sequence[Curve], *, beside: bool = True) -> None:
+def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool = True) -> None:
     outputs = {curve.output: curve.description for curve in panel}
     alone = len(outputs) == 1
     for number, (curve, colour) in enumerate(zip(panel, _COLOURS, strict=False)):
@@ -334,7 +339,7 @@ def _panel(axis: Any, t: Array, panel: Sequence[Curve], *, beside: bool = True) 
     axis.legend(**place, borderaxespad=0.0 if beside else 0.5, frameon=not beside, fontsize=9)
 
 
-def _label(panel: Sequence[Curve], alone: bool) -> str:
+def _label(panel: Sequence[PlottedCurve], alone: bool) -> str:
     """Return the quantity of a panel, drawn above the unit: the known quantity, else the name if the panel has one
     curve."""
     first = panel[0]

@@ -73,7 +73,7 @@ class PosesAndScenery(NamedTuple):
     scenery: Mapping[str, Any]
 
 
-class Poses(ByName[Array]):
+class BodyPoses(ByName[Array]):
     """Poses of bodies by name, which tell points from bodies.
 
     Parameters

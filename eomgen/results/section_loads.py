@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.compiled.beams import SectionLoads
-from eomgen.compiled.coordinates import State
+from eomgen.compiled.coordinates import StateArrays
 from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
@@ -45,7 +45,7 @@ _NONE = 1e-9
 class ModelWithSections(Protocol):
     """The model of a run: see ``Solution.model``."""
 
-    def section_loads(self, state: State, multipliers: Array) -> Mapping[str, SectionLoads]: ...
+    def section_loads(self, state: StateArrays, multipliers: Array) -> Mapping[str, SectionLoads]: ...
 
 
 class Loaded(Recorded, Protocol):
@@ -148,9 +148,9 @@ def _loads(solution: Loaded, beam: str, rows: Array) -> tuple[str, SectionLoads]
     return name, result[name]
 
 
-def rows_of(solution: Loaded, rows: Array | slice) -> State:
+def rows_of(solution: Loaded, rows: Array | slice) -> StateArrays:
     """Return the states at some rows."""
-    return State(*(getattr(solution, name)[rows] for name in ("t", "q", "v", "a", "z")))
+    return StateArrays(*(getattr(solution, name)[rows] for name in ("t", "q", "v", "a", "z")))
 
 
 def _of_rows(loads: SectionLoads, rows: Array) -> SectionLoads:

@@ -16,7 +16,7 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import shown
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.beams import SectionLoads
-from eomgen.compiled.coordinates import State
+from eomgen.compiled.coordinates import StateArrays
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.error_estimate import ErrorEstimate
@@ -24,7 +24,7 @@ from eomgen.results.events import NO_EVENTS, Events
 from eomgen.results.finding import Finding
 from eomgen.results.plots import plot
 from eomgen.results.recorded import EvaluatedLater, html
-from eomgen.results.scenery import Poses, PosesAndScenery
+from eomgen.results.scenery import BodyPoses, PosesAndScenery
 from eomgen.results.section_loads import plot_sections
 from eomgen.results.solution_files import (
     column_named,
@@ -78,11 +78,11 @@ class ModelOfRun(Protocol):
 
     def inputs(self, t: Array) -> dict[str, Array]: ...
 
-    def outputs(self, state: State) -> dict[str, Array]: ...
+    def outputs(self, state: StateArrays) -> dict[str, Array]: ...
 
-    def linear(self, state: State) -> Linearization: ...
+    def linear(self, state: StateArrays) -> Linearization: ...
 
-    def section_loads(self, state: State, multipliers: Array) -> Mapping[str, SectionLoads]: ...
+    def section_loads(self, state: StateArrays, multipliers: Array) -> Mapping[str, SectionLoads]: ...
 
 
 @checked_calls(
@@ -237,7 +237,7 @@ class Solution:
         UsageError
             The file was written without poses; a name that no body has (the error is a KeyError, too).
         """
-        return Poses(*self.poses_and_scenery)
+        return BodyPoses(*self.poses_and_scenery)
 
     @cached_property
     def section_loads(self) -> Mapping[str, SectionLoads]:
@@ -254,7 +254,7 @@ class Solution:
             fault = "it was stored without the loads of sections"
             hint = "model.attach(solution).section_loads, or solution.section_loads before save"
             raise UsageError(Problem("solution", fault, hint))
-        return self.model.section_loads(State(self.t, self.q, self.v, self.a, self.z), self.multipliers)
+        return self.model.section_loads(StateArrays(self.t, self.q, self.v, self.a, self.z), self.multipliers)
 
     def plot_sections(
         self, beam: str = "", *quantities: str, at: ArrayLike | None = None, axes: object = None
@@ -466,7 +466,7 @@ class Solution:
             vars(solution)["section_loads"] = ByName("beam", loads)
         return solution if seen is None else solution._with(seen)
 
-    def at(self, t: ArrayLike) -> State:
+    def at(self, t: ArrayLike) -> StateArrays:
         """Return the state at any time within the solution.
 
         q lies on the manifold and is smooth, with v and a at the rows those recorded. Between rows ``rk4`` keeps its

@@ -26,7 +26,7 @@ _SIGNS = {"add": (1.0, 1.0), "sub": (1.0, -1.0), "neg": (-1.0,)}
 _ROUNDING = 1e-14
 
 
-class Placement(NamedTuple):
+class FramePlacement(NamedTuple):
     """Place of a frame: of a body that a joint carries, of a point's frame.
 
     Attributes
@@ -87,7 +87,7 @@ class DesignPoses:
     """
 
     def __init__(
-        self, placements: Mapping[str, Placement], beams: Collection[str] = (), base_moves: bool = False
+        self, placements: Mapping[str, FramePlacement], beams: Collection[str] = (), base_moves: bool = False
     ) -> None:
         self._placements = placements
         self._beams = beams
@@ -134,7 +134,7 @@ class DesignPoses:
             )
         return frame
 
-    def placed(self, given: Placement, body: str) -> Placement:
+    def placed(self, given: FramePlacement, body: str) -> FramePlacement:
         """Return a placement in the frame of a body, by the design position of both frames. Raises
         UnknownPoseError."""
         if body == WORLD and self._base_moves:
@@ -149,11 +149,11 @@ class DesignPoses:
         )
         x, y, z = (_formula(_weighted(zip(carrier.axes[:, place].tolist(), apart, strict=True))) for place in range(3))
         axes = snapped_rotation(carrier.axes.T @ frame.axes @ np.array(given.axes))
-        return Placement(body, (x, y, z), rows(axes))
+        return FramePlacement(body, (x, y, z), rows(axes))
 
     def in_base(self, body: str, position: Vector) -> Vector:
         """Return the place in the base of a place on a body, m, formulas of parameters."""
-        return self.placed(Placement(body, position, rows(np.eye(3))), BASE).position
+        return self.placed(FramePlacement(body, position, rows(np.eye(3))), BASE).position
 
 
 def _sums(axes: Array, position: Sequence[Formula]) -> tuple[Sum, Sum, Sum]:

@@ -22,7 +22,7 @@ from eomgen.scene.control.schema import Controller
 from eomgen.scene.document.schema import Include, document_for, include_of, section_keys
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import explained
-from eomgen.scene.formula.namespaces import Included, Namespace, Part
+from eomgen.scene.formula.namespaces import FileData, Included, Namespace
 from eomgen.scene.formula.scope import REACTING
 from eomgen.scene.reading.key_metadata import Inner, Meaning, Table, fields_of
 from eomgen.scene.reading.kinds import Refused, described
@@ -169,7 +169,7 @@ _DEEPEST = 20
 _LINE_KEY = re.compile(r"([a-z_]+)\.([A-Za-z_][A-Za-z0-9_]*)(.*)", re.DOTALL)
 
 
-def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> Part:
+def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> FileData:
     """Return the data of a scene with the entries of all included files.
 
     Parameters
@@ -181,7 +181,7 @@ def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> Part
     folder : Path
         Folder to which the paths in the scene are relative.
     """
-    part = Part(dict(data), {key: report.place(key) for key in report.lines})
+    part = FileData(dict(data), {key: report.place(key) for key in report.lines})
     try:
         return _Includer(report).expanded(part, report, folder, (folder / report.file,))
     except _TooManyFilesError as error:  # further faults follow, or are reported later with fewer files
@@ -207,7 +207,7 @@ class _Includer:
             self._resolved[path] = path.resolve()
         return self._resolved[path]
 
-    def expanded(self, part: Part, report: Report, folder: Path, chain: Sequence[Path]) -> Part:
+    def expanded(self, part: FileData, report: Report, folder: Path, chain: Sequence[Path]) -> FileData:
         """Add the entries of the files that a file includes to the part of this file; ``report`` is the report of the
         file, ``chain`` leads from the scene to the file."""
         written = part.data.pop("include", {})
@@ -216,7 +216,7 @@ class _Includer:
                 "include", f"a table is needed here, not {described(written)}", '[include.left] and file = "left.toml"'
             )
             return part
-        opened: list[tuple[str, Include, Part]] = []
+        opened: list[tuple[str, Include, FileData]] = []
         for name, raw in written.items():
             entry = _entry(name, raw, report)
             inner = None if entry is None else self.opened(key_of("include", name), entry, report, folder, chain)
@@ -232,7 +232,7 @@ class _Includer:
             _merge(name, entry, inner, part, report)
         return part
 
-    def opened(self, key: str, entry: Include, report: Report, folder: Path, chain: Sequence[Path]) -> Part | None:
+    def opened(self, key: str, entry: Include, report: Report, folder: Path, chain: Sequence[Path]) -> FileData | None:
         """Return the data of an included file; None if the data cannot be read."""
         path, place = folder / entry.file, f"{key}.file"
         self.files += 1
@@ -272,7 +272,7 @@ class _Includer:
             self.report.noted += [(0, problem) for problem in error.problems]
         return None
 
-    def scene(self, source: Source, path: Path, chain: Sequence[Path]) -> Part:
+    def scene(self, source: Source, path: Path, chain: Sequence[Path]) -> FileData:
         file, same = shown_file(path), self.resolved(path)
         if same not in self.scenes:
             self.scenes[same] = source.read(read_text(path), file=file, included=True)
@@ -284,7 +284,7 @@ class _Includer:
             data = repeated(data, report, of_copies)
             report.lines = {**report.lines, **of_copies}
         _check_top_level(data, report)
-        part = Part(data, {key: report.place(key) for key in report.lines})
+        part = FileData(data, {key: report.place(key) for key in report.lines})
         part = self.expanded(part, report, path.parent, chain)
         report.lines = part.lines
         part.data, _ = in_si(part.data, report)
@@ -314,13 +314,13 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
     return entry
 
 
-def _part(source: Source, text: str, path: Path, entry: Include) -> Part:
+def _part(source: Source, text: str, path: Path, entry: Include) -> FileData:
     file = shown_file(path)
     options = {option.name: getattr(entry, option.name) for option in source.options}
     read = source.read(text, file=file, included=True, **options)
     places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in read.lines.items()}
     judged = set(read.data["bodies"]) if read.inertias_checked else set()
-    return Part(read.data, places, [f"{file}: {note}" for note in read.notes], judged)
+    return FileData(read.data, places, [f"{file}: {note}" for note in read.notes], judged)
 
 
 def _check_top_level(data: dict[str, Any], report: Report) -> None:
@@ -346,7 +346,7 @@ def _check_top_level(data: dict[str, Any], report: Report) -> None:
             data[key] = {name: entry for name, entry in data[key].items() if is_legal(name)}
 
 
-def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -> None:
+def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: Report) -> None:
     """Put an included part into the including part."""
     key, prefix = key_of("include", name), _prefix(name, entry)
     known = frozenset(_names(part.data, "parameters") + _names(part.data, "inputs"))
@@ -384,7 +384,7 @@ def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -
     part.spaces += [*inner.spaces, space]
 
 
-def _base(name: str, entry: Include, part: Part, report: Report, taken: Collection[str]) -> str:
+def _base(name: str, entry: Include, part: FileData, report: Report, taken: Collection[str]) -> str:
     """Return the body that takes the place of a part's base: the parent itself, or a massless body fixed to the parent.
 
     ``taken`` are the names of the part's frames, which no body may have.

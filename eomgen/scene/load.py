@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.formula.namespaces import Part
+from eomgen.scene.formula.namespaces import FileData
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import TOML, checked_options, fault_of_kind, readable, source_of
@@ -209,7 +209,7 @@ def from_data(
         of_copies: dict[str, str] = {}
         data = repeated(data, report, of_copies)
         report.lines = {**report.lines, **of_copies}
-    part = Part(dict(data), {})
+    part = FileData(dict(data), {})
     if "include" in data:
         from eomgen.scene.include import with_included  # noqa: PLC0415  # most scenes have none
 

@@ -16,7 +16,7 @@ from eomgen.base.messages import NAME_RULE, is_legal, key_of, listed, nearest, s
 from eomgen.formula.evaluate import evaluate
 from eomgen.scene.document.schema import document_for, section_keys
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import FIXED_PARAMETERS, Names
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, SceneNames
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
@@ -149,7 +149,7 @@ class _Copies:
     ) -> None:
         self.sections = sections
         self.key, self.ranges, self.report, self.lines, self.sources = key, ranges, report, lines, sources
-        self.names = Names(parameters=dict.fromkeys(ranges, False))
+        self.names = SceneNames(parameters=dict.fromkeys(ranges, False))
         self.table = table
         self.formulas: dict[str, Any] = {}
         self.twice: set[str] = set()

@@ -25,7 +25,7 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number, Vector, infix
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, Reference, StateFeedback
-from eomgen.scene.design_poses import DesignPlace, DesignPoses, Placement, UnknownPoseError
+from eomgen.scene.design_poses import DesignPlace, DesignPoses, FramePlacement, UnknownPoseError
 from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints.model import Constraint, Joint, Reaction
@@ -326,7 +326,9 @@ class Scene:
 
         Places on geometrically exact beams are left out, because they follow from the shape of the beam.
         """
-        placements = {joint.child: Placement(joint.parent, joint.position, joint.orientation) for joint in self.joints}
+        placements = {
+            joint.child: FramePlacement(joint.parent, joint.position, joint.orientation) for joint in self.joints
+        }
         poses = DesignPoses(placements, {body.name for body in self.bodies if body.node_of})
         values = {parameter.name: parameter.value for parameter in self.parameters}
         result = []

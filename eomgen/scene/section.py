@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 from eomgen.base.data import dataclass, field, fields
 from eomgen.base.messages import NAME_LENGTH
 from eomgen.formula.nodes import Formula, Vector
-from eomgen.scene.formula.scope import Names
+from eomgen.scene.formula.scope import SceneNames
 from eomgen.scene.reading.key_metadata import Table
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import Bound, Row
@@ -27,7 +27,7 @@ Kept = TypeVar("Kept")
 AttachByKey = Callable[[str, str, Vector], tuple[str, Vector]]
 #: From the key, the kind and the entry of an output of a beam's section to the three components.
 SectionFormulas = Callable[[str, str, Any], tuple[Formula, ...]]
-_NAMES = frozenset(item.name for item in fields(Names))
+_NAMES = frozenset(item.name for item in fields(SceneNames))
 
 
 class Entries(Protocol):
@@ -115,7 +115,7 @@ class Section:
         return self.documentation or f"Add an entry of the section ``{self.key}``: {self.entry.__doc__}"
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
-        """Return the names that formulas may mention, by field of ``Names``: tuples and dictionaries, which are joined
+        """Return the names that formulas may mention, by field of ``SceneNames``: tuples and dictionaries, to be joined
         over all sections; dictionaries may be filled while sections are read."""
         return {self.key: reading.names_in(self.key)} if self.key in _NAMES else {}
 
@@ -228,7 +228,7 @@ class Reading:
         }
         for row in rows:
             join(self.tables, row.names(self))
-        self.names = Names(**self.tables)
+        self.names = SceneNames(**self.tables)
         self.values = self.reader()
         for row in rows:
             row.prepare(self)

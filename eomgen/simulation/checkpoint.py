@@ -34,7 +34,7 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation
 from eomgen.simulation.outcome import Outcome
 from eomgen.simulation.stepping.chunks import run_chunks
-from eomgen.simulation.stepping.controllers import Controller, Controllers, read_controllers
+from eomgen.simulation.stepping.controllers import CallerControllers, Controller, read_controllers
 from eomgen.simulation.stepping.inputs import Signal, kind_of
 from eomgen.simulation.stepping.run import Run, stored_run
 from eomgen.simulation.stepping.settings import check_memory, check_span, stepper_library
@@ -354,7 +354,7 @@ def resume(
         return Outcome(run, stepper, trajectory, time.perf_counter() - began, writer, wanted).solution(at_once=True)
 
 
-def _controllers(library: Library, given: Mapping[str, Controller] | None) -> Controllers | None:
+def _controllers(library: Library, given: Mapping[str, Controller] | None) -> CallerControllers | None:
     """Return the caller's functions. Raises UsageError if a function may keep data outside of the internal states."""
     functions = read_controllers(given, library.layout)
     if functions is not None and (names := functions.undeclared):

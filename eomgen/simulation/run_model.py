@@ -18,7 +18,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass
 from eomgen.compiled.beams import SectionLoads, section_loads
-from eomgen.compiled.coordinates import State
+from eomgen.compiled.coordinates import StateArrays
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.integrators.families.register import method_named
@@ -27,7 +27,7 @@ from eomgen.results.events import Events
 from eomgen.results.scenery import PosesAndScenery, poses_and_scenery
 from eomgen.results.solution import Solution
 from eomgen.simulation.motions import RecordedMotions
-from eomgen.simulation.stepping.controllers import Controllers, called_by
+from eomgen.simulation.stepping.controllers import CallerControllers, called_by
 from eomgen.simulation.stepping.events import parameters_over
 from eomgen.simulation.stepping.inputs import InputSignals, Signal
 from eomgen.simulation.stepping.run import Run, stored_run
@@ -48,7 +48,7 @@ class StepsBetween:
     settings: Mapping[str, float]
     parameters: Callable[[Array], Array]
     signals: InputSignals | None
-    controllers: Controllers | None = None
+    controllers: CallerControllers | None = None
 
     def __call__(self, rows: Rows, t: Array, index: Index) -> tuple[Array, Array, Array, Array]:
         """Return q, v, a and z at times t (n,), each by a step from the row of its index.
@@ -124,18 +124,18 @@ class RunModel:
         table = model.input_values(t, parameters=p) if self.signals is None else self.signals.rows(t)
         return dict(zip(model.inputs, np.ascontiguousarray(table.T), strict=True))
 
-    def outputs(self, state: State) -> dict[str, Array]:
+    def outputs(self, state: StateArrays) -> dict[str, Array]:
         """Return the outputs of a state at times (...), with the inputs of the run at these times."""
         u = None if self.signals is None else self.signals.rows(state.t.ravel()).reshape(*state.t.shape, self.model.nu)
         return self.model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=self.present(state))
 
-    def section_loads(self, state: State, multipliers: Array) -> Mapping[str, SectionLoads]:
+    def section_loads(self, state: StateArrays, multipliers: Array) -> Mapping[str, SectionLoads]:
         """Return strains and loads along geometrically exact beams in states, with their multipliers (nt, rows)."""
         u = None if self.signals is None else self.signals.rows(state.t)
         given = {"a": state.a, "z": state.z, "multipliers": multipliers, "parameters": self.present(state)}
         return section_loads(self.model, state.q, state.v, state.t, u, **given)
 
-    def present(self, state: State) -> Array:
+    def present(self, state: StateArrays) -> Array:
         """Return the parameters at the times of a state, with modes."""
         return self._present(state.t)
 
@@ -144,7 +144,7 @@ class RunModel:
             return self.motions(t)
         return parameters_over(self.events, self.model, self.parameters, t)
 
-    def linear(self, state: State) -> Linearization:
+    def linear(self, state: StateArrays) -> Linearization:
         """Return the linear model about one state, with the inputs of the run at its time."""
         from eomgen.analysis.linearize import about_motion  # noqa: PLC0415  # runs are made without it too
 

@@ -29,7 +29,7 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.error_estimation import ErrorEstimation
 from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
-from eomgen.simulation.judgement.finished_run import Beginning
+from eomgen.simulation.judgement.finished_run import RunStart
 from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.outcome import Outcome
@@ -292,7 +292,7 @@ def simulate(
     run = made(list(corrections), begun)
     overridden = _overridden(corrections) if initial else []
     turned = angles_of_several_turns(model, initial) if initial else []
-    beginning = Beginning(state, at_rest, [*doubts, *overridden], choice, turned)
+    beginning = RunStart(state, at_rest, [*doubts, *overridden], choice, turned)
     writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
     told = _LOG.isEnabledFor(logging.INFO)
     with nullcontext() if progress is None else shown(progress, model.name) as reported:
@@ -327,7 +327,7 @@ def simulate(
 def _outcome(
     run: Run,
     stepper: Stepper,
-    beginning: Beginning,
+    beginning: RunStart,
     report: Progress | None,
     writer: CheckpointWriter | None,
     estimation: ErrorEstimation | None,

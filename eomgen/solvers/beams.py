@@ -70,7 +70,7 @@ class Beams:
         return np.concatenate([self.poses(q[start : start + _TOGETHER]) for start in starts])
 
 
-class Elements(Protocol):
+class BeamElements(Protocol):
     """Elements of a beam: see ``system.description.ElementStiffness``."""
 
     @property
@@ -83,7 +83,7 @@ class Elements(Protocol):
 
 
 def beams_of(
-    beams: Sequence[Elements],
+    beams: Sequence[BeamElements],
     values: Mapping[str, float],
     bodies: Sequence[str],
     factors: Sequence[Factor],

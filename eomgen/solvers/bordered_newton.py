@@ -3,7 +3,7 @@ extrapolated.
 
 Unknowns are q (along its group), multipliers, internal states and the load factor s. With the row of a plane across the
 path the matrix is regular at limit points, too: H. B. Keller, in Applications of Bifurcation Theory (1977) 359.
-Strains of stiff elements are extrapolated as in ``Strains``.
+Strains of stiff elements are extrapolated as in ``StiffStrains``.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def plus(matrix: Matrix, added: Matrix) -> Matrix:
     return matrix + whole(added) if isinstance(matrix, np.ndarray) else csc_array(matrix + sparse(added))
 
 
-class Strains(Protocol):
+class StiffStrains(Protocol):
     """Strains of elements whose stiffness may be large, by which section forces are extrapolated."""
 
     @property
@@ -122,7 +122,7 @@ class LoadedStatics:
     tangents: Callable[[Rest], Tangents]
     by_factor: Callable[[Rest], Balance]
     followed: Callable[[Array, float], Array]
-    strains: Callable[[float], Strains | None]
+    strains: Callable[[float], StiffStrains | None]
     mass: Callable[[Rest], csc_array]
 
 
@@ -216,7 +216,7 @@ def corrected(
     return Corrected(rest, displacement, ITERATIONS, "corrections do not converge")
 
 
-def _extrapolated(strains: Strains | None, q: Array, change: Array) -> Array:
+def _extrapolated(strains: StiffStrains | None, q: Array, change: Array) -> Array:
     if strains is None:
         return np.zeros((0, 0))
     d = strains.values(q)

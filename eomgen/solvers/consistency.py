@@ -30,7 +30,7 @@ from eomgen.solvers.constraint_rows import (
     VANISHING,
     WORST_ROUNDING,
     Constrained,
-    Rows,
+    RowsInMetric,
     long_lever,
 )
 from eomgen.solvers.rigid_beams import RigidBeams
@@ -97,7 +97,7 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     ModelError
         The constraints contradict each other, or the guess is too far away; names the rows that stay violated.
     """
-    first, start = system.constraint(q, t), Rows(system, q, t)
+    first, start = system.constraint(q, t), RowsInMetric(system, q, t)
     rigid, strained, before = None, None, 0
     if system.beams is not None:
         rigid, q, strained, before = _with_beams(system, system.beams, q, t)
@@ -107,7 +107,7 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
             q, before = closed, corrections
     q, iterations = consistent_position(system, q, t)
     iterations += before
-    rows = Rows(system, q, t)
+    rows = RowsInMetric(system, q, t)
     guess, rates = v, system.velocity(q, v, t)
     left = rates
     if rigid is not None and np.any(rigid.free) and np.any(np.abs(rates) > REPORTED * (rows.possible @ np.abs(v))):
@@ -115,7 +115,7 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
         left = system.velocity(q, v, t)
     elif system.elastic is not None and np.any(np.abs(rates) > REPORTED * (rows.possible @ np.abs(v))):
         change = np.zeros(len(v))
-        change[~system.elastic] = -Rows(system.stiff(system.elastic), q, t).correction(rates)
+        change[~system.elastic] = -RowsInMetric(system.stiff(system.elastic), q, t).correction(rates)
         v = v + change
         left = system.velocity(q, v, t)
     v = v - rows.correction(left)
@@ -163,7 +163,7 @@ def _turned(system: Constrained, q: Array, t: float) -> tuple[Array, int, bool]:
     constraints are met."""
     best, least, waited = q, np.inf, 0
     for iteration in range(MAX_ITERATIONS):
-        violation, rows = system.constraint(q, t), Rows(system, q, t)
+        violation, rows = system.constraint(q, t), RowsInMetric(system, q, t)
         if not np.all(np.isfinite(violation)):
             break
         summands = np.maximum(rows.size[: system.holonomic], np.finfo(float).tiny)
@@ -205,7 +205,7 @@ def _least_strained(
         if not np.all(np.isfinite(step)):
             break
         before, energy = energy, strains.energy(strains.changes(q))
-        met = bool(np.all(np.abs(violation) <= Rows(system, q, t).limits))
+        met = bool(np.all(np.abs(violation) <= RowsInMetric(system, q, t).limits))
         if met and (best is None or energy < best[0]):
             best = energy, q, multipliers, iteration
         if met and abs(before - energy) <= _SAME * energy:
@@ -221,7 +221,7 @@ def _rigid_change(system: Constrained, rigid: RigidBeams, q: Array, v: Array, t:
     reduced = rigid.reduced(system)
     held = rigid.beams.holds(system.names)
     change = np.zeros(len(v))
-    change[rigid.free] = -Rows(reduced, q, t).correction(system.velocity(q, v, t)[~held])
+    change[rigid.free] = -RowsInMetric(reduced, q, t).correction(system.velocity(q, v, t)[~held])
     along: Array = rigid.velocities(q, change[np.newaxis])[0]
     return along
 
@@ -236,7 +236,7 @@ def consistent_position(system: Constrained, q: Array, t: float) -> tuple[Array,
     """
     best = np.full(system.holonomic, np.inf)
     for iteration in range(MAX_ITERATIONS):
-        violation, rows = system.constraint(q, t), Rows(system, q, t)
+        violation, rows = system.constraint(q, t), RowsInMetric(system, q, t)
         if not np.all(np.isfinite(violation)):
             break
         summands = np.maximum(rows.size[: system.holonomic], np.finfo(float).tiny)
@@ -249,7 +249,7 @@ def consistent_position(system: Constrained, q: Array, t: float) -> tuple[Array,
         step = -rows.correction(violation)
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
         q = system.moved(q, step / max(1.0, largest))
-    violation, rows = system.constraint(q, t), Rows(system, q, t)
+    violation, rows = system.constraint(q, t), RowsInMetric(system, q, t)
     raise _contradiction(rows, system.names, violation, rows.limits, "positions", MAX_ITERATIONS)
 
 
@@ -258,7 +258,7 @@ def _named(names: Sequence[str], values: Array, limits: Array) -> dict[str, floa
 
 
 def _contradiction(
-    rows: Rows, names: Sequence[str], left: Array, limits: Array, level: str, iterations: int
+    rows: RowsInMetric, names: Sequence[str], left: Array, limits: Array, level: str, iterations: int
 ) -> ModelError:
     order = np.argsort(-np.abs(left) / np.maximum(limits, np.finfo(float).tiny))
     worst = [f"{names[k]} by {left[k]:.3g}" for k in order[:5] if not abs(left[k]) <= limits[k]]

@@ -150,7 +150,7 @@ def split_sizes(values: Array) -> tuple[Array, Array]:
 EveryRow = Callable[[Array], "Constrained"]
 
 
-class Rows:
+class RowsInMetric:
     """The rows of B at one configuration in the metric of the kinetic energy, M = L L^T, and the scales of the rows."""
 
     def __init__(self, system: Constrained, q: Array, t: float) -> None:
@@ -303,7 +303,7 @@ def _jacobian(system: Constrained, q: Array, t: float) -> Array:
 NEARER_FRAMES = "the two frames of the constraint near each other, or its first and second exchanged"
 
 
-def long_lever(rows: Rows, names: Sequence[str], row: int) -> str:
+def long_lever(rows: RowsInMetric, names: Sequence[str], row: int) -> str:
     """Return in words that rotation moves a row far more than the size of the joined bodies."""
     text = f"turning moves {names[row]} by {rows.lever(row):.3g} m per rad"
     return (

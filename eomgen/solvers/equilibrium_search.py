@@ -22,8 +22,8 @@ from eomgen.base.data import dataclass, replace
 from eomgen.lie.product import difference
 from eomgen.solvers.statics import (
     SOFT,
-    Point,
     Search,
+    SearchPoint,
     Statics,
     Trail,
     examine,
@@ -102,7 +102,7 @@ class _Linear:
     rate : ratio of the rates of internal states to the rate of the scene
     """
 
-    point: Point
+    point: SearchPoint
     J: Array
     f: Array
     scale: Array
@@ -140,7 +140,7 @@ class _Linear:
             return newton_step(self.point, unbalanced(self.point))
         return self._phi(self.f, time, 1) / self.scale
 
-    def error(self, change: Array, reached: Point, time: float) -> tuple[Array, Array]:
+    def error(self, change: Array, reached: SearchPoint, time: float) -> tuple[Array, Array]:
         """Return the addition of nonlinear forces to a change, and the rates of the changes at the end."""
         free = len(self.point.imbalance)
         there = np.concatenate([self.point.dual @ reached.acceleration, self.rate * reached.rates])
@@ -152,7 +152,7 @@ class _Linear:
         return 2.0 * self._phi(bent, time, 3) / self.scale, there
 
 
-def _linear(point: Point, slower: float) -> _Linear:
+def _linear(point: SearchPoint, slower: float) -> _Linear:
     by_z, rate_q, rate_z = point.couplings
     fastest = float(np.sqrt(point.largest_stiffness)) or float(np.max(np.abs(rate_z), initial=0.0)) or 1.0
     rate, scale = 2.0 * fastest / slower, point.scale
@@ -161,7 +161,7 @@ def _linear(point: Point, slower: float) -> _Linear:
     return _Linear(point, scale[:, np.newaxis] * J / scale, scale * f, scale, rate)
 
 
-def _step(statics: Statics, point: Point, pace: _Pace, slower: float) -> Point | None:
+def _step(statics: Statics, point: SearchPoint, pace: _Pace, slower: float) -> SearchPoint | None:
     """Return the next point; None if no step is small enough, since forces jump and hold the motion at the jump."""
     linear = _linear(point, slower)
     fastest = linear.fastest
@@ -231,7 +231,7 @@ def _phi(J: Array, f: Array, time: float, order: int) -> Array:
     return result
 
 
-def _gone(statics: Statics, point: Point, change: Array) -> float:
+def _gone(statics: Statics, point: SearchPoint, change: Array) -> float:
     """Return the length of a change, in lengths of the scene; rotations are judged elsewhere."""
     if not np.all(np.isfinite(change)):
         return np.nan
@@ -239,7 +239,7 @@ def _gone(statics: Statics, point: Point, change: Array) -> float:
     return float(np.max(np.abs(increment[~statics.turning]), initial=0.0)) / statics.length
 
 
-def _nudged(statics: Statics, point: Point) -> Point | None:
+def _nudged(statics: Statics, point: SearchPoint) -> SearchPoint | None:
     """Return a point a little off an unstable equilibrium, on the way down; None from a stable one."""
     if not len(point.imbalance) or len(point.rates):
         return None
@@ -277,7 +277,7 @@ def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
     return trail.end(balanced=True)
 
 
-def _part(statics: Statics, point: Point, change: Array, share: float) -> tuple[Point | None, float]:
+def _part(statics: Statics, point: SearchPoint, change: Array, share: float) -> tuple[SearchPoint | None, float]:
     """Return the point after a part of Newton's step, at which a step with the same partials is smaller, and the
     part."""
     while share > _SHORTEST:

@@ -106,7 +106,7 @@ _BESIDE = 1e-6
 
 
 @dataclass(frozen=True)
-class Branch:
+class StableBranch:
     """A stable rest, the displacement (nv,) that left the first unstable rest, and the configurations between."""
 
     rest: Rest
@@ -114,7 +114,7 @@ class Branch:
     path: list[Array]
 
 
-def stable_branch(statics: LoadedStatics, rest: Rest, onwards: Direction) -> Branch | None:
+def stable_branch(statics: LoadedStatics, rest: Rest, onwards: Direction) -> StableBranch | None:
     """Return a stable rest that is reached from an unstable rest under the same loads.
 
     None if the given rest is stable, if no stable rest is found, or if forces have no potential or internal states take
@@ -133,7 +133,7 @@ def stable_branch(statics: LoadedStatics, rest: Rest, onwards: Direction) -> Bra
         if not stiffness.symmetric:
             return None
         if not stiffness.negative:
-            return None if first is None else Branch(rest, first, path)
+            return None if first is None else StableBranch(rest, first, path)
         value, mode = _most_unstable(stiffness)
         first_side = _side(statics, mode, onwards) if first is None else 1.0
         for side in (first_side, -first_side):
@@ -144,7 +144,9 @@ def stable_branch(statics: LoadedStatics, rest: Rest, onwards: Direction) -> Bra
             return None
         first = side * mode if first is None else first
         rest, path = branch[0], [*path, *branch[1]]
-    return Branch(rest, path=path, left_along=first) if first is not None and not _unstable(statics, rest) else None
+    return (
+        StableBranch(rest, path=path, left_along=first) if first is not None and not _unstable(statics, rest) else None
+    )
 
 
 def _side(statics: LoadedStatics, mode: Array, onwards: Direction) -> float:

@@ -25,7 +25,7 @@ from eomgen.solvers.constraint_rows import (
     REDUNDANT,
     REPORTED,
     Constrained,
-    Rows,
+    RowsInMetric,
     long_lever,
 )
 
@@ -71,10 +71,10 @@ def redundancy(
         vanish at its zeros.
     """
     looked_at = range(len(system.names)) if rows is None else rows
-    here = Rows(system, q, t)
+    here = RowsInMetric(system, q, t)
     if _all_new(here, looked_at):
         return Redundancy((), {})
-    at_configurations = [here, *(Rows(system, near, t) for near in _nearby(system, q, t, samples - 1))]
+    at_configurations = [here, *(RowsInMetric(system, near, t) for near in _nearby(system, q, t, samples - 1))]
     bases: list[list[Array]] = [[] for _ in at_configurations]
 
     def rests(row: int) -> list[Array]:
@@ -132,7 +132,7 @@ def redundancy(
     return Redundancy(tuple(waiting), hardly)
 
 
-def _vanishes(row: int, at_configurations: Sequence[Rows]) -> bool:
+def _vanishes(row: int, at_configurations: Sequence[RowsInMetric]) -> bool:
     """Return whether a row of B is zero at the first of several configurations, and nearly so at the remaining
     configurations, which satisfy the row to a tolerance."""
     lengths = [float(np.linalg.norm(at.weighed[row])) for at in at_configurations]
@@ -141,7 +141,7 @@ def _vanishes(row: int, at_configurations: Sequence[Rows]) -> bool:
     return zero and all(length <= _NEARLY_FLAT * size for length, size in zip(lengths[1:], possible[1:], strict=True))
 
 
-def _lever_too_long(system: Constrained, here: Rows, row: int, dependent: Sequence[int]) -> ModelError:
+def _lever_too_long(system: Constrained, here: RowsInMetric, row: int, dependent: Sequence[int]) -> ModelError:
     listed = ", ".join(system.names[row] for row in dependent[:LISTED])
     fault = (
         f"{long_lever(here, system.names, row)}, so that nothing tells whether these rows follow from others: {listed}"
@@ -149,7 +149,7 @@ def _lever_too_long(system: Constrained, here: Rows, row: int, dependent: Sequen
     return ModelError(Problem("constraints", fault, f'{NEARER_FRAMES}, or coordinates = "joint"'))
 
 
-def _too_far_away(system: Constrained, here: Rows, rows: Sequence[int]) -> ModelError:
+def _too_far_away(system: Constrained, here: RowsInMetric, rows: Sequence[int]) -> ModelError:
     listed = ", ".join(system.names[row] for row in rows[:LISTED])
     size, extent = max(float(here.size[row]) for row in rows), min(float(here.extent[row]) for row in rows)
     fault = (
@@ -160,7 +160,7 @@ def _too_far_away(system: Constrained, here: Rows, rows: Sequence[int]) -> Model
     return ModelError(Problem("constraints", fault, "frames of constraints and an origin nearer to the machine"))
 
 
-def _all_new(here: Rows, rows: Sequence[int]) -> bool:
+def _all_new(here: RowsInMetric, rows: Sequence[int]) -> bool:
     """Return whether much of each row is new at one configuration already."""
     natural = here.natural[list(rows)]
     if len(rows) > here.B.shape[1] or not np.all(natural > 0.0):
@@ -171,7 +171,7 @@ def _all_new(here: Rows, rows: Sequence[int]) -> bool:
 
 def _nearby(system: Constrained, q: Array, t: float, count: int) -> list[Array]:
     """Return consistent configurations near a given one, with displacements along each coordinate by its inertia."""
-    rows, generator = Rows(system, q, t), np.random.default_rng(1)
+    rows, generator = RowsInMetric(system, q, t), np.random.default_rng(1)
     configurations: list[Array] = []
     extent = float(np.max(rows.extent, initial=0.0))
     for attempt in range(3 * count):
@@ -202,7 +202,7 @@ def _remainder(row: Array, basis: Sequence[Array]) -> Array:
 
 def left_over(system: Constrained, q: Array, rows: Sequence[int], t: float = 0.0) -> dict[int, float]:
     """Return the violations of given rows at a configuration that are above rounding."""
-    violation, limits = system.constraint(q, t), REPORTED * Rows(system, q, t).scale
+    violation, limits = system.constraint(q, t), REPORTED * RowsInMetric(system, q, t).scale
     return {row: float(violation[row]) for row in rows if row < system.holonomic and abs(violation[row]) > limits[row]}
 
 
@@ -227,7 +227,7 @@ def check_left_out(
         Rows that are violated, or would not be held by any motion.
     """
     rows = [number for number, name in enumerate(system.names) if name in left_out]
-    there = Rows(system, q, t)
+    there = RowsInMetric(system, q, t)
     violation = system.constraint(q, t)
     off = [
         f"{system.names[row]} by {violation[row]:.3g}"

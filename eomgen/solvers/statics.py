@@ -78,7 +78,7 @@ class Statics:
 
 
 @dataclass(frozen=True)
-class Point:
+class SearchPoint:
     """Quantities at a configuration of rest.
 
     Attributes
@@ -164,17 +164,17 @@ class Point:
 
 
 @dataclass
-class Largest:
+class LargestForces:
     """The largest forces and rates of a search, as scales of the residuals."""
 
     force: float
     rates: Array
 
-    def include(self, point: Point) -> None:
+    def include(self, point: SearchPoint) -> None:
         self.force = max(self.force, point.force)
         self.rates = np.maximum(self.rates, np.abs(point.rates))
 
-    def balanced(self, point: Point) -> bool:
+    def balanced(self, point: SearchPoint) -> bool:
         """Return whether only round-off remains."""
         return bool(
             point.force <= BALANCED * self.force + point.noise
@@ -187,7 +187,7 @@ class Largest:
 class Search:
     """End of a search, whether the end is balanced, the number of steps, and configurations on the way."""
 
-    point: Point
+    point: SearchPoint
     balanced: bool
     steps: int
     path: Sequence[Array] = ()
@@ -208,19 +208,19 @@ class Trail:
         self.point = onto_constraints(statics, examine(statics, q, z))
         self.steps = 0
         self._statics, self._path = statics, [self.point.q]
-        self._largest = Largest(statics.weight, np.abs(self.point.rates))
+        self._largest = LargestForces(statics.weight, np.abs(self.point.rates))
 
     def arrived(self) -> bool:
         """Return whether forces balance here, judged by the largest on the way."""
         self._largest.include(self.point)
         return self._largest.balanced(self.point)
 
-    def step(self, point: Point) -> None:
+    def step(self, point: SearchPoint) -> None:
         """Go on to a point."""
         self.move(point)
         self.steps += 1
 
-    def move(self, point: Point) -> None:
+    def move(self, point: SearchPoint) -> None:
         """Put the search at a point without counting a step."""
         self.point = point
         self._path.append(point.q)
@@ -231,7 +231,7 @@ class Trail:
         return Search(last, self._largest.balanced(last) if balanced is None else balanced, self.steps, self._path)
 
 
-def examine(statics: Statics, q: Array, z: Array) -> Point:
+def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
     """Return forces and stiffness at rest at q, z. Raises numpy.linalg.LinAlgError if M is not positive definite."""
     q = statics.followed(q)
     M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
@@ -255,7 +255,7 @@ def examine(statics: Statics, q: Array, z: Array) -> Point:
     aimed[: statics.holonomic] = -violation
     few = 64.0 * _EPSILON
     row_sizes = np.abs(B0[: statics.holonomic]) @ sizes
-    return Point(
+    return SearchPoint(
         q,
         z,
         lam,
@@ -274,7 +274,7 @@ def examine(statics: Statics, q: Array, z: Array) -> Point:
     )
 
 
-def newton_step(point: Point, right: Array) -> Array:
+def newton_step(point: SearchPoint, right: Array) -> Array:
     """Return the least changes along the basis and of z that remove imbalance and rates (``right``) to first order."""
     by_z, rate_q, rate_z = point.couplings
     matrix = np.block([[point.stiffness, by_z], [-rate_q, -rate_z]]) / point.scale
@@ -283,19 +283,19 @@ def newton_step(point: Point, right: Array) -> Array:
     return np.asarray(np.linalg.lstsq(matrix / rows[:, np.newaxis], right / rows, rcond=SOFT)[0]) / point.scale
 
 
-def unbalanced(point: Point) -> Array:
+def unbalanced(point: SearchPoint) -> Array:
     """Return the right side of Newton's step: minus the imbalance, and the rates."""
     return np.concatenate([-point.imbalance, point.rates])
 
 
-def share_of_turn(statics: Statics, point: Point, change: Array) -> float:
+def share_of_turn(statics: Statics, point: SearchPoint, change: Array) -> float:
     """Return the part of a change after which something has turned by a step's largest turn; 1 without."""
     increment = point.basis @ change[: len(point.imbalance)]
     turn = float(np.max(np.abs(increment[statics.turning]), initial=0.0))
     return min(1.0, LARGEST_TURN / turn) if turn > 0.0 else 1.0
 
 
-def moved(statics: Statics, point: Point, change: Array) -> Point | None:
+def moved(statics: Statics, point: SearchPoint, change: Array) -> SearchPoint | None:
     """Return the point after changes along the basis and of z, on the constraints; None if the point is not finite."""
     free = len(point.imbalance)
     increment = point.basis @ change[:free] + point.correction
@@ -310,7 +310,7 @@ def moved(statics: Statics, point: Point, change: Array) -> Point | None:
     return reached if reached.finite else None
 
 
-def onto_constraints(statics: Statics, point: Point) -> Point:
+def onto_constraints(statics: Statics, point: SearchPoint) -> SearchPoint:
     """Return the point brought onto the constraints, as near as a few corrections come."""
     for _ in range(12):
         if np.all(np.abs(point.violation) <= 1e-3 * MET * point.row_sizes):
@@ -322,7 +322,7 @@ def onto_constraints(statics: Statics, point: Point) -> Point:
     return point
 
 
-def polished(statics: Statics, point: Point) -> Point:
+def polished(statics: Statics, point: SearchPoint) -> SearchPoint:
     """Return the point after Newton steps for as long as they halve the imbalance."""
     left = newton_step(point, unbalanced(point))
     for _ in range(_POLISHES):

@@ -24,7 +24,7 @@ _CONST = Op.CONST
 Columns = tuple[tuple[int, ...], ...]
 
 
-class Source(Protocol):
+class ExternalSource(Protocol):
     """A C file: name and whole text."""
 
     @property
@@ -60,7 +60,7 @@ class ExternalFunction(Protocol):
     @property
     def scales(self) -> tuple[float, ...]: ...
     @property
-    def source(self) -> Source: ...
+    def source(self) -> ExternalSource: ...
     @property
     def function(self) -> str: ...
     @property

@@ -100,7 +100,7 @@ class PlanarFactor:
 
 
 @dataclass(frozen=True)
-class Rotation:
+class FactoredRotation:
     """A product of factors, first factor outermost: child axes to parent axes."""
 
     factors: tuple[MatrixFactor | PlanarFactor, ...]

@@ -24,7 +24,7 @@ SUMS, LEFT, RIGHT, KEPT, PREVIOUS, ORDER = "sums", "left", "right", "kept", "pre
 _PAIRS = {Op.SIN: 0, Op.COS: 1, Op.SINH: 0, Op.COSH: 1}
 
 
-class Term(NamedTuple):
+class SeriesTerm(NamedTuple):
     """A quantity: the value at order 0 and the coefficient k, as references of the two functions."""
 
     value: Ref
@@ -50,12 +50,12 @@ class Series:
 
     def __init__(self, tape: Tape, time: Ref | None = None) -> None:
         self.tape, self.time = tape, time
-        self.left: list[Term] = []
-        self.right: list[Term] = []
+        self.left: list[SeriesTerm] = []
+        self.right: list[SeriesTerm] = []
         self.kept: list[Ref] = []
-        self.previous: list[Term] = []
+        self.previous: list[SeriesTerm] = []
         self._slots: dict[Ref, Ref] = {}
-        self._pairs: dict[tuple[bool, Term], tuple[Term, Term]] = {}
+        self._pairs: dict[tuple[bool, SeriesTerm], tuple[SeriesTerm, SeriesTerm]] = {}
         self.k, self.per_k, self.step = (tape.input(ORDER, place) for place in (0, 1, 3))
 
     # -- products ----------------------------------------------------------------------------------------------------
@@ -73,29 +73,29 @@ class Series:
 
     def open_product(self) -> int:
         """Return the number of a product; ``close_product`` adds the factors later."""
-        self.left.append(Term(ZERO, ZERO))
-        self.right.append(Term(ZERO, ZERO))
+        self.left.append(SeriesTerm(ZERO, ZERO))
+        self.right.append(SeriesTerm(ZERO, ZERO))
         return len(self.left) - 1
 
-    def close_product(self, number: int, left: Term, right: Term) -> None:
+    def close_product(self, number: int, left: SeriesTerm, right: SeriesTerm) -> None:
         self.left[number], self.right[number] = left, right
 
     def inner(self, number: int) -> Ref:
         """Return the inner sum of a product."""
         return self.tape.input(SUMS, number)
 
-    def first(self, side: str, number: int, term: Term) -> Ref:
+    def first(self, side: str, number: int, term: SeriesTerm) -> Ref:
         """Return the reference by which coefficient k reads the order 0 of a factor: a constant, or a place in row
         0."""
         return term.value if self.tape.number(term.value) is not None else self.tape.input(side, number)
 
-    def weighted(self, term: Term) -> Term:
+    def weighted(self, term: SeriesTerm) -> SeriesTerm:
         """Return k x_k as a factor: the rate of x, shifted by one."""
-        return Term(ZERO, self.tape.mul(self.k, term.next))
+        return SeriesTerm(ZERO, self.tape.mul(self.k, term.next))
 
     # -- quantities linear in time -----------------------------------------------------------------------------------
 
-    def rate(self, x: Term) -> Ref | None:
+    def rate(self, x: SeriesTerm) -> Ref | None:
         """Return the reference by which coefficient k reads dx/dt if x is linear in time, else None."""
         return self._rate(x.next) if self.time is not None else None
 
@@ -123,7 +123,7 @@ class Series:
         symbol = self.tape.symbol(abs(ref))
         return self.tape.number(ref) is not None or (symbol is not None and symbol.block == KEPT)
 
-    def _after(self, rate: Ref, slope: Term) -> Ref:
+    def _after(self, rate: Ref, slope: SeriesTerm) -> Ref:
         """Return coefficient k of z, z' = slope times a rate that does not change in time."""
         before = self.tape.input(PREVIOUS, len(self.previous))
         self.previous.append(slope)
@@ -131,24 +131,24 @@ class Series:
 
     # -- linear operations ------------------------------------------------------------------------------------------
 
-    def constant(self, value: float) -> Term:
-        return Term(self.tape.constant(value), ZERO)
+    def constant(self, value: float) -> SeriesTerm:
+        return SeriesTerm(self.tape.constant(value), ZERO)
 
-    def add(self, x: Term, y: Term) -> Term:
-        return Term(self.tape.add(x.value, y.value), self.tape.add(x.next, y.next))
+    def add(self, x: SeriesTerm, y: SeriesTerm) -> SeriesTerm:
+        return SeriesTerm(self.tape.add(x.value, y.value), self.tape.add(x.next, y.next))
 
-    def negative(self, x: Term) -> Term:
-        return Term(*(ref if ref == ZERO else -ref for ref in x))
+    def negative(self, x: SeriesTerm) -> SeriesTerm:
+        return SeriesTerm(*(ref if ref == ZERO else -ref for ref in x))
 
-    def scale(self, factor: Ref, x: Term) -> Term:
+    def scale(self, factor: Ref, x: SeriesTerm) -> SeriesTerm:
         """Return a value that does not change in time, times x."""
-        return Term(
+        return SeriesTerm(
             self.tape.mul(factor, x.value), self.tape.mul(self.keep(factor), x.next) if x.next != ZERO else ZERO
         )
 
     # -- nonlinear operations -----------------------------------------------------------------------------------------
 
-    def multiply(self, x: Term, y: Term) -> Term:
+    def multiply(self, x: SeriesTerm, y: SeriesTerm) -> SeriesTerm:
         if ZERO in (x.next, y.next):
             return self.scale(x.value, y) if x.next == ZERO else self.scale(y.value, x)
         tape, number = self.tape, self.open_product()
@@ -159,104 +159,104 @@ class Series:
             if x == y
             else tape.add(rest, tape.mul(self.first(RIGHT, number, y), x.next))
         )
-        return Term(tape.mul(x.value, y.value), tape.add(self.inner(number), rest))
+        return SeriesTerm(tape.mul(x.value, y.value), tape.add(self.inner(number), rest))
 
-    def divide(self, x: Term, y: Term) -> Term:
+    def divide(self, x: SeriesTerm, y: SeriesTerm) -> SeriesTerm:
         """z y = x."""
         tape = self.tape
         value, reciprocal = tape.div(x.value, y.value), self.keep(tape.div(ONE, y.value))
         if y.next == ZERO:
-            return Term(value, tape.mul(reciprocal, x.next))
+            return SeriesTerm(value, tape.mul(reciprocal, x.next))
         number = self.open_product()
-        last = tape.add(self.inner(number), tape.mul(y.next, self.first(RIGHT, number, Term(value, ZERO))))
-        z = Term(value, tape.mul(reciprocal, tape.sub(x.next, last)))
+        last = tape.add(self.inner(number), tape.mul(y.next, self.first(RIGHT, number, SeriesTerm(value, ZERO))))
+        z = SeriesTerm(value, tape.mul(reciprocal, tape.sub(x.next, last)))
         self.close_product(number, y, z)
         return z
 
-    def sqrt(self, x: Term) -> Term:
+    def sqrt(self, x: SeriesTerm) -> SeriesTerm:
         """z z = x."""
         tape = self.tape
         value = tape.call(Op.SQRT, x.value)
         half = self.keep(tape.div(tape.constant(0.5), value))
         number = self.open_product()
-        z = Term(value, tape.mul(half, tape.sub(x.next, self.inner(number))))
+        z = SeriesTerm(value, tape.mul(half, tape.sub(x.next, self.inner(number))))
         self.close_product(number, z, z)
         return z
 
-    def sine_and_cosine(self, x: Term, hyperbolic: bool = False) -> tuple[Term, Term]:
+    def sine_and_cosine(self, x: SeriesTerm, hyperbolic: bool = False) -> tuple[SeriesTerm, SeriesTerm]:
         """s' = c x', c' = -s x', or + if hyperbolic."""
         if (hyperbolic, x) not in self._pairs:
             self._pairs[hyperbolic, x] = self._pair(x, hyperbolic)
         return self._pairs[hyperbolic, x]
 
-    def _pair(self, x: Term, hyperbolic: bool) -> tuple[Term, Term]:
+    def _pair(self, x: SeriesTerm, hyperbolic: bool) -> tuple[SeriesTerm, SeriesTerm]:
         ops = (Op.SINH, Op.COSH) if hyperbolic else (Op.SIN, Op.COS)
         values = [self.tape.call(op, x.value) for op in ops]
         if x.next == ZERO:
-            return Term(values[0], ZERO), Term(values[1], ZERO)
+            return SeriesTerm(values[0], ZERO), SeriesTerm(values[1], ZERO)
         if (rate := self.rate(x)) is not None:
             first = len(self.previous)
-            sine = Term(values[0], self._after(rate, Term(values[1], ZERO)))
-            cosine = Term(values[1], self._after(rate if hyperbolic else -rate, sine))
+            sine = SeriesTerm(values[0], self._after(rate, SeriesTerm(values[1], ZERO)))
+            cosine = SeriesTerm(values[1], self._after(rate if hyperbolic else -rate, sine))
             self.previous[first] = cosine
             return sine, cosine
         numbers = (self.open_product(), self.open_product())
         rates = [
-            self._from_derivative(number, x, Term(other, ZERO))
+            self._from_derivative(number, x, SeriesTerm(other, ZERO))
             for number, other in zip(numbers, reversed(values), strict=True)
         ]
-        sine = Term(values[0], rates[0])
-        cosine = Term(values[1], rates[1] if hyperbolic else -rates[1])
+        sine = SeriesTerm(values[0], rates[0])
+        cosine = SeriesTerm(values[1], rates[1] if hyperbolic else -rates[1])
         for number, other in zip(numbers, (cosine, sine), strict=True):
             self.close_product(number, self.weighted(x), other)
         return sine, cosine
 
-    def from_slope(self, value: Ref, x: Term, slope: Term) -> Term:
+    def from_slope(self, value: Ref, x: SeriesTerm, slope: SeriesTerm) -> SeriesTerm:
         """z' = slope x', with the slope known before z."""
         if (rate := self.rate(x)) is not None:
-            return Term(value, self._after(rate, slope))
+            return SeriesTerm(value, self._after(rate, slope))
         number = self.open_product()
-        z = Term(value, self._from_derivative(number, x, slope))
+        z = SeriesTerm(value, self._from_derivative(number, x, slope))
         self.close_product(number, self.weighted(x), slope)
         return z
 
-    def exponential(self, x: Term) -> Term:
+    def exponential(self, x: SeriesTerm) -> SeriesTerm:
         return self.exponential_of(self.tape.call(Op.EXP, x.value), x)
 
-    def exponential_of(self, value: Ref, x: Term) -> Term:
+    def exponential_of(self, value: Ref, x: SeriesTerm) -> SeriesTerm:
         """z' = z x'."""
         if (rate := self.rate(x)) is not None:
-            z = Term(value, self._after(rate, Term(value, ZERO)))
+            z = SeriesTerm(value, self._after(rate, SeriesTerm(value, ZERO)))
             self.previous[-1] = z
             return z
         number = self.open_product()
-        z = Term(value, self._from_derivative(number, x, Term(value, ZERO)))
+        z = SeriesTerm(value, self._from_derivative(number, x, SeriesTerm(value, ZERO)))
         self.close_product(number, self.weighted(x), z)
         return z
 
-    def tangent(self, x: Term, op: Op) -> Term:
+    def tangent(self, x: SeriesTerm, op: Op) -> SeriesTerm:
         """z' = w x' with w = 1 + z^2, or 1 - z^2 if hyperbolic."""
         tape, sign = self.tape, ONE if op is Op.TAN else -ONE
         value = tape.call(op, x.value)
         slope_value = tape.add(ONE, tape.mul(sign, tape.mul(value, value)))
         number = self.open_product()
-        z = Term(value, self._from_derivative(number, x, Term(slope_value, ZERO)))
+        z = SeriesTerm(value, self._from_derivative(number, x, SeriesTerm(slope_value, ZERO)))
         square = self.multiply(z, z)
-        self.close_product(number, self.weighted(x), Term(slope_value, tape.mul(sign, square.next)))
+        self.close_product(number, self.weighted(x), SeriesTerm(slope_value, tape.mul(sign, square.next)))
         return z
 
-    def over(self, value: Ref, rate_of: Term, w: Term) -> Term:
+    def over(self, value: Ref, rate_of: SeriesTerm, w: SeriesTerm) -> SeriesTerm:
         """z' w = x', with w known before z."""
         tape = self.tape
         reciprocal = self.keep(tape.div(ONE, w.value))
         if w.next == ZERO:
-            return Term(value, tape.mul(reciprocal, rate_of.next))
+            return SeriesTerm(value, tape.mul(reciprocal, rate_of.next))
         number = self.open_product()
-        z = Term(value, tape.mul(reciprocal, tape.sub(rate_of.next, tape.mul(self.per_k, self.inner(number)))))
+        z = SeriesTerm(value, tape.mul(reciprocal, tape.sub(rate_of.next, tape.mul(self.per_k, self.inner(number)))))
         self.close_product(number, self.weighted(z), w)
         return z
 
-    def angle(self, y: Term, x: Term) -> Term:
+    def angle(self, y: SeriesTerm, x: SeriesTerm) -> SeriesTerm:
         """z = atan2(y, x): z' (x^2 + y^2) = x y' - y x'."""
         tape = self.tape
         numerator = ZERO
@@ -267,40 +267,40 @@ class Series:
             self.close_product(number, self.weighted(rate), other)
             numerator = tape.add(numerator, tape.mul(sign, self._from_derivative(number, rate, other)))
         square = self.add(self.multiply(x, x), self.multiply(y, y))
-        return self.over(tape.call(Op.ATAN2, y.value, x.value), Term(ZERO, numerator), square)
+        return self.over(tape.call(Op.ATAN2, y.value, x.value), SeriesTerm(ZERO, numerator), square)
 
-    def power(self, x: Term, exponent: Term) -> Term:
+    def power(self, x: SeriesTerm, exponent: SeriesTerm) -> SeriesTerm:
         """x^e = exp(e log x); the value at order 0 is computed by the power."""
         logarithm = self.multiply(exponent, self.logarithm(x))
         return self.exponential_of(self.tape.call(Op.POW, x.value, exponent.value), logarithm)
 
-    def logarithm(self, x: Term) -> Term:
+    def logarithm(self, x: SeriesTerm) -> SeriesTerm:
         return self.over(self.tape.call(Op.LOG, x.value), x, x)
 
-    def curve(self, curve: CurveLike, derivative: int, x: Term) -> Term:
+    def curve(self, curve: CurveLike, derivative: int, x: SeriesTerm) -> SeriesTerm:
         """The rate of a curve is the next derivative times the rate of x; zero beyond the degree."""
         value = self.tape.curve(curve, derivative, x.value)
         if x.next == ZERO or derivative >= curve.coefficients.shape[1] - 1:
-            return Term(value, ZERO)
+            return SeriesTerm(value, ZERO)
         return self.from_slope(value, x, self.curve(curve, derivative + 1, x))
 
-    def chosen(self, op: Op, operands: Sequence[Term]) -> Term:
+    def chosen(self, op: Op, operands: Sequence[SeriesTerm]) -> SeriesTerm:
         """Functions that are not smooth follow the branch taken at order 0."""
         tape = self.tape
         values = [term.value for term in operands]
         if op is Op.SELECT:
             branch = self.keep(values[0])
-            return Term(tape.select(*values), tape.select(branch, operands[1].next, operands[2].next))
+            return SeriesTerm(tape.select(*values), tape.select(branch, operands[1].next, operands[2].next))
         value = tape.call(op, *values)
         if op is Op.ABS:
-            return Term(value, tape.mul(self.keep(tape.call(Op.SIGN, values[0])), operands[0].next))
+            return SeriesTerm(value, tape.mul(self.keep(tape.call(Op.SIGN, values[0])), operands[0].next))
         if op in (Op.MIN, Op.MAX):
             first = values if op is Op.MIN else values[::-1]
             branch = self.keep(tape.call(Op.LE, *first))
-            return Term(value, tape.select(branch, operands[0].next, operands[1].next))
-        return Term(value, ZERO)
+            return SeriesTerm(value, tape.select(branch, operands[0].next, operands[1].next))
+        return SeriesTerm(value, ZERO)
 
-    def _from_derivative(self, number: int, x: Term, slope: Term) -> Ref:
+    def _from_derivative(self, number: int, x: SeriesTerm, slope: SeriesTerm) -> Ref:
         """Coefficient k of z with z' = slope x'; the result contains only coefficients of the slope below k."""
         tape = self.tape
         last = tape.mul(x.next, self.first(RIGHT, number, slope))
@@ -308,14 +308,18 @@ class Series:
 
 
 def record_series(
-    series: Series, source: Tape, outputs: Sequence[Ref], given: Mapping[InputSymbol, Term], known: dict[int, Term]
-) -> list[Term]:
+    series: Series,
+    source: Tape,
+    outputs: Sequence[Ref],
+    given: Mapping[InputSymbol, SeriesTerm],
+    known: dict[int, SeriesTerm],
+) -> list[SeriesTerm]:
     """Record the recurrence of the outputs of a tape; inputs that are not given are constant in time.
 
     Maps must have been unrolled. ``known`` holds the nodes that were recorded before, and is completed.
     """
 
-    def term(ref: Ref) -> Term:
+    def term(ref: Ref) -> SeriesTerm:
         return known[abs(ref)] if ref > 0 else series.negative(known[abs(ref)])
 
     for node in source.live(outputs):
@@ -323,10 +327,10 @@ def record_series(
         if node in known:
             continue
         if op is Op.CONST:
-            known[node] = Term(series.tape.copied_constant(source, node), ZERO)
+            known[node] = SeriesTerm(series.tape.copied_constant(source, node), ZERO)
         elif op is Op.INPUT:
             symbol = source.inputs[source.a[node]]
-            known[node] = given.get(symbol) or Term(series.tape.input(symbol.block, symbol.index), ZERO)
+            known[node] = given.get(symbol) or SeriesTerm(series.tape.input(symbol.block, symbol.index), ZERO)
         elif op is Op.CURVE:
             known[node] = series.curve(*source.curves[source.b[node]], term(source.a[node]))
         elif op in _PAIRS:
@@ -337,12 +341,12 @@ def record_series(
     return [term(ref) for ref in outputs]
 
 
-def record_term(series: Series, op: Op, operands: Sequence[Term]) -> Term:
+def record_term(series: Series, op: Op, operands: Sequence[SeriesTerm]) -> SeriesTerm:
     """Record one operation that is no leaf, curve, sine or cosine."""
     tape, x = series.tape, operands[0]
     if all(operand.next == ZERO for operand in operands):
-        return Term(record(tape, op, [operand.value for operand in operands]), ZERO)
-    simple: dict[Op, Callable[..., Term]] = {
+        return SeriesTerm(record(tape, op, [operand.value for operand in operands]), ZERO)
+    simple: dict[Op, Callable[..., SeriesTerm]] = {
         Op.ADD: series.add,
         Op.MUL: series.multiply,
         Op.DIV: series.divide,

@@ -38,7 +38,7 @@ _PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n
 
 
 @dataclass(frozen=True)
-class Check:
+class ToolchainCheck:
     """One item of the examination: whether the item is fine, description, command that mends the item, and whether
     building needs the item."""
 
@@ -49,42 +49,44 @@ class Check:
     needed: bool = True
 
 
-def examine() -> list[Check]:
+def examine() -> list[ToolchainCheck]:
     """Return all checks; none of them raises."""
     machine = (_temporary, _compiler, _compiles, _headers, _cache, _room)
     return [_python(), *(_guarded(check) for check in machine), *map(_package, PACKAGES)]
 
 
-def _guarded(check: Callable[[], Check]) -> Check:
+def _guarded(check: Callable[[], ToolchainCheck]) -> ToolchainCheck:
     try:
         return check()
     except (EomgenError, OSError) as error:
-        return Check(check.__name__.strip("_").replace("_", " "), False, str(error), "see the message")
+        return ToolchainCheck(check.__name__.strip("_").replace("_", " "), False, str(error), "see the message")
 
 
-def _python() -> Check:
+def _python() -> ToolchainCheck:
     fine = sys.version_info >= (3, 11)
     running = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
-    return Check("python", fine, running, "" if fine else "python3.11 -m venv .venv && .venv/bin/pip install eomgen")
+    return ToolchainCheck(
+        "python", fine, running, "" if fine else "python3.11 -m venv .venv && .venv/bin/pip install eomgen"
+    )
 
 
-def _temporary() -> Check:
+def _temporary() -> ToolchainCheck:
     """Check the temporary folder, in which compilers write for any cache."""
     try:
         with tempfile.TemporaryFile():
-            return Check("temporary files", True, tempfile.gettempdir())
+            return ToolchainCheck("temporary files", True, tempfile.gettempdir())
     except OSError as error:
         named = next((name for name in ("TMPDIR", "TEMP", "TMP") if os.environ.get(name)), "")
         remedy = f"unset {named}" if named else 'mkdir -p "$HOME/tmp" && export TMPDIR="$HOME/tmp"'
-        return Check("temporary files", False, str(error.strerror or error), remedy)
+        return ToolchainCheck("temporary files", False, str(error.strerror or error), remedy)
 
 
-def _compiler() -> Check:
+def _compiler() -> ToolchainCheck:
     try:
         compiler = find_compiler()
-        return Check("compiler", True, f"{compiler.version} ({compiler.path})")
+        return ToolchainCheck("compiler", True, f"{compiler.version} ({compiler.path})")
     except EomgenError as error:
-        return Check("compiler", False, error.problems[0].what, _other_compiler())
+        return ToolchainCheck("compiler", False, error.problems[0].what, _other_compiler())
 
 
 def _other_compiler() -> str:
@@ -94,41 +96,45 @@ def _other_compiler() -> str:
     return install_hint()
 
 
-def _compiles() -> Check:
+def _compiles() -> ToolchainCheck:
     with tempfile.TemporaryDirectory(prefix="eomgen-doctor-") as folder:
         source = Path(folder) / "probe.c"
         source.write_text(_PROBE, encoding="ascii")
         try:
             compile_library(find_compiler(), [source], Path(folder) / f"probe{library_suffix()}", ("-O0",), timeout=60)
         except FileError as error:
-            return Check("compiles", False, error.problems[0].what, 'mkdir -p "$HOME/tmp" && export TMPDIR="$HOME/tmp"')
+            return ToolchainCheck(
+                "compiles", False, error.problems[0].what, 'mkdir -p "$HOME/tmp" && export TMPDIR="$HOME/tmp"'
+            )
         except EomgenError as error:
-            return Check("compiles", False, error.problems[0].what, _other_compiler())
-    return Check("compiles", True, "a small library builds and links")
+            return ToolchainCheck("compiles", False, error.problems[0].what, _other_compiler())
+    return ToolchainCheck("compiles", True, "a small library builds and links")
 
 
-def _headers() -> Check:
+def _headers() -> ToolchainCheck:
     folder = python_headers()
     if folder is not None:
-        return Check("Python.h", True, str(folder), needed=False)
+        return ToolchainCheck("Python.h", True, str(folder), needed=False)
     result = "missing; models are loaded in ABI mode, with a slower call"
     if shutil.which("apt-get") and sys.base_prefix == "/usr":
-        return Check("Python.h", False, result, as_root("apt-get install -y python3-dev"), needed=False)
-    return Check("Python.h", False, result, "the headers of this Python, from where it was installed", needed=False)
+        return ToolchainCheck("Python.h", False, result, as_root("apt-get install -y python3-dev"), needed=False)
+    return ToolchainCheck(
+        "Python.h", False, result, "the headers of this Python, from where it was installed", needed=False
+    )
 
 
-def _cache() -> Check:
+def _cache() -> ToolchainCheck:
     try:
         folder = default_folder()
     except FileError as error:
-        return Check("cache", False, error.problems[0].what, "unset EOMGEN_CACHE")
+        return ToolchainCheck("cache", False, error.problems[0].what, "unset EOMGEN_CACHE")
     reason = refusal(folder)
     if not reason and (others := writable_by_others(folder)):
         fault = f"{folder} {others}, and its libraries are run"
-        return Check("cache", False, fault, f"chmod go-w {shlex.quote(str(folder))}", needed=False)
+        return ToolchainCheck("cache", False, fault, f"chmod go-w {shlex.quote(str(folder))}", needed=False)
     if not reason:
-        return Check("cache", True, str(folder), needed=False)
-    return Check("cache", False, f"{folder} cannot be written: {reason}", _mended(folder), needed=False)
+        return ToolchainCheck("cache", True, str(folder), needed=False)
+    return ToolchainCheck("cache", False, f"{folder} cannot be written: {reason}", _mended(folder), needed=False)
 
 
 def _mended(folder: Path) -> str:
@@ -143,29 +149,29 @@ def _mended(folder: Path) -> str:
     return "unset EOMGEN_CACHE" if os.environ.get("EOMGEN_CACHE") else 'export EOMGEN_CACHE="$HOME/eomgen-cache"'
 
 
-def _room() -> Check:
+def _room() -> ToolchainCheck:
     try:
         folder = default_folder()
     except FileError:
-        return Check("room", True, "not known, the cache has no folder", needed=False)
+        return ToolchainCheck("room", True, "not known, the cache has no folder", needed=False)
     while not folder.is_dir() and folder != folder.parent:
         folder = folder.parent
     free = shutil.disk_usage(folder).free
     result = f"{free / 1e6:.0f} MB free for the cache in {folder}"
     if free >= ROOM:
-        return Check("room", True, result, needed=False)
+        return ToolchainCheck("room", True, result, needed=False)
     elsewhere = "unset EOMGEN_CACHE" if os.environ.get("EOMGEN_CACHE") else "export EOMGEN_CACHE=/var/tmp/eomgen-cache"
-    return Check("room", False, result, elsewhere, needed=False)
+    return ToolchainCheck("room", False, result, elsewhere, needed=False)
 
 
-def _package(name: str) -> Check:
+def _package(name: str) -> ToolchainCheck:
     install = f"{shlex.quote(sys.executable)} -m pip install"
     try:
         result = version(name)
     except PackageNotFoundError:
-        return Check(name, False, "not installed", f"{install} {name}")
+        return ToolchainCheck(name, False, "not installed", f"{install} {name}")
     if importlib.util.find_spec(name) is None:
-        return Check(
+        return ToolchainCheck(
             name, False, f"{result} is recorded, but its files are gone", f"{install} --force-reinstall {name}"
         )
-    return Check(name, True, result)
+    return ToolchainCheck(name, True, result)

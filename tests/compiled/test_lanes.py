@@ -15,7 +15,7 @@ import pytest
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.compiled import functions
-from eomgen.compiled.functions import Functions, Lanes
+from eomgen.compiled.functions import Functions, LaneCompanions
 from eomgen.errors import ToolchainError, UsageError
 from eomgen.pipeline.model import Model
 from tests.models.scenes import pendulum_scene
@@ -55,7 +55,7 @@ def called(model: Model, name: str, blocks: dict[str, Array]) -> tuple[Array, ..
 
 
 def in_lanes(model: Model, name: str) -> bool:
-    companion = Lanes.of(model.library)._found.get(name)
+    companion = LaneCompanions.of(model.library)._found.get(name)
     return companion is not None and companion.judged and not companion.refused
 
 
@@ -173,7 +173,7 @@ def test_a_companion_is_compiled_in_the_background_once_it_pays(
     blocks = blocks_of(model, 50, rng)
     expected = called(model, "poses", blocks)
     assert not threads and not caplog.messages  # too little work even to look
-    companion = Lanes.of(model.library)._found["poses"]
+    companion = LaneCompanions.of(model.library)._found["poses"]
     companion.seconds = companion.compiling
     same(expected, called(model, "poses", blocks))
     assert threads[-1] == "eomgen-lanes" and threads[:-1] == [threading.current_thread().name]
@@ -200,7 +200,7 @@ def test_a_companion_in_the_cache_is_taken_without_a_compiler(
     monkeypatch.delenv("EOMGEN_LANES")
     monkeypatch.setattr(functions, "_LOOK", 0.0)
     same(expected, called(model, "poses", blocks))
-    companion = Lanes.of(model.library)._found["poses"]
+    companion = LaneCompanions.of(model.library)._found["poses"]
     assert companion.library is not None and companion.judged and not companion.begun
 
 

@@ -20,7 +20,7 @@ import pytest
 import eomgen
 from eomgen.errors import FileError, UsageError
 from eomgen.products.ensembles import Ensemble, cluster, parts
-from eomgen.products.ensembles.samples import Block, Failed
+from eomgen.products.ensembles.samples import Failed, SampleBlock
 from tests.ensembles.carts import CART, VARY, bits, small_blocks
 
 pytestmark = pytest.mark.slow
@@ -273,7 +273,7 @@ def test_parts_are_cut_into_blocks_with_their_failures() -> None:
     for count in (1, 5, 2, 3):
         own = values[first : first + count]
         of_part = tuple(one for one in failed if first <= one.number < first + count)
-        given.append(Block(first, own, own[:, :, np.newaxis], own[:, :, np.newaxis], of_part))
+        given.append(SampleBlock(first, own, own[:, :, np.newaxis], own[:, :, np.newaxis], of_part))
         first += count
     found = list(cluster._whole(iter(given), 0, 11, 4))
     assert [(block.first, len(block.values)) for block in found] == [(0, 4), (4, 4), (8, 3)]

@@ -11,7 +11,7 @@ import pytest
 from eomgen.compiled.model import CompiledModel
 from eomgen.products.ensembles import samples
 from eomgen.products.ensembles.designs import Design
-from eomgen.products.ensembles.samples import EXTREMES, Samples
+from eomgen.products.ensembles.samples import EXTREMES, SampleRunner
 from eomgen.products.ensembles.variations import VariedOptions
 
 TIMES = np.linspace(0.0, 1.0, 6)
@@ -25,7 +25,7 @@ def test_only_the_last_row_ends_a_sample(monkeypatch: pytest.MonkeyPatch, row: i
     solution = SimpleNamespace(success=True, t=TIMES, columns=lambda: {"x": first, "y": second, "z": first})
     monkeypatch.setattr(samples, "simulate", lambda *arguments, **options: solution)
     options: Any = SimpleNamespace(of=lambda values: {})
-    every = Samples(
+    every = SampleRunner(
         cast(CompiledModel, None),
         cast(Design, None),
         cast(VariedOptions, options),

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.products.ensembles.samples import Lanes, Samples
+from eomgen.products.ensembles.samples import LaneRunner, SampleRunner
 from tests.models.cosserat import beam_scene
 
 SCENE: dict[str, Any] = {
@@ -45,13 +45,13 @@ def swing() -> eomgen.Model:
 def lanes(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[object]]:
     """Collect what blocks have for lanes, or why they have none."""
     seen: list[object] = []
-    block = Samples.block
+    block = SampleRunner.block
 
-    def watched(self: Samples, first: int, count: int) -> object:
+    def watched(self: SampleRunner, first: int, count: int) -> object:
         seen.append(self.lanes)
         return block(self, first, count)
 
-    monkeypatch.setattr(Samples, "block", watched)
+    monkeypatch.setattr(SampleRunner, "block", watched)
     yield seen
 
 
@@ -378,7 +378,7 @@ def test_constraints_are_held_to_a_part_of_the_machine(size: float, lanes: list[
     tie = {"type": "distance", "length": size, "first": "tip", "second": {"body": "bob"}}
     model = eomgen.build({**scene, "constraints": {"tie": tie}}, profile="quick")
     found(model, vary=None, table={"mass": [1.0, 1.1]}, samples=2, columns=["q.hinge"], t_end=0.05)
-    runs = next(item.runs for item in lanes if isinstance(item, Lanes))
+    runs = next(item.runs for item in lanes if isinstance(item, LaneRunner))
     start = np.concatenate([[0.0], model.initial_q, model.initial_v])
     rows, parameters = (
         np.repeat(start[np.newaxis, np.newaxis], 3, axis=0),

@@ -16,7 +16,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.errors import FileError, UsageError
-from eomgen.products.ensembles.journal import Journal
+from eomgen.products.ensembles.journal import BlockJournal
 from eomgen.products.ensembles.statistics import Reduction
 from tests.ensembles.carts import CART, VARY, bits, small_blocks
 
@@ -146,7 +146,9 @@ def test_blocks_of_short_runs_keep_to_some_memory(cart: eomgen.Model, monkeypatc
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the killed process is a fork of this one")
-@pytest.mark.parametrize(("owner", "name"), [(Journal, "keep"), (Journal, "write"), (Reduction, "_merge_products")])
+@pytest.mark.parametrize(
+    ("owner", "name"), [(BlockJournal, "keep"), (BlockJournal, "write"), (Reduction, "_merge_products")]
+)
 def test_a_killed_ensemble_goes_on_to_the_same_bits(
     cart: eomgen.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, owner: type, name: str
 ) -> None:

@@ -16,7 +16,7 @@ from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.templates import environment, stepper_template
 from eomgen.integrators.families.register import Method
 from eomgen.integrators.newton.matrix import dense
-from eomgen.integrators.newton.sample_matrices import Samples
+from eomgen.integrators.newton.sample_matrices import SampledPartials
 from eomgen.integrators.stepper_data import method_data
 from eomgen.integrators.stepper_layout import STEPPER_CDEF, STEPPER_SIZES, default_settings, state_layout
 from eomgen.lie.product import Factor
@@ -80,7 +80,7 @@ class Model:
     def counts(self) -> dict[str, Counts]:
         return {name: Counts(additions=40) for name in self.functions}
 
-    def samples(self) -> Samples:
+    def samples(self) -> SampledPartials:
         """Return the partials at the initial state, whole matrices, where C has a function that gives them."""
         nv = len(self.v)
         names = self.functions["partials"][1] if "partials" in self.functions else ()
@@ -90,7 +90,9 @@ class Model:
         else:
             matrices = dict(zip("KCM", self.equations.partials(0.0, self.q, self.v, np.zeros(nv)), strict=True))
         numbers = np.concatenate([[], *(np.ravel(matrices[name]) for name in names)])
-        return Samples(dense(dict.fromkeys(names, every), nv), numbers[np.newaxis], self.v[np.newaxis], np.ones(nv))
+        return SampledPartials(
+            dense(dict.fromkeys(names, every), nv), numbers[np.newaxis], self.v[np.newaxis], np.ones(nv)
+        )
 
 
 # -- heavy top, unconstrained on SO(3): Bruls and Cardona 2010 ---------------------------------------------------------

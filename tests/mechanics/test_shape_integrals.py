@@ -12,7 +12,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from eomgen.formula.nodes import Number
-from eomgen.mechanics.shape_functions.families import Grid
+from eomgen.mechanics.shape_functions.families import QuadratureGrid
 from eomgen.mechanics.shape_functions.fixed_point import ONE, rounded
 from eomgen.mechanics.shape_functions.integrals import shape_integrals
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
@@ -99,7 +99,7 @@ def test_modes_against_thirty_digits(shapes: ShapeFunctions, sign: int, mode: in
 @pytest.mark.parametrize("power", [0, 1, 5, 23])
 @pytest.mark.parametrize("origin", [Fraction(0), Fraction(1, 3), Fraction(2)])
 def test_running_integrals_of_powers_are_powers(origin: Fraction, power: int) -> None:
-    grid = Grid((), (Fraction(0), Fraction(1, 3), Fraction(2)))
+    grid = QuadratureGrid((), (Fraction(0), Fraction(1, 3), Fraction(2)))
     places = [Fraction(int(place), int(ONE)) for place in grid.positions]
     values = np.array([int(place**power * int(ONE)) for place in places], dtype=object)
     found = rounded(grid.from_origin(values, origin))

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from eomgen.formula.evaluate import evaluate
 from eomgen.pipeline.controllers import error_on_group
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import STATE, Names
+from eomgen.scene.formula.scope import STATE, SceneNames
 
-NAMES = Names(parameters={}, joints={"float": "free"})
+NAMES = SceneNames(parameters={}, joints={"float": "free"})
 
 
 def _turned(rng: np.random.Generator) -> tuple[Rotation, np.ndarray]:

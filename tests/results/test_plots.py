@@ -27,19 +27,21 @@ def test_a_file_for_each_kind_of_quantity(tmp_path: Path) -> None:
 
 
 def test_curves_share_panels_with_their_unit_only() -> None:
-    curves = [plots.Curve(f"c{index}", "rad" if index < 14 else "m", np.zeros(3)) for index in range(16)]
+    curves = [plots.PlottedCurve(f"c{index}", "rad" if index < 14 else "m", np.zeros(3)) for index in range(16)]
     panels = plots._panels(curves)
     assert [len(panel) for panel in panels] == [5, 5, 4, 2]
     assert all(len({curve.unit for curve in panel}) == 1 for panel in panels)
 
 
 def test_an_output_is_not_cut_in_two() -> None:
-    curves = [plots.Curve(f"p{k}[{i}]", "m", np.zeros(3), "position", f"p{k}") for k in range(3) for i in range(3)]
+    curves = [
+        plots.PlottedCurve(f"p{k}[{i}]", "m", np.zeros(3), "position", f"p{k}") for k in range(3) for i in range(3)
+    ]
     assert [[curve.output for curve in panel] for panel in plots._panels(curves)] == [
         ["p0"] * 3 + ["p1"] * 3,
         ["p2"] * 3,
     ]
-    long = [plots.Curve(f"all[{i}]", "m", np.zeros(3), "", "all") for i in range(8)]
+    long = [plots.PlottedCurve(f"all[{i}]", "m", np.zeros(3), "", "all") for i in range(8)]
     assert [len(panel) for panel in plots._panels(long)] == [4, 4]
 
 
@@ -63,7 +65,7 @@ def test_axes_carry_quantities_and_legends_stay_outside() -> None:
     plots._panel(
         axis,
         np.linspace(0, 1, 5),
-        [plots.Curve("q.hinge", "rad", np.arange(5.0)), plots.Curve("q.knee", "rad", np.zeros(5))],
+        [plots.PlottedCurve("q.hinge", "rad", np.arange(5.0)), plots.PlottedCurve("q.knee", "rad", np.zeros(5))],
     )
     canvas.draw()
     assert axis.get_ylabel() == "angle, rad"
@@ -71,7 +73,7 @@ def test_axes_carry_quantities_and_legends_stay_outside() -> None:
     assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
 
 
-def panel_of(*curves: plots.Curve):
+def panel_of(*curves: plots.PlottedCurve):
     from matplotlib.figure import Figure
 
     axis = Figure().subplots()
@@ -80,8 +82,8 @@ def panel_of(*curves: plots.Curve):
 
 
 def test_a_description_is_the_title_of_an_output_and_else_in_the_legend() -> None:
-    def curve(name: str, output: str, description: str, quantity: str = "") -> plots.Curve:
-        return plots.Curve(name, "m", np.arange(5.0), quantity, output, description)
+    def curve(name: str, output: str, description: str, quantity: str = "") -> plots.PlottedCurve:
+        return plots.PlottedCurve(name, "m", np.arange(5.0), quantity, output, description)
 
     alone = panel_of(curve("road[0]", "road", "under the wheels"), curve("road[1]", "road", "under the wheels"))
     assert (alone.get_title(loc="left"), alone.get_ylabel()) == ("under the wheels", "road, m")
@@ -92,22 +94,22 @@ def test_a_description_is_the_title_of_an_output_and_else_in_the_legend() -> Non
         "travel: of the front spring",
     ]
     assert panel_of(curve("tip[0]", "tip", "", "position")).get_ylabel() == "position, m"
-    assert panel_of(plots.Curve("grip", "N", np.zeros(5), "", "grip")).get_ylabel() == "grip, N"
-    assert panel_of(plots.Curve("ratio", "", np.zeros(5), "", "ratio")).get_ylabel() == "ratio"
+    assert panel_of(plots.PlottedCurve("grip", "N", np.zeros(5), "", "grip")).get_ylabel() == "grip, N"
+    assert panel_of(plots.PlottedCurve("ratio", "", np.zeros(5), "", "ratio")).get_ylabel() == "ratio"
 
 
 def test_positions_and_other_lengths_have_panels_of_their_own() -> None:
     run = pendulum().simulate(0.05, 1e-3)
     meaning = run.metadata["outputs"]["tip"]
     assert meaning["quantity"] == "position"
-    curves = [plots.Curve("tip", "m", np.zeros(3), "position"), plots.Curve("travel", "m", np.zeros(3))]
+    curves = [plots.PlottedCurve("tip", "m", np.zeros(3), "position"), plots.PlottedCurve("travel", "m", np.zeros(3))]
     assert [len(panel) for panel in plots._panels(curves)] == [1, 1]
 
 
 def test_six_curves_of_a_panel_are_far_apart_in_colour() -> None:
     from matplotlib.colors import to_rgb
 
-    axis = panel_of(*(plots.Curve(f"c{k}", "m", np.zeros(5)) for k in range(6)))
+    axis = panel_of(*(plots.PlottedCurve(f"c{k}", "m", np.zeros(5)) for k in range(6)))
     colours = np.array([to_rgb(line.get_color()) for line in axis.get_lines()])
     gaps = np.linalg.norm(colours[:, None] - colours, axis=-1) + 9.0 * np.eye(6)
     assert gaps.min() > 0.4
@@ -118,7 +120,7 @@ def test_energies_far_from_zero_are_drawn_as_changes() -> None:
     run = pendulum().simulate(0.05, 1e-3)
     swing = np.sin(np.linspace(0.0, 3.0, len(run.t)))
 
-    def drawn(offset: float) -> list[plots.Curve]:
+    def drawn(offset: float) -> list[plots.PlottedCurve]:
         return plots._energies(replace(run, energy={"kinetic": 1.0 - swing, "potential": swing + offset}))
 
     near, far = drawn(0.0), drawn(5e3)
@@ -133,7 +135,7 @@ def test_rounding_errors_are_drawn_flat() -> None:
     from matplotlib.figure import Figure
 
     axis = Figure().subplots()
-    plots._panel(axis, np.linspace(0, 1, 5), [plots.Curve("q", "m", 1e-19 * np.arange(5.0))])
+    plots._panel(axis, np.linspace(0, 1, 5), [plots.PlottedCurve("q", "m", 1e-19 * np.arange(5.0))])
     low, high = axis.get_ylim()
     assert high - low >= 1e-12
 

@@ -16,7 +16,7 @@ from eomgen.errors import DescriptionError
 from eomgen.formula.curves import Curve, Interpolation, Outside
 from eomgen.formula.discontinuities import affine
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import TIME, Names
+from eomgen.scene.formula.scope import TIME, SceneNames
 from eomgen.scene.load import from_data, load
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.jets import jets
@@ -160,7 +160,7 @@ def test_a_curve_at_a_constant_is_a_constant() -> None:
     ],
 )
 def test_arguments_that_are_linear_in_time(text: str, expected: tuple[float, float] | None) -> None:
-    formula = read_formula(text, Names(parameters={"speed": False}), TIME)
+    formula = read_formula(text, SceneNames(parameters={"speed": False}), TIME)
     assert affine(formula, lambda symbol: 20.0) == expected
 
 

@@ -20,12 +20,12 @@ from eomgen.scene.formula.scope import (
     SPRING_FORCE,
     STATE,
     TIME,
-    Names,
     Offered,
+    SceneNames,
 )
 from eomgen.scene.formula.tokens import FormulaError
 
-NAMES = Names(
+NAMES = SceneNames(
     parameters={"length": False, "lambda": True, "double": False, "q": False},
     inputs=("torque",),
     joints={"hinge": "revolute", "ball": "spherical", "float": "free", "weld": "fixed", "not": "prismatic"},

@@ -24,7 +24,7 @@ from eomgen.cli import main
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.document.schema import SECTIONS, Document
-from eomgen.scene.formula.scope import Names
+from eomgen.scene.formula.scope import SceneNames
 from eomgen.scene.joints.model import Mimic
 from eomgen.scene.load import from_data, load, load_toml
 from eomgen.scene.reading.key_metadata import fields_of, tables_of
@@ -825,7 +825,7 @@ def _types(annotation: Any) -> set[Any]:
 
 def test_every_kind_of_name_in_formulas_has_its_section() -> None:
     """Motions are inputs, exact beams are beams, and are in their sections."""
-    assert {field.name for field in dataclasses.fields(Names)} - {
+    assert {field.name for field in dataclasses.fields(SceneNames)} - {
         "controllers",
         "curve_arguments",
         "entries",

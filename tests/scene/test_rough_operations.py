@@ -7,9 +7,9 @@ import pytest
 from eomgen.formula.features import rough_operations
 from eomgen.formula.nodes import Operation, Symbol
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import EVERYTHING, Names
+from eomgen.scene.formula.scope import EVERYTHING, SceneNames
 
-NAMES = Names(parameters={"k": True}, inputs=("torque",), joints={"hinge": "revolute"})
+NAMES = SceneNames(parameters={"k": True}, inputs=("torque",), joints={"hinge": "revolute"})
 
 
 def _named(*texts: str) -> str:

@@ -21,7 +21,7 @@ from eomgen.mechanics.derive import derive
 from eomgen.pipeline.controllers import toml_text
 from eomgen.products.reliability.vibration.inputs import processes_of
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import EVERYTHING, Names
+from eomgen.scene.formula.scope import EVERYTHING, SceneNames
 from eomgen.scene.load import from_data
 from eomgen.symbolic.calculus.partials import weighted_gradient
 from eomgen.symbolic.evaluate import evaluate
@@ -75,7 +75,7 @@ def _data(height: float = 3.0, *, tunable: bool = True, **changes: Any) -> dict[
 def test_the_tape_has_the_values_and_their_partials(text: str, changes: dict[str, Any]) -> None:
     (sea,) = from_data(_data(**changes)).parts["waves"]
     parameters = ["Hs", *sea.variables]
-    formula = read_formula(text, Names(entries={"waves": {"sea": sea}}, joints={"free": "free"}), EVERYTHING)
+    formula = read_formula(text, SceneNames(entries={"waves": {"sea": sea}}, joints={"free": "free"}), EVERYTHING)
     tape = Tape()
 
     def recorded_symbol(symbol: Symbol) -> Scalar:

@@ -24,7 +24,7 @@ from eomgen.formula.recording import record
 from eomgen.mechanics.describe import describe
 from eomgen.products.waves.formula.fields import WaveField
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import EVERYTHING, Names
+from eomgen.scene.formula.scope import EVERYTHING, SceneNames
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.jets import jets, time_derivatives
@@ -96,7 +96,7 @@ def _recorded(formula: Formula) -> tuple[Tape, Scalar]:
 
 
 def _formula(text: str, sea: WaveField) -> Formula:
-    return read_formula(text, Names(entries={"waves": {"sea": sea}}, joints={"free": "free"}), EVERYTHING)
+    return read_formula(text, SceneNames(entries={"waves": {"sea": sea}}, joints={"free": "free"}), EVERYTHING)
 
 
 def _by_potential(sea: WaveField, place: Array, t: float, *orders: tuple[int, ...]) -> list[float]:

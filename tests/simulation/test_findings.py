@@ -14,7 +14,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.analysis.state_warnings import Bending
+from eomgen.analysis.state_warnings import LargestBending
 from eomgen.errors import Problem, UsageError
 from eomgen.results.error_estimate import ErrorEstimate, Largest
 from eomgen.results.finding import FAILURE, NOTE, Finding
@@ -23,7 +23,7 @@ from eomgen.simulation.accuracy.unseen_laws import UnseenLaw
 from eomgen.simulation.judgement import doubts, remarks, start_checks
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, FACTS, Check, FinishedRun
 from eomgen.simulation.judgement.instability import Growth
-from eomgen.simulation.judgement.invariants import Balance, Drift, Violation
+from eomgen.simulation.judgement.invariants import Drift, EnergyBalance, Violation
 from eomgen.simulation.judgement.register import BY_NAME, CHECKS, Verdict, message_of
 from eomgen.simulation.judgement.start_checks import Fastest
 from tests.models.scenes import pendulum
@@ -101,12 +101,12 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
     "stopped": (stopped,),
     "checkpoint": (having(checkpoint="no checkpoint was written"),),
     "unstable": (having(growth=Growth("v.hinge", "rad/s", 0.0, 0.1, 1.0, 1e9, 1e-4, 1.0)),),
-    "infinite_energy": (having(balance=Balance(None, infinite=0.05)),),
+    "infinite_energy": (having(balance=EnergyBalance(None, infinite=0.05)),),
     "broken_constraint": (having(violation=Violation(0.1, "the constraint pin is off", 0.05)),),
     "halved_steps": (statistics(halvings=3),),
     "discretisation_error": (having(error=LARGE),),
     "unresolved_coordinate": (having(error=replace(LARGE, relative=0.0, increment_at=np.ones((1, 1)))),),
-    "energy_balance": (having(balance=Balance(0.7, gain=0.7)),),
+    "energy_balance": (having(balance=EnergyBalance(0.7, gain=0.7)),),
     "momentum_drift": (returning(doubts, "momentum_drift", Drift("momentum along x", 0.3)),),
     "constraint_violation": (having(violation=Violation(1e-5, "the constraint pin is off", 0.05)),),
     "multiplier_rounding": (returning(doubts, "_rounding", 0.5),),
@@ -115,7 +115,7 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
         statistics(halvings=3),
         returning(doubts, "nearest_singular", SimpleNamespace(part=2.0, time=0.05, text="it is found")),
     ),
-    "large_deflection": (having(bending=Bending("boom", 0.05, 2.0)),),
+    "large_deflection": (having(bending=LargestBending("boom", 0.05, 2.0)),),
     "turned_element": (returning(remarks, "turned_elements", FOUND),),
     "unbounded_growth": (returning(remarks, "unbounded_growth", FOUND),),
     "unknown_error": (having(error=ErrorEstimate(reason="it is unknown", remedy="another one")),),

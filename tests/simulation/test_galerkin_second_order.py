@@ -9,7 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.products.derivatives import motion
-from eomgen.products.derivatives.motion import Motion
+from eomgen.products.derivatives.motion import ReplayedRun
 from tests.models.cache import shared_cache
 from tests.simulation.test_following_starts import resting_controller, resting_tree
 from tests.simulation.test_galerkin_sensitivities import driven
@@ -121,7 +121,7 @@ def test_long_runs_are_stepped_again_from_checkpoints(monkeypatch: pytest.Monkey
     options: dict[str, Any] = {"by": ["mass", "q.a"], "initial": {"a": 0.5}, "method": "tdg1"}
     of = ["integral(two[1])", "final(angle)"]
     kept = model.sensitivities(2.0, STEP, **options)
-    monkeypatch.setattr(Motion.__init__, "__defaults__", (0,))
+    monkeypatch.setattr(ReplayedRun.__init__, "__defaults__", (0,))
     monkeypatch.setattr(motion, "LONGEST", 64)
     again = model.sensitivities(2.0, STEP, **options)
     gradients, hessians = again.expansions(of)

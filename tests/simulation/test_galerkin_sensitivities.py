@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.compiled.functions import Lanes
+from eomgen.compiled.functions import LaneCompanions
 from eomgen.products.derivatives import galerkin_sweeps, motion
-from eomgen.products.derivatives.motion import Motion
+from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
 from tests.models.cache import shared_cache
@@ -114,7 +114,7 @@ def test_functionals_and_long_runs_from_checkpoints(monkeypatch: pytest.MonkeyPa
     _, model = built(tree())
     options: dict[str, Any] = {"by": ["mass", "q.a"], "initial": {"a": 0.5}, "method": "tdg2"}
     kept = model.sensitivities(2.0, STEP, **options)
-    monkeypatch.setattr(Motion.__init__, "__defaults__", (0,))
+    monkeypatch.setattr(ReplayedRun.__init__, "__defaults__", (0,))
     monkeypatch.setattr(motion, "LONGEST", 64)
     again = model.sensitivities(2.0, STEP, **options)
     of = ["integral(angle)", "mean(two[1])", "sum(two[0])"]
@@ -171,7 +171,7 @@ def test_sweeps_in_lanes_have_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> 
         _, model = built(turning())
         one = model.sensitivities(20 * STEP, STEP, by=by, method="tdg1", initial=TURNED)
         found.append([one.gradients(["final(y[0])", "mean(y[1])"]), one.derivatives["y"]])
-    companion = Lanes.of(one._run.equations.second_functions.library)._found["second_partials"]
+    companion = LaneCompanions.of(one._run.equations.second_functions.library)._found["second_partials"]
     assert companion.judged and not companion.refused
     for one, other in zip(*found, strict=True):
         np.testing.assert_array_equal(one, other)

@@ -22,7 +22,7 @@ from eomgen.formula.features import Feature, features, may_be_fast, summands
 from eomgen.formula.nodes import Formula, Number
 from eomgen.lie.product import Factor
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import TIME, Names
+from eomgen.scene.formula.scope import TIME, SceneNames
 from eomgen.simulation.judgement import fast_motions
 
 #: Findings that say that a run may be wrong.
@@ -123,7 +123,7 @@ LAWS = {  # parameters, step at which it is not seen, and one that resolves it
 }
 
 
-class Oscillator(fast_motions._Modes):
+class Oscillator(fast_motions._UnresolvedModes):
     """Modes of x'' = -W^2 x about a place, with the accelerations of the exact equation."""
 
     def _accelerations(self, state: tuple[Array, Array, Array, Array], t: float) -> tuple[Array, Array]:
@@ -327,7 +327,7 @@ def test_a_state_that_seems_at_rest_at_the_rows_is_measured_between_them() -> No
 
 def test_formulas_that_cannot_be_fast_are_not_examined() -> None:
     def formula(text: str) -> Formula:
-        return read_formula(text, Names(), TIME)
+        return read_formula(text, SceneNames(), TIME)
 
     assert not any(may_be_fast(formula(text)) for text in ("2*t + 1", "t**3 - 4*t", "-t*t"))
     assert all(may_be_fast(formula(text)) for text in ("sin(t)", "1/t", "t**9", "abs(t)", "1 if t < 3 else 0"))

@@ -14,7 +14,7 @@ from eomgen.integrators.families.register import method_named
 from eomgen.lie import product
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives import motion
-from eomgen.products.derivatives.motion import Motion
+from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from tests.models.cache import shared_cache
 from tests.oracles.complex_runs import ComplexRun, derivatives
@@ -240,7 +240,7 @@ def test_long_runs_are_stepped_again_from_checkpoints(monkeypatch: pytest.Monkey
     _, model = built(tree())
     of, vectors = "integral(two[1])", np.eye(2)
     kept = model.sensitivities(5.0, STEP, by=["mass", "q.a"], initial={"a": 0.5})
-    monkeypatch.setattr(Motion.__init__, "__defaults__", (0,))
+    monkeypatch.setattr(ReplayedRun.__init__, "__defaults__", (0,))
     monkeypatch.setattr(motion, "LONGEST", 64)
     again = model.sensitivities(5.0, STEP, by=["mass", "q.a"], initial={"a": 0.5})
     assert (kept._run.motion.parts, again._run.motion.parts) == (1, 8)

@@ -13,7 +13,7 @@ from eomgen.errors import NumericalError, UsageError
 from eomgen.integrators.families.register import method_named
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives import motion
-from eomgen.products.derivatives.motion import Motion
+from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.scene import Scene
@@ -236,7 +236,7 @@ def test_functionals_are_sums_over_rows() -> None:
 def test_long_runs_are_stepped_again_from_checkpoints(monkeypatch: pytest.MonkeyPatch) -> None:
     _, model = built(tree())
     kept = model.sensitivities(5.0, STEP, by=["mass", "q.a"], initial={"a": 0.5})
-    monkeypatch.setattr(Motion.__init__, "__defaults__", (0,))
+    monkeypatch.setattr(ReplayedRun.__init__, "__defaults__", (0,))
     monkeypatch.setattr(motion, "LONGEST", 64)
     again = model.sensitivities(5.0, STEP, by=["mass", "q.a"], initial={"a": 0.5})
     of = ["final(angle)", "integral(two[1])"]

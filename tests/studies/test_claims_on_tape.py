@@ -29,7 +29,7 @@ from eomgen.products.studies.verification.claims.claim import (
     on_tape,
     prescribed,
 )
-from eomgen.products.studies.verification.states import States
+from eomgen.products.studies.verification.states import CheckedStates
 from eomgen.system.system import System
 from tests.studies.scenes import drone, gate, reed, rod, striker
 
@@ -45,7 +45,7 @@ def derived(scene: str) -> System:
 
 
 @cache
-def claims_of(scene: str) -> tuple[tuple[Claim, ...], States]:
+def claims_of(scene: str) -> tuple[tuple[Claim, ...], CheckedStates]:
     """Return the claims of a scene, and random states near the initial one."""
     system, rng = derived(scene), np.random.default_rng(7)
     engine, names = on_tape(system), coordinate_names(system.factors)[1]
@@ -70,7 +70,7 @@ def claims_of(scene: str) -> tuple[tuple[Claim, ...], States]:
     return tuple(checking._claims(space, engine, system, cast(Model, model))), _states(system, engine, values, rng)
 
 
-def _states(system: System, engine: Engine, parameters: Array, rng: np.random.Generator) -> States:
+def _states(system: System, engine: Engine, parameters: Array, rng: np.random.Generator) -> CheckedStates:
     def drawn(size: int, reach: float = 1.0) -> Array:
         return rng.uniform(-reach, reach, (STATES, size))
 
@@ -88,7 +88,7 @@ def _states(system: System, engine: Engine, parameters: Array, rng: np.random.Ge
         if name in engine:
             state[name] = prescribed(engine, name, state)
     there = {name: block for name, block in state.items() if block.shape[-1]}
-    return States(there, tuple(f"state {k}" for k in range(STATES)), ())
+    return CheckedStates(there, tuple(f"state {k}" for k in range(STATES)), ())
 
 
 #: By scene: the beginnings of the names of claims in the first tier; the other claims are of the second tier, compiled.

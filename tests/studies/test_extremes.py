@@ -33,7 +33,7 @@ from eomgen.products.studies.ladders.runs import (
     UNFINISHED,
     Ended,
     Request,
-    Runner,
+    RunnerProcess,
     simulated,
 )
 from eomgen.products.studies.ladders.study import difference, reference
@@ -122,13 +122,13 @@ def nothing(request: object) -> None:
 
 
 @pytest.fixture
-def runner() -> Iterator[Runner]:
-    made = Runner(nothing, lambda call: call())
+def runner() -> Iterator[RunnerProcess]:
+    made = RunnerProcess(nothing, lambda call: call())
     yield made
     made.close()
 
 
-def test_runs_that_hang_crash_and_raise_are_told_apart(runner: Runner, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_that_hang_crash_and_raise_are_told_apart(runner: RunnerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("eomgen.products.studies.ladders.runs.GRACE", 0.3)
     assert runner.ended(deaf, 0.2).how == HANG
     assert runner.ended(slow, 0.2).how == UNFINISHED
@@ -141,7 +141,7 @@ def test_runs_that_hang_crash_and_raise_are_told_apart(runner: Runner, monkeypat
     np.testing.assert_array_equal(answer.arrays["q"], expected["q"])
 
 
-def test_a_process_runs_one_thing_after_another_until_it_is_lost(runner: Runner) -> None:
+def test_a_process_runs_one_thing_after_another_until_it_is_lost(runner: RunnerProcess) -> None:
     first, used = runner.ended(right, 20.0), runner.used
     assert not used and runner.ended(right, 20.0).said == first.said and runner.used
     assert runner.ended(killed, 20.0).how == CRASH and runner.used
@@ -149,11 +149,11 @@ def test_a_process_runs_one_thing_after_another_until_it_is_lost(runner: Runner)
 
 
 def test_the_time_limit_is_not_for_compiling() -> None:
-    compiled = Runner(lambda _: time.sleep(0.3), lambda call: call())
+    compiled = RunnerProcess(lambda _: time.sleep(0.3), lambda call: call())
     assert compiled.ended(right, 0.1).how == REACHED
     assert compiled.ended(late, 0.1).how == UNFINISHED
     compiled.close()
-    broken = Runner(lambda _: wrong(), lambda call: call())
+    broken = RunnerProcess(lambda _: wrong(), lambda call: call())
     assert broken.ended(right, 20.0) == Ended(RAISED, "ValueError: no")
     broken.close()
 
@@ -178,12 +178,12 @@ def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.Monke
 def test_single_precision_is_held_against_double_precision(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, str]] = []
 
-    def noted(self: Runner, request: Any, limit: float) -> Ended:
+    def noted(self: RunnerProcess, request: Any, limit: float) -> Ended:
         asked.append((request.conditions.model, request.method))
         return simulated(subject.model(request.conditions.model), request.conditions, request.method, **request.more)
 
     subject = Subject(PENDULUM, {})
-    monkeypatch.setattr(Runner, "ended", noted)
+    monkeypatch.setattr(RunnerProcess, "ended", noted)
     found = eomgen.extremes(PENDULUM, cells=["float:0.01:rk4"])
     assert [cell.verdict for cell in found.cells] == ["holds"]
     assert asked[0] == ("single", "rk4") and {model for model, _ in asked[1:]} == {"own"}

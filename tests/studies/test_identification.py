@@ -16,7 +16,7 @@ from eomgen.cli import main
 from eomgen.errors import FileError, NumericalError, UsageError
 from eomgen.pipeline.pipeline import built_for_run
 from eomgen.products.studies.identification.estimation import structure
-from eomgen.products.studies.identification.experiment import Rows
+from eomgen.products.studies.identification.experiment import CubicInterpolation
 from eomgen.scene.load import load_toml
 
 SCENE = """
@@ -172,10 +172,10 @@ def test_times_off_the_grid_and_the_order_of_interpolation(slider: eomgen.Model)
     misses = []
     for step in (0.1, 0.05):
         ends = np.arange(0.0, 4.2, step)
-        rows = Rows.of(t, 0.0, step)
+        rows = CubicInterpolation.of(t, 0.0, step)
         misses.append(np.abs(rows.at(np.sin(3.0 * ends)) - np.sin(3.0 * t)).max())
     assert np.log2(misses[0] / misses[1]) == pytest.approx(4.0, abs=0.4)
-    rows = Rows.of(np.array([0.0, 0.1, 0.3 + 1e-9]), 0.0, 0.1)
+    rows = CubicInterpolation.of(np.array([0.0, 0.1, 0.3 + 1e-9]), 0.0, 0.1)
     np.testing.assert_array_equal(rows.at(np.arange(4.0)), [0.0, 1.0, 3.0])
 
 
@@ -183,7 +183,7 @@ def test_derivatives_off_the_grid_are_those_of_the_interpolated_run(slider: eomg
     """A fit to noise-free data of the model itself ends at its parameters to rounding, wherever samples lie."""
     t = np.sort(np.random.default_rng(3).uniform(0.0, 2.0, 40))
     run = slider.simulate(2.1, 0.02, error_estimate=False)
-    given = {"t": t, "x": Rows.of(t, 0.0, 0.02).at(run.outputs["x"])}
+    given = {"t": t, "x": CubicInterpolation.of(t, 0.0, 0.02).at(run.outputs["x"])}
     found = found_by(slider, given, "stiffness", "damping", step=0.02, t_start=0.0)
     np.testing.assert_allclose([found[name].value for name in ("stiffness", "damping")], [30.0, 1.0], rtol=1e-9)
     assert found.runs <= 12

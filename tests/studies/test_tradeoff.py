@@ -20,7 +20,7 @@ from eomgen.products.studies.work_precision import study as work_precision
 from eomgen.products.studies.work_precision.axes import AXES, Configuration, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.observation import ErrorSize, errors, observed
-from eomgen.products.studies.work_precision.reference import Reference
+from eomgen.products.studies.work_precision.reference import RunReference
 from eomgen.products.studies.work_precision.result import _groups
 from eomgen.products.studies.work_precision.running import Grid, Runner
 
@@ -109,7 +109,7 @@ def test_the_reference_itself_counts_as_accurate_as_it_is_known() -> None:
     model = eomgen.build(SWING)
     run = observed(model, model.simulate(0.2))
     known = {"angle": ErrorSize(1.6e-7, 1e-8, 2e-8)}
-    held = Reference(run, "a run", "another", known)
+    held = RunReference(run, "a run", "another", known)
     assert held.errors_of(run)["angle"] == known["angle"]
     assert held.errors_of(run)["q"].largest == 0.0  # of which nothing is known
 

@@ -12,7 +12,7 @@ from eomgen.formula.curves import Curve
 from eomgen.symbolic.calculus.jets import jets
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import UNARY, InputSymbol, Op
-from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS, Series, Term, record_series
+from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS, Series, SeriesTerm, record_series
 from eomgen.symbolic.tape import ONE, Tape
 from tests.symbolic.random_tapes import build, programs
 from tests.symbolic.test_jets import ORDER as JET_ORDER
@@ -24,7 +24,7 @@ def coefficients(source, outputs, paths, order, *, time=False):
     how many products they need; ``time``: the first input is known to be linear."""
     tape = Tape()
     series = Series(tape, time=tape.input("x_k", 0) if time else None)
-    inputs = {InputSymbol("x", k): Term(tape.input("x", k), tape.input("x_k", k)) for k in range(len(paths))}
+    inputs = {InputSymbol("x", k): SeriesTerm(tape.input("x", k), tape.input("x_k", k)) for k in range(len(paths))}
     terms = record_series(series, source, outputs, inputs, {})
     size = len(series.left)
     values = {"x": [path[0] for path in paths], "p": [1.3]}
@@ -137,7 +137,7 @@ def test_what_does_not_vary_in_time_costs_no_product():
     source = Tape()
     p, x = source.input("p", 0), source.input("x", 0)
     outputs = [source.mul(source.call(Op.COS, p), x), source.div(x, p), source.mul(p, p)]
-    moving = {InputSymbol("x", 0): Term(series.tape.input("x", 0), series.tape.input("x_k", 0))}
+    moving = {InputSymbol("x", 0): SeriesTerm(series.tape.input("x", 0), series.tape.input("x_k", 0))}
     terms = record_series(series, source, outputs, moving, {})
     assert series.left == []
     assert len(series.kept) == 2

@@ -14,18 +14,18 @@ import pytest
 
 from eomgen.toolchain import doctor
 from eomgen.toolchain.compiler import find_compiler
-from eomgen.toolchain.doctor import Check, examine
+from eomgen.toolchain.doctor import ToolchainCheck, examine
 from tests.toolchain.fire import environment, mounted, script
 
 PYTHON = sys.executable
 
 
-def told(shell: str, where: dict[str, str]) -> dict[str, Check]:
+def told(shell: str, where: dict[str, str]) -> dict[str, ToolchainCheck]:
     """Return the checks of ``eomgen doctor --json`` after commands of a shell."""
     words = ["/bin/sh", "-c", f'{shell}\n"{PYTHON}" -m eomgen doctor --json']
     done = subprocess.run(words, env=where, capture_output=True, text=True, check=False, timeout=120)
     assert "Traceback" not in done.stderr
-    return {item["name"]: Check(**item) for item in json.loads(done.stdout)}
+    return {item["name"]: ToolchainCheck(**item) for item in json.loads(done.stdout)}
 
 
 def assert_mended(name: str, where: dict[str, str], what: str, remedy: str) -> None:

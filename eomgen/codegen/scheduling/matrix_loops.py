@@ -21,7 +21,7 @@ _ONE = WEIGHTS.index("one")
 
 
 @dataclass(frozen=True)
-class Assembly:
+class MatrixAssembly:
     """Statements over blocks ``weights``, ``numbers``, ``tangents`` and ``jacobian``; the entries are output 0.
 
     Products with T go into the workspace, in loops, or after the other numbers, which are then output 1.
@@ -41,7 +41,7 @@ def with_assembly(solver: Mapping[str, Any]) -> dict[str, Any]:
     return {**{key: value for key, value in solver.items() if key not in without}, "assembly": assembly(solver)}
 
 
-def assembly(solver: Mapping[str, Any]) -> Assembly:
+def assembly(solver: Mapping[str, Any]) -> MatrixAssembly:
     """Return the statements that fill the entries of the matrix.
 
     Parameters
@@ -50,10 +50,10 @@ def assembly(solver: Mapping[str, Any]) -> Assembly:
         ``moved`` rows of products, ``entries`` with ``linear`` and ``products`` terms:
         ``integrators.newton.matrix.Terms``; or an existing assembly
     """
-    if isinstance(made := solver.get("assembly"), Assembly):
+    if isinstance(made := solver.get("assembly"), MatrixAssembly):
         return made
     if solver["kind"] not in _LOOPED:
-        return Assembly(tuple(_written_out(solver)), False, 0)
+        return MatrixAssembly(tuple(_written_out(solver)), False, 0)
     first = int(solver["numbers"])
 
     def source(number: int) -> tuple[str, int]:
@@ -70,7 +70,7 @@ def assembly(solver: Mapping[str, Any]) -> Assembly:
         blocks = tuple(block for block, _ in reads)
         shape = ("entry", tuple(weight for weight, _ in linear), tuple(weight for weight, _, _ in products), blocks)
         loops.add(shape, reads, (0, number_of_entry))
-    return Assembly(tuple(loops.statements()), True, len(solver["moved"]))
+    return MatrixAssembly(tuple(loops.statements()), True, len(solver["moved"]))
 
 
 def _written_out(solver: Mapping[str, Any]) -> list[Statement]:

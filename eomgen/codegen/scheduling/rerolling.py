@@ -219,7 +219,7 @@ class Iteration:
     unmatched: tuple[Unmatched, ...]
 
 
-class Values(Protocol):
+class LoopServices(Protocol):
     """The services of the enclosing function that a loop uses."""
 
     def reserve(self, count: int) -> int:
@@ -260,7 +260,9 @@ def copies(expressions: Sequence[Expression], output: int, components: Sequence[
     return len(components), (copied,), (read,), (("row", output, *rule(components)),)
 
 
-def loop_iteration(tape: Tape, loop: RerolledLoop, read_outside: set[int], stores: Stores, values: Values) -> Iteration:
+def loop_iteration(
+    tape: Tape, loop: RerolledLoop, read_outside: set[int], stores: Stores, values: LoopServices
+) -> Iteration:
     """Return the body of a loop and the rules of its indices.
 
     Parameters
@@ -343,7 +345,7 @@ def _rows_of_outputs(iterations: Sequence[Sequence[int]], stores: Stores) -> tup
     return columns, unmatched
 
 
-def _read(tape: Tape, refs: Sequence[Ref], values: Values, slot: Callable[[int], int]) -> Expression:
+def _read(tape: Tape, refs: Sequence[Ref], values: LoopServices, slot: Callable[[int], int]) -> Expression:
     """Return an operand as an expression of the iteration number k."""
     if len(set(refs)) == 1:
         return values.leaf(refs[0])

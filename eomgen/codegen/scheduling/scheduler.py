@@ -12,7 +12,7 @@ from itertools import chain
 from types import MappingProxyType
 
 from eomgen.base.data import dataclass, field, replace
-from eomgen.codegen.program import Addition, Expression, Part, Statement
+from eomgen.codegen.program import Addition, Expression, FunctionPart, Statement
 from eomgen.codegen.scheduling.accumulation import accumulated
 from eomgen.codegen.scheduling.plan import Plan
 from eomgen.codegen.scheduling.rerolling import (
@@ -299,7 +299,7 @@ _MAP = Op.MAP
 class Schedule:
     """Parts of a function, size of the workspace, and number of operations (a loop's kernel counts once)."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[FunctionPart, ...]
     workspace: int
     operations: int
 
@@ -533,7 +533,7 @@ class _Scheduler(LoopWriter):
 
     def run(self, may_fill: bool) -> Schedule:
         plan = self.plan
-        parts: list[Part] = []
+        parts: list[FunctionPart] = []
         free: list[int] = []
         slot_of: dict[int, int] = {}
         for number in range(plan.parts):
@@ -566,7 +566,9 @@ class _Scheduler(LoopWriter):
             inputs = tuple(block for block in self.input_order if block in self.open.inputs)
             outputs = tuple(sorted(self.open.outputs))
             parts.append(
-                Part(tuple(self.open.statements), inputs, outputs, self.open.workspace, length, tuple(self.open.names))
+                FunctionPart(
+                    tuple(self.open.statements), inputs, outputs, self.open.workspace, length, tuple(self.open.names)
+                )
             )
         return Schedule(tuple(parts), self.slots, sum(plan.weight(node) for node in plan.order))
 

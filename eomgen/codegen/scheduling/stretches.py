@@ -28,7 +28,7 @@ _WINDOWS, _DISTANCES = (1, 5, 24), 8
 
 
 @dataclass(frozen=True)
-class Stretch:
+class RowStretch:
     """Rows ``start .. stop - 1``: row ``start + period k + j`` is row ``start + j`` plus k times the step of each
     column."""
 
@@ -41,7 +41,7 @@ class Stretch:
         return self.start + self.period * self.count
 
 
-def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[Stretch]:
+def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[RowStretch]:
     """Cut a table into stretches, in order; stretches of period one have no repeats.
 
     Parameters
@@ -52,11 +52,11 @@ def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[
     table = np.array(columns, dtype=np.int64).T
     fixed = [column for column, moves in enumerate(moving) if not moves]
     in_order = sorted(_search(table, fixed), key=lambda stretch: stretch.start)
-    result: list[Stretch] = []
+    result: list[RowStretch] = []
     end = 0
-    for stretch in [*in_order, Stretch(len(table), 1, 0)]:
+    for stretch in [*in_order, RowStretch(len(table), 1, 0)]:
         if stretch.start > end:
-            result.append(Stretch(end, stretch.start - end, 1))
+            result.append(RowStretch(end, stretch.start - end, 1))
         if stretch.count:
             result.append(stretch)
         end = stretch.stop
@@ -75,7 +75,7 @@ def ranges(places: Sequence[int]) -> list[tuple[int, int, int]]:
     return result
 
 
-def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> Iterator[Stretch]:
+def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> Iterator[RowStretch]:
     """Yield the longest repetition, then repetitions before and after the longest."""
     if len(table) < 2:
         return
@@ -93,9 +93,9 @@ def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> Iterator[Stretch]
 
 def _longest(
     table: NDArray[np.int64], codes: NDArray[np.intp], fixed: Sequence[int], low: int, high: int
-) -> Stretch | None:
+) -> RowStretch | None:
     inside = codes[low : high - 1]
-    best: tuple[int, int, Stretch] | None = None
+    best: tuple[int, int, RowStretch] | None = None
     for period in _periods(inside):
         same = np.concatenate(([False], inside[:-period] == inside[period:], [False]))
         edges = np.flatnonzero(same[1:] != same[:-1])
@@ -106,7 +106,7 @@ def _longest(
                 continue
             first = low + start
             if not np.any(table[first + period, fixed] != table[first, fixed]):
-                best = (saved, -period, Stretch(first, period, count))
+                best = (saved, -period, RowStretch(first, period, count))
     return None if best is None else best[2]
 
 
@@ -155,7 +155,7 @@ def counted(
 
 
 def _cut(
-    stretches: Sequence[Stretch],
+    stretches: Sequence[RowStretch],
     statements: Sequence[Statement],
     read: Sequence[Expression],
     given: Sequence[Expression],
@@ -231,7 +231,7 @@ def _signed(like: Expression, plain: Expression) -> Expression:
     return ("neg", plain) if isinstance(like, tuple) and like[0] == "neg" else plain
 
 
-def _within(expression: Expression, stretch: Stretch) -> Expression:
+def _within(expression: Expression, stretch: RowStretch) -> Expression:
     """Return an expression of the counters of a stretch: k over periods, j within a period."""
     if not _varies(expression):
         return expression

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from eomgen.symbolic.calculus.configuration import rotation
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.series import LEFT, RIGHT, Series, Term, record_series
+from eomgen.symbolic.series import LEFT, RIGHT, Series, SeriesTerm, record_series
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import System
 
@@ -47,12 +47,12 @@ class Recurrence:
         self._bindings = self._time_functions()
         sizes = {"t": 1, "q": system.nq, "v": system.nv, "z": system.nz}
         self._given = {
-            InputSymbol(block, index): Term(tape.input(block, index), tape.input(NEXT[block], index))
+            InputSymbol(block, index): SeriesTerm(tape.input(block, index), tape.input(NEXT[block], index))
             for block, size in sizes.items()
             for index in range(size)
         }
-        self._known: dict[int, Term] = {}
-        self.rates: dict[str, list[Term]] = {"q": self._terms(self._kinematic_rates())}
+        self._known: dict[int, SeriesTerm] = {}
+        self.rates: dict[str, list[SeriesTerm]] = {"q": self._terms(self._kinematic_rates())}
         if system.nz:
             self.rates["z"] = self._terms(self._copied("internal_rate"))
         if by_inverse:
@@ -80,7 +80,7 @@ class Recurrence:
     def _copied(self, name: str) -> list[Ref]:
         return splice(self.source, self.system.tape, self.system.functions[name].refs, self._bindings, unrolled=True)
 
-    def _terms(self, refs: Sequence[Ref]) -> list[Term]:
+    def _terms(self, refs: Sequence[Ref]) -> list[SeriesTerm]:
         return record_series(self.series, self.source, refs, self._given, self._known)
 
     def _at_start(self, name: str) -> list[Ref]:
@@ -117,8 +117,8 @@ class _ByInverse:
         series: Series,
         source: Tape,
         residual: Sequence[Ref],
-        given: dict[InputSymbol, Term],
-        known: dict[int, Term],
+        given: dict[InputSymbol, SeriesTerm],
+        known: dict[int, SeriesTerm],
     ) -> None:
         self.series, self.source, self.residual = series, source, residual
         self.moved: set[int] = set()  # nodes that accelerations are in
@@ -138,15 +138,15 @@ class _ByInverse:
         for node in self.order:
             self.known[node] = self._without(node)
 
-    def _term(self, ref: Ref) -> Term:
+    def _term(self, ref: Ref) -> SeriesTerm:
         return self.known[abs(ref)] if ref > 0 else self.series.negative(self.known[abs(ref)])
 
-    def _without(self, node: int) -> Term:
+    def _without(self, node: int) -> SeriesTerm:
         """Return a node as if accelerations had no coefficient k; those before are in the inner sums and in row 0."""
         source, series, tape = self.source, self.series, self.series.tape
         op = source.op[node]
         if op is Op.INPUT:
-            return Term(ZERO, ZERO)
+            return SeriesTerm(ZERO, ZERO)
         first, second = (self._term(ref) for ref in source.operands(node))
         if op in (Op.ADD, Op.SUB):
             return series.add(first, second if op is Op.ADD else series.negative(second))
@@ -158,31 +158,31 @@ class _ByInverse:
         if op is Op.DIV:  # z y = x, with y left and z right
             reciprocal = series.keep(tape.div(ONE, steady.value))
             last = tape.add(series.inner(number), tape.mul(steady.next, at[1]))
-            return Term(tape.div(carried.value, steady.value), tape.mul(reciprocal, tape.sub(carried.next, last)))
+            return SeriesTerm(tape.div(carried.value, steady.value), tape.mul(reciprocal, tape.sub(carried.next, last)))
         rest = tape.add(tape.mul(at[0], steady.next), tape.mul(at[1], carried.next))
-        return Term(tape.mul(carried.value, steady.value), tape.add(series.inner(number), rest))
+        return SeriesTerm(tape.mul(carried.value, steady.value), tape.add(series.inner(number), rest))
 
-    def _split(self, node: int, first: Term, second: Term) -> tuple[Term, Term]:
+    def _split(self, node: int, first: SeriesTerm, second: SeriesTerm) -> tuple[SeriesTerm, SeriesTerm]:
         """Return the operand with accelerations, and the other operand."""
         left, right = (abs(ref) in self.moved for ref in self.source.operands(node))
         if self.source.op[node] not in (Op.MUL, Op.DIV) or left == right or (right and self.source.op[node] is Op.DIV):
             raise ValueError("the residual is not affine in the accelerations")
         return (first, second) if left else (second, first)
 
-    def solved(self, mass: Sequence[Ref], parents: Sequence[int]) -> list[Term]:
+    def solved(self, mass: Sequence[Ref], parents: Sequence[int]) -> list[SeriesTerm]:
         """Return the accelerations, and complete the products with accelerations."""
         series = self.series
         solve = _TreeSolver(series, mass, parents)
         right = [series.negative(self._term(ref)) for ref in self.residual]
         accelerations = [
-            Term(*pair)
+            SeriesTerm(*pair)
             for pair in zip(
                 solve([term.value for term in right], kept=False),
                 solve([term.next for term in right], kept=True),
                 strict=True,
             )
         ]
-        added: dict[int, Term] = {}
+        added: dict[int, SeriesTerm] = {}
         for node in self.order:
             added[node] = self._added(node, accelerations, added)
         for node, number in self.numbers.items():
@@ -201,16 +201,16 @@ class _ByInverse:
             series.close_product(number, left, right_factor)
         return accelerations
 
-    def _signed(self, sign: int, term: Term) -> Term:
+    def _signed(self, sign: int, term: SeriesTerm) -> SeriesTerm:
         return term if sign > 0 else self.series.negative(term)
 
-    def _added(self, node: int, accelerations: Sequence[Term], added: dict[int, Term]) -> Term:
+    def _added(self, node: int, accelerations: Sequence[SeriesTerm], added: dict[int, SeriesTerm]) -> SeriesTerm:
         """Return the contribution of accelerations to a node."""
         source, series, tape = self.source, self.series, self.series.tape
         op = source.op[node]
         if op is Op.INPUT:
             return accelerations[source.inputs[source.a[node]].index]
-        zero = Term(ZERO, ZERO)
+        zero = SeriesTerm(ZERO, ZERO)
         terms = [self._signed(1 if ref > 0 else -1, added.get(abs(ref), zero)) for ref in source.operands(node)]
         if op in (Op.ADD, Op.SUB):
             return series.add(terms[0], terms[1] if op is Op.ADD else series.negative(terms[1]))
@@ -218,10 +218,10 @@ class _ByInverse:
         change = terms[0] if abs(source.operands(node)[0]) in self.moved else terms[1]
         if op is Op.DIV:
             factor = tape.div(ONE, steady.value)
-            return Term(tape.mul(factor, change.value), tape.mul(series.keep(factor), change.next))
+            return SeriesTerm(tape.mul(factor, change.value), tape.mul(series.keep(factor), change.next))
         factor = steady.value if node not in self.numbers else tape.input(RIGHT, self.numbers[node])
         factor = series.keep(factor) if node not in self.numbers else factor
-        return Term(tape.mul(steady.value, change.value), tape.mul(factor, change.next))
+        return SeriesTerm(tape.mul(steady.value, change.value), tape.mul(factor, change.next))
 
 
 class _TreeSolver:

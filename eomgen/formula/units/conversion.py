@@ -14,7 +14,7 @@ import pint
 from pint.util import UnitsContainer
 
 from eomgen.base.messages import shown
-from eomgen.formula.units.parser import Factors, Quantity, UnitError, read_unit
+from eomgen.formula.units.parser import Factors, QuantityWithUnit, UnitError, read_unit
 from eomgen.formula.units.table import NAMED, PREFIXES, UNITS, names
 
 Dimension = Mapping[str, int]
@@ -49,7 +49,7 @@ def measure(factors: Factors) -> tuple[Fraction, Dimension]:
     return Fraction(size) / grams, dimension
 
 
-def to_unit(quantity: Quantity, unit: str, *, over_time: bool = False) -> float:
+def to_unit(quantity: QuantityWithUnit, unit: str, *, over_time: bool = False) -> float:
     """Return the number of a quantity in a unit.
 
     Parameters
@@ -115,14 +115,14 @@ def misplaced(label: str, unit: str) -> str:
     return "" if result == wanted else f"{named}, {_expected(unit)}"
 
 
-def to_si(quantity: Quantity) -> tuple[float, str]:
+def to_si(quantity: QuantityWithUnit) -> tuple[float, str]:
     """Return the number of a quantity (``units.parser``) in SI, and the SI unit. Raises UnitError if the number is not
     finite."""
     size, _ = measure(quantity.factors)
     return _finite(quantity, quantity.number * size), coherent(quantity.factors)
 
 
-def is_coherent(factors: Factors, quantity: Quantity) -> bool:
+def is_coherent(factors: Factors, quantity: QuantityWithUnit) -> bool:
     """Return whether a unit is the SI unit of a quantity."""
     size, dimension = measure(factors)
     return size == 1 and dimension == measure(quantity.factors)[1]
@@ -169,7 +169,7 @@ def _words(factors: Factors) -> str:
     return next((words for known, words in NAMED.items() if measure(read_unit(known))[1] == dimension), f"in {unit}")
 
 
-def _hint(quantity: Quantity, wanted: Dimension, unit: str, value: float, *, over_time: bool) -> str:
+def _hint(quantity: QuantityWithUnit, wanted: Dimension, unit: str, value: float, *, over_time: bool) -> str:
     dimension = measure(quantity.factors)[1]
     times = tuple((name, abs(power)) for name, power in quantity.factors)
     if times != quantity.factors and measure(times)[1] == wanted:
@@ -188,7 +188,7 @@ def _hint(quantity: Quantity, wanted: Dimension, unit: str, value: float, *, ove
     return f'"{value:.6g} {unit}"'
 
 
-def _finite(quantity: Quantity, value: Fraction) -> float:
+def _finite(quantity: QuantityWithUnit, value: Fraction) -> float:
     try:
         return float(value)
     except OverflowError:

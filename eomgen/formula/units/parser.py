@@ -59,7 +59,7 @@ class UnitError(DescriptionError):
 
 
 @dataclass(frozen=True)
-class Quantity:
+class QuantityWithUnit:
     """A number with a unit.
 
     Attributes
@@ -86,7 +86,7 @@ def is_quantity(text: str) -> bool:
     return word is None or word[0] not in WORDS
 
 
-def read_quantity(text: str, known: Collection[str] = ()) -> Quantity:
+def read_quantity(text: str, known: Collection[str] = ()) -> QuantityWithUnit:
     """Read a number with a unit, without judging the dimension.
 
     Parameters
@@ -115,7 +115,7 @@ def read_quantity(text: str, known: Collection[str] = ()) -> Quantity:
         raise UnitError(
             f"the number of {shown(text)} is out of the range of double precision", "a number between 1e-300 and 1e300"
         )
-    return Quantity(text, number, _Unit(match[2], text, known).read())
+    return QuantityWithUnit(text, number, _Unit(match[2], text, known).read())
 
 
 def read_unit(text: str) -> Factors:

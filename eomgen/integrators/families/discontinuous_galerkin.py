@@ -337,7 +337,7 @@ def _tdg3() -> DiscontinuousGalerkin:
 
 
 @dataclass(frozen=True)
-class Row:
+class FamilyMember:
     """A method of the family.
 
     Attributes
@@ -350,12 +350,12 @@ class Row:
     estimate: bool
 
 
-METHODS: Mapping[str, Row] = {
-    "tdg1": Row(_tdg1, True),
-    "tdg1_star": Row(_tdg1_star, True),
-    "tdg2": Row(_tdg2, True),
-    "tdg2s": Row(_tdg2s, False),
-    "tdg3": Row(_tdg3, True),
+METHODS: Mapping[str, FamilyMember] = {
+    "tdg1": FamilyMember(_tdg1, True),
+    "tdg1_star": FamilyMember(_tdg1_star, True),
+    "tdg2": FamilyMember(_tdg2, True),
+    "tdg2s": FamilyMember(_tdg2s, False),
+    "tdg3": FamilyMember(_tdg3, True),
 }
 _FIXED = ("its two passes are of orders 2 and 4, too far apart for an estimate of errors", "tdg2")
 

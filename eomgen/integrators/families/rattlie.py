@@ -39,7 +39,7 @@ from eomgen.integrators.families.family import (
 from eomgen.integrators.families.needs import POSITIONS_ALONE
 
 if TYPE_CHECKING:
-    from eomgen.integrators.newton.sample_matrices import Samples
+    from eomgen.integrators.newton.sample_matrices import SampledPartials
     from eomgen.system.system import System
 
 #: Newton's stopping test on the increment of the mean velocity, by kinetic energy; the error after the step is smaller
@@ -173,7 +173,7 @@ class Rattlie(Family):
 _LEFT_OUT = ("K", "Z", "Rz", "Fq", "Fv", "Fz", "Fx")
 
 
-def _of_momenta(samples: Samples) -> Samples:
+def _of_momenta(samples: SampledPartials) -> SampledPartials:
     """Return samples with B at both ends of a step, and without terms outside the matrix of a step."""
     from eomgen.integrators.newton.sample_matrices import at_both_ends  # noqa: PLC0415
 

@@ -180,7 +180,7 @@ def with_sums(packing: Packing, patterns: Mapping[str, Sequence[MatrixIndex]]) -
 
 
 @dataclass
-class Terms:
+class NonzeroTerms:
     """Terms of each nonzero in the numbers of a packing.
 
     Attributes
@@ -219,12 +219,12 @@ def iteration_terms(
     groups: Sequence[Sequence[int]] = (),
     *,
     every_tangent: bool = False,
-) -> Terms:
+) -> NonzeroTerms:
     """Return the terms of the matrix above; ``every_tangent``: also with blocks of T that the matrix does not need.
 
     ``groups``: coordinates over which the diagonal holds row sums instead.
     """
-    terms = Terms()
+    terms = NonzeroTerms()
     columns = _tangent_rows(factors, terms, packing, every_tangent)
     of_positions = packing.nonzeros.get("B_end", packing.nonzeros["B"])
     sources = {**{name: packing.nonzeros[name] for name in ("K", "Z", "Fq")}, "B": of_positions}
@@ -275,7 +275,7 @@ def iteration_terms(
 
 
 def _add_products(
-    terms: Terms, unknowns: Unknowns, packing: Packing, moved: Mapping[str, Mapping[MatrixIndex, int]]
+    terms: NonzeroTerms, unknowns: Unknowns, packing: Packing, moved: Mapping[str, Mapping[MatrixIndex, int]]
 ) -> None:
     """Add the products with B^T of the rows of constraints, in the columns of eta."""
     by_column: dict[int, list[tuple[int, int]]] = {}
@@ -295,7 +295,7 @@ def _add_products(
 
 
 def _tangent_rows(
-    factors: Sequence[Factor], terms: Terms, packing: Packing, every: bool
+    factors: Sequence[Factor], terms: NonzeroTerms, packing: Packing, every: bool
 ) -> dict[int, list[tuple[int, int]]]:
     """Return for each velocity component the nonzeros of the component's row of T: (column, number); empty if T is
     1."""
@@ -316,7 +316,10 @@ def _tangent_rows(
 
 
 def _moved(
-    nonzeros: Mapping[MatrixIndex, int], tangent_rows: Mapping[int, list[tuple[int, int]]], terms: Terms, first: int
+    nonzeros: Mapping[MatrixIndex, int],
+    tangent_rows: Mapping[int, list[tuple[int, int]]],
+    terms: NonzeroTerms,
+    first: int,
 ) -> dict[MatrixIndex, int]:
     """Return the nonzeros of a matrix times T."""
     result: dict[MatrixIndex, int] = {}
@@ -334,7 +337,7 @@ def _moved(
 
 
 def evaluate_terms(
-    terms: Terms, numbers: Array, tangents: Array, B_n: Array, weights: Sequence[float] | Array
+    terms: NonzeroTerms, numbers: Array, tangents: Array, B_n: Array, weights: Sequence[float] | Array
 ) -> dict[MatrixIndex, Array]:
     """Return the entries for samples: numbers (n, size), tangents (n, tangent size), nonzeros of B_n (n, size).
 
@@ -368,7 +371,7 @@ def _summands(rows: Sequence[Sequence[tuple[int, int]]]) -> Iterator[tuple[NDArr
         yield at, flat[starts[at] + place]
 
 
-def tangent_numbers(factors: Sequence[Factor], terms: Terms, theta: Array) -> Array:
+def tangent_numbers(factors: Sequence[Factor], terms: NonzeroTerms, theta: Array) -> Array:
     """Return the numbers of T's blocks, (n, tangent size), at increments (n, nv)."""
     result = np.zeros((len(theta), terms.tangent_size))
     alike: dict[tuple[str, int], list[tuple[int, int]]] = {}

@@ -29,7 +29,7 @@ _SOLVED = 1000
 
 
 @dataclass(frozen=True)
-class Samples:
+class SampledPartials:
     """Values of the partials at n states.
 
     Attributes
@@ -66,7 +66,7 @@ def _packing_of_partials(system: Any) -> Packing:
     return dense(nonzero, system.nv)
 
 
-def at_both_ends(samples: Samples) -> Samples:
+def at_both_ends(samples: SampledPartials) -> SampledPartials:
     """Return samples with B at the end of a step after the other numbers, in the order of
     ``matrix.with_end_jacobian``."""
     start, count = samples.packing.blocks.get("B", (0, 0))
@@ -74,7 +74,7 @@ def at_both_ends(samples: Samples) -> Samples:
     return replace(samples, packing=with_end_jacobian(samples.packing), numbers=numbers)
 
 
-def samples_of(system: Any) -> Samples:
+def samples_of(system: Any) -> SampledPartials:
     """Evaluate the system's tape at the initial state and at random states; non-finite samples are dropped."""
     packing = packing_of(system)
     rng = np.random.default_rng(1)
@@ -101,7 +101,7 @@ def samples_of(system: Any) -> Samples:
         numbers = np.asarray(evaluate(system.tape, refs, inputs), float)
     good = np.all(np.isfinite(numbers), axis=1)
     good[0] = True
-    return Samples(packing, np.nan_to_num(numbers[good]), v[good], scale)
+    return SampledPartials(packing, np.nan_to_num(numbers[good]), v[good], scale)
 
 
 def _scales(system: Any) -> Array:
@@ -138,8 +138,8 @@ def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array, scale
 
     B_of, Phi_of = Evaluation(system.tape, refs["B"]), Evaluation(system.tape, refs.get("Phi", ()))
 
-    def jacobians(rows: int) -> list[_Rows]:
-        return [_Rows(_sparse(system, values)[:rows], scale) for values in B_of.on_arrays(known | {"q": q})]
+    def jacobians(rows: int) -> list[_ScaledRows]:
+        return [_ScaledRows(_sparse(system, values)[:rows], scale) for values in B_of.on_arrays(known | {"q": q})]
 
     size = np.full(len(q), np.inf)
     for move in range(_MOVES + _CORRECTIONS):
@@ -157,7 +157,7 @@ def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array, scale
     return q[size <= _NEAR], v[size <= _NEAR]
 
 
-class _Rows:
+class _ScaledRows:
     """Rows of B whose columns are scaled by ``scale``, and whose largest entries ``rows`` brings to 1."""
 
     def __init__(self, B: Any, scale: Array) -> None:

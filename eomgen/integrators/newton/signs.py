@@ -18,14 +18,14 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.integrators.newton.matrix import MatrixIndex, evaluate_terms
-from eomgen.integrators.newton.sample_matrices import Samples
+from eomgen.integrators.newton.sample_matrices import SampledPartials
 from eomgen.integrators.newton.solver import Solver
 
 #: The matrix is examined with gains this much smaller than the step's.
 _SMALL = 1e-6
 
 
-def pivot_signs(solver: Solver, samples: Samples, gain: float) -> dict[str, Any]:
+def pivot_signs(solver: Solver, samples: SampledPartials, gain: float) -> dict[str, Any]:
     """Return the data of ``newton/growth.c.jinja`` for a solver that was made ``at_start``.
 
     Returns
@@ -53,7 +53,7 @@ def pivot_signs(solver: Solver, samples: Samples, gain: float) -> dict[str, Any]
     }
 
 
-def _small_pivots(solver: Solver, samples: Samples, gain: float) -> Array:
+def _small_pivots(solver: Solver, samples: SampledPartials, gain: float) -> Array:
     """Return the pivots at the initial state in a much smaller step."""
     assert solver.elimination is not None  # a matrix with inner unknowns is never dense
     small = _SMALL * gain

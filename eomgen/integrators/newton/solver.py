@@ -13,14 +13,14 @@ from eomgen.errors import ModelError
 from eomgen.integrators.newton.elimination import Elimination, eliminate
 from eomgen.integrators.newton.matrix import (
     MatrixIndex,
+    NonzeroTerms,
     Packing,
-    Terms,
     Unknowns,
     evaluate_terms,
     iteration_terms,
     tangent_numbers,
 )
-from eomgen.integrators.newton.sample_matrices import Samples
+from eomgen.integrators.newton.sample_matrices import SampledPartials
 from eomgen.integrators.newton.stages import Fronts, fewest_operations, make_fronts, stages, stages_of_tree
 from eomgen.lie.product import Factor
 
@@ -47,7 +47,7 @@ class Solver:
 
     unknowns: Unknowns
     packing: Packing
-    terms: Terms
+    terms: NonzeroTerms
     elimination: Elimination | None
     fronts: Fronts | None = None
 
@@ -78,7 +78,7 @@ def _is_written_out(elimination: Elimination) -> bool:
 def make_solver(
     unknowns: Unknowns,
     factors: Sequence[Factor],
-    samples: Samples,
+    samples: SampledPartials,
     weights: Sequence[float],
     step: float,
     owners: Sequence[int] = (),
@@ -174,7 +174,7 @@ def _pivots(
 
 
 def _in_natural_units(
-    unknowns: Unknowns, samples: Samples, values: dict[MatrixIndex, Array]
+    unknowns: Unknowns, samples: SampledPartials, values: dict[MatrixIndex, Array]
 ) -> dict[MatrixIndex, Array]:
     """Return the entries in units of the machine's size and mass.
 
@@ -213,7 +213,7 @@ def _power(size: float, digits: int) -> float:
     return float(10.0 ** (digits * round(np.log10(size) / digits))) if 0.0 < size < np.inf else 1.0
 
 
-def _weighed_jacobian(unknowns: Unknowns, samples: Samples) -> Array:
+def _weighed_jacobian(unknowns: Unknowns, samples: SampledPartials) -> Array:
     """Return the nonzeros (n, size) of B with columns times 1/M_ii at the first sample, by which eta moves
     positions."""
     start, count = samples.packing.blocks.get("B", (0, 0))

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from eomgen.mechanics.constraints.rows import Row, Rows
-from eomgen.mechanics.forces.cosserat_beams import Chain, Element
+from eomgen.mechanics.constraints.rows import ConstraintRow, ConstraintRows
+from eomgen.mechanics.forces.cosserat_beams import Chain, ElementStrain
 from eomgen.mechanics.forces.frame_pairs import magnitude
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.fields import Wrench
@@ -30,15 +30,15 @@ class ConstrainedStrains:
         self.links, self.count = len(quantities.tree.links), beam.elements * len(beam.constrained)
         self.elements = Chain.of(quantities, beam)
 
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[ConstraintRow]:
         """Return one equation for each constrained strain of each element."""
         beam = self.beam
 
-        def gaps(element: Element) -> list[Scalar]:
+        def gaps(element: ElementStrain) -> list[Scalar]:
             return [element.section.length * element.strain[strain] for strain in beam.constrained]
 
         values = self.elements.each(gaps, f"constrained strains of beam {beam.name}")
-        result: list[Row] = []
+        result: list[ConstraintRow] = []
         for number, (gap, (first, second)) in enumerate(zip(values, self.elements.pairs, strict=True), 1):
             places = [magnitude(part) for node in (first, second) for part in self.elements.nodes[node].origin]
             length = self.elements.sections[first].length
@@ -46,7 +46,7 @@ class ConstrainedStrains:
             for strain, value in zip(beam.constrained, gap, strict=True):
                 strain_name = STRAINS[strain].replace("_", " along ")
                 name = f"{beam.name}: no {strain_name} of element {number}"
-                result.append(Row(name, value, "m", size, length, length, group=self, number=len(result)))
+                result.append(ConstraintRow(name, value, "m", size, length, length, group=self, number=len(result)))
         return result
 
     def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
@@ -64,7 +64,7 @@ class ConstrainedStrains:
         return self.generalized(wrenches, label)
 
 
-def strain_rows(quantities: Quantities, generalized: Generalized) -> list[Row]:
+def strain_rows(quantities: Quantities, generalized: Generalized) -> list[ConstraintRow]:
     """Return the equations of all beams of the scene."""
     beams = [element.beam for element in quantities.scene.elements if isinstance(element, CosseratBeam)]
     return [
@@ -72,7 +72,7 @@ def strain_rows(quantities: Quantities, generalized: Generalized) -> list[Row]:
     ]
 
 
-def section_multipliers(quantities: Quantities, rows: Rows | None, beam: Cosserat) -> list[list[Scalar]]:
+def section_multipliers(quantities: Quantities, rows: ConstraintRows | None, beam: Cosserat) -> list[list[Scalar]]:
     """Return for each element the section forces, N, of the strains that a beam does not have; 0 of rows left out."""
     count = len(beam.constrained)
     result = [[quantities.algebra.zero] * count for _ in range(beam.elements)]
@@ -83,7 +83,7 @@ def section_multipliers(quantities: Quantities, rows: Rows | None, beam: Cossera
     return result
 
 
-def add_section_forces(quantities: Quantities, rows: Rows | None, wrenches: list[Wrench | None]) -> None:
+def add_section_forces(quantities: Quantities, rows: ConstraintRows | None, wrenches: list[Wrench | None]) -> None:
     """Add to wrenches by link the wrenches of constrained strains on the nodes."""
     for item in quantities.scene.elements:
         if isinstance(item, CosseratBeam) and item.beam.constrained:
@@ -97,7 +97,7 @@ def _push(
 ) -> None:
     """Add to wrenches by link the wrenches of section forces, one for each constrained strain of each element."""
 
-    def transmitted(element: Element, *parts: Scalar) -> list[Scalar]:
+    def transmitted(element: ElementStrain, *parts: Scalar) -> list[Scalar]:
         section = [element.algebra.zero] * len(STRAINS)
         for strain, part in zip(beam.constrained, parts, strict=True):
             section[strain] = part

@@ -21,7 +21,7 @@ from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.formula.prescribed_motion import smooth
-from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, Rows, sine_of_excess_rotation
+from eomgen.mechanics.constraints.rows import ConstraintCalculus, ConstraintRow, ConstraintRows, sine_of_excess_rotation
 from eomgen.mechanics.forces.frame_pairs import frame_pair, magnitude
 from eomgen.mechanics.forces.internal_states import state_formulas
 from eomgen.mechanics.forces.symbols import Offers, Quantities
@@ -235,12 +235,12 @@ class AbsoluteQuantities(Quantities):
         return {direction: Scalar(tape, ref) for direction, ref in tangent.items() if ref != ZERO}
 
 
-def following_rows(quantities: AbsoluteQuantities) -> list[Row]:
+def following_rows(quantities: AbsoluteQuantities) -> list[ConstraintRow]:
     """Return one constraint equation per dependent (mimic) joint: coordinate = multiplier * leader + offset.
 
     Dependent angles are compared by the sine of the difference, and so need no count of revolutions.
     """
-    rows = list[Row]()
+    rows = list[ConstraintRow]()
     for joint in quantities.scene.joints:
         if joint.mimic is None:
             continue
@@ -252,16 +252,20 @@ def following_rows(quantities: AbsoluteQuantities) -> list[Row]:
         pair, name = frame_pair(quantities, item.first, item.second), f"{joint.name}: follows {joint.mimic.joint}"
         if joint.kind.is_revolute:
             value = sine_of_excess_rotation(quantities, target, pair.first, pair.second)
-            rows.append(Row(name, value, "1", quantities.algebra.one + magnitude(target), pair.lever, pair.path_length))
+            rows.append(
+                ConstraintRow(
+                    name, value, "1", quantities.algebra.one + magnitude(target), pair.lever, pair.path_length
+                )
+            )
         else:
             value = quantities.coordinate(joint.name) - target
-            rows.append(Row(name, value, "m", pair.size + magnitude(target), pair.lever, pair.path_length))
+            rows.append(ConstraintRow(name, value, "m", pair.size + magnitude(target), pair.lever, pair.path_length))
     return rows
 
 
-def driven_rows(quantities: Quantities) -> list[Row]:
+def driven_rows(quantities: Quantities) -> list[ConstraintRow]:
     """Return one constraint equation for each coordinate of a joint that a drive prescribes: coordinate = law."""
-    rows = list[Row]()
+    rows = list[ConstraintRow]()
     for joint in quantities.scene.joints:
         for index, (drive, (kind, unit)) in enumerate(zip(joint.drive, joint.kind.coordinates.items(), strict=False)):
             with quantities.algebra.tape.block(f"drive of joint {joint.name}"):
@@ -270,7 +274,9 @@ def driven_rows(quantities: Quantities) -> list[Row]:
                 value = quantities.beyond(joint.name, index, law, turns=angle and not smooth(drive))
                 size = (quantities.algebra.one if angle else pair.size) + magnitude(law)
             name = f"{joint.name}: driven {kind}"
-            rows.append(Row(name, value, "1" if angle else "m", size, pair.lever, pair.path_length, joint, index))
+            rows.append(
+                ConstraintRow(name, value, "1" if angle else "m", size, pair.lever, pair.path_length, joint, index)
+            )
     return rows
 
 
@@ -282,14 +288,14 @@ def _refuse(keys: Iterable[str]) -> None:
 
 def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> ConstraintCalculus:
     """Return the calculus of the velocities of all independent joints, in the order of ``scene.leading_joints``."""
-    rows = Rows()
+    rows = ConstraintRows()
     for joint in scene.leading_joints:
         with quantities.algebra.tape.block(f"velocity of joint {joint.name}"):
             rows.velocity += _velocities(quantities, joint)
     return ConstraintCalculus(tree, rows, quantities.kinematics.carrier)
 
 
-def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
+def _velocities(quantities: Quantities, joint: Joint) -> list[ConstraintRow]:
     """Return the velocity components of a joint, rad/s or m/s; on admissible motions these are the joint velocities."""
     item = joint_constraint(joint)
     if item is None or not item.kind.coordinates:
@@ -311,4 +317,4 @@ def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:
         for axis in kind.travels:
             yield dot(sliding, first.axis(kind.frame_axes[axis]))
 
-    return [Row(joint.name, value, "m/s", pair.size, pair.lever, pair.path_length) for value in components()]
+    return [ConstraintRow(joint.name, value, "m/s", pair.size, pair.lever, pair.path_length) for value in components()]

@@ -39,7 +39,7 @@ PointForce = tuple[int, Vector, Vector]
 
 
 @dataclass(frozen=True)
-class Row:
+class ConstraintRow:
     """One scalar constraint equation.
 
     Attributes
@@ -84,53 +84,53 @@ class RowGroup(Protocol):
 
 
 @dataclass
-class Rows:
+class ConstraintRows:
     """Constraint equations; holonomic equations are numbered first."""
 
-    holonomic: list[Row] = field(default_factory=list)
-    velocity: list[Row] = field(default_factory=list)
+    holonomic: list[ConstraintRow] = field(default_factory=list)
+    velocity: list[ConstraintRow] = field(default_factory=list)
 
     @property
-    def all(self) -> list[Row]:
+    def all(self) -> list[ConstraintRow]:
         return [*self.holonomic, *self.velocity]
 
-    def without(self, numbers: Sequence[int]) -> Rows:
+    def without(self, numbers: Sequence[int]) -> ConstraintRows:
         """Return all equations without the given numbers."""
         left_out, first = set(numbers), len(self.holonomic)
         at_velocity = [row for k, row in enumerate(self.velocity) if first + k not in left_out]
-        return Rows([row for k, row in enumerate(self.holonomic) if k not in left_out], at_velocity)
+        return ConstraintRows([row for k, row in enumerate(self.holonomic) if k not in left_out], at_velocity)
 
 
-def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -> Rows:
+def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -> ConstraintRows:
     """Return the equations of all constraints.
 
     Parameters
     ----------
     quantities : in joint or absolute coordinates, recorded on the same tape
     """
-    rows = Rows()
+    rows = ConstraintRows()
     for item in constraints:
         with quantities.algebra.tape.block(f"constraint {item.name}"):
             if item.framed:
                 own = rows_of_pair(quantities, item, frame_pair(quantities, item.first, item.second))
             else:
                 row = _formula_row(quantities, item)
-                own = Rows([], [row]) if item.at_velocity else Rows([row])
+                own = ConstraintRows([], [row]) if item.at_velocity else ConstraintRows([row])
             marked = [replace(row, owner=item, number=number) for number, row in enumerate(own.all)]
             rows.holonomic += marked[: len(own.holonomic)]
             rows.velocity += marked[len(own.holonomic) :]
     return rows
 
 
-def _formula_row(quantities: Quantities, item: Constraint) -> Row:
+def _formula_row(quantities: Quantities, item: Constraint) -> ConstraintRow:
     """Return the equation of a constraint of coordinates and points."""
     own = Equation(quantities, item)
     level = "1" if item.unit.startswith("rad") else "m"
     unit: Literal["m", "1", "m/s", "1/s"] = level if not item.at_velocity else "1/s" if level == "1" else "m/s"  # type: ignore[assignment]
-    return Row(f"{item.name}: formula", own.value, unit, *own.scales(), driving=own.driving)
+    return ConstraintRow(f"{item.name}: formula", own.value, unit, *own.scales(), driving=own.driving)
 
 
-def forces_at_points(quantities: Quantities, rows: Rows) -> list[PointForce]:
+def forces_at_points(quantities: Quantities, rows: ConstraintRows) -> list[PointForce]:
     """Return the forces on the points that equations of coordinates and points name."""
     result: list[PointForce] = []
     for number, row in enumerate(rows.all):
@@ -139,24 +139,28 @@ def forces_at_points(quantities: Quantities, rows: Rows) -> list[PointForce]:
     return result
 
 
-def rows_of_pair(quantities: Quantities, item: Constraint, pair: FramePair) -> Rows:
+def rows_of_pair(quantities: Quantities, item: Constraint, pair: FramePair) -> ConstraintRows:
     """Return the equations of one constraint between two frames."""
-    return Rows(_holonomic(quantities, item, pair), _rolling(quantities, item, pair) if item.kind.rows[1] else [])
+    return ConstraintRows(
+        _holonomic(quantities, item, pair), _rolling(quantities, item, pair) if item.kind.rows[1] else []
+    )
 
 
-def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> list[Row]:
+def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> list[ConstraintRow]:
     first, second, one = pair.first, pair.second, quantities.algebra.one
     gap = minus(first.origin, second.origin)
     local = apply(transpose(second.axes), gap)
     z1 = first.axis(2)
 
-    def length(label: str, value: Scalar, *more: Scalar) -> Row:
-        return Row(
+    def length(label: str, value: Scalar, *more: Scalar) -> ConstraintRow:
+        return ConstraintRow(
             f"{item.name}: {label}", value, "m", sum(map(magnitude, more), pair.size), pair.lever, pair.path_length
         )
 
-    def angle(label: str, value: Scalar, *more: Scalar) -> Row:
-        return Row(f"{item.name}: {label}", value, "1", sum(map(magnitude, more), one), pair.lever, pair.path_length)
+    def angle(label: str, value: Scalar, *more: Scalar) -> ConstraintRow:
+        return ConstraintRow(
+            f"{item.name}: {label}", value, "1", sum(map(magnitude, more), one), pair.lever, pair.path_length
+        )
 
     meeting = [length(f"origins meet along {axis}", local[k]) for k, axis in enumerate("xyz")]
     parallel = [angle(f"z stays perpendicular to {axis}", dot(z1, second.axis(k))) for k, axis in enumerate("xy")]
@@ -179,7 +183,7 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
         case "rolling" | "sliding":
             height = dot(minus(_contact(quantities, item, pair), first.origin), z1)
             size, lever, path_length = _on_wheel(quantities, item, pair)
-            return [Row(f"{item.name}: contact", height, "m", size, lever, path_length)]
+            return [ConstraintRow(f"{item.name}: contact", height, "m", size, lever, path_length)]
     kind, turns = item.kind, len(item.kind.turned_about)
     turned = [[*parallel, spin], parallel, [spin]][turns] if not kind.has("ball") else []
     if kind.has("screw"):
@@ -243,12 +247,14 @@ def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tupl
     return pair.size + radius, pair.lever + radius, pair.path_length + radius
 
 
-def _rolling(quantities: Quantities, item: Constraint, pair: FramePair) -> list[Row]:
+def _rolling(quantities: Quantities, item: Constraint, pair: FramePair) -> list[ConstraintRow]:
     contact = _contact(quantities, item, pair)
     slip = minus(pair.velocity_at(pair.second, contact), pair.velocity_at(pair.first, contact))
     size, lever, path_length = _on_wheel(quantities, item, pair)
     return [
-        Row(f"{item.name}: no slip along {axis}", dot(slip, pair.first.axis(k)), "m/s", size, lever, path_length)
+        ConstraintRow(
+            f"{item.name}: no slip along {axis}", dot(slip, pair.first.axis(k)), "m/s", size, lever, path_length
+        )
         for k, axis in enumerate("xy")
     ]
 
@@ -327,7 +333,7 @@ class Equation:
         return sum(changes, sum(parts[1:], parts[0]))
 
     def scales(self) -> tuple[Scalar, Scalar, Scalar]:
-        """Return size, extent and path length of the row, see ``Row``."""
+        """Return size, extent and path length of the row, see ``ConstraintRow``."""
         zero = self.quantities.algebra.zero
         extent, apart = zero, zero
         for symbol, slope in self.partials.items():
@@ -361,7 +367,7 @@ class ConstraintCalculus:
     base : the prescribed base
     """
 
-    def __init__(self, tree: Tree, rows: Rows, base: BaseState) -> None:
+    def __init__(self, tree: Tree, rows: ConstraintRows, base: BaseState) -> None:
         self.algebra = tree.algebra
         self.tape: Tape = tree.algebra.tape
         self.nv = tree.nv

@@ -14,12 +14,12 @@ from eomgen.mechanics.forces.loads import Loads
 from eomgen.mechanics.kinematics.fields import carry, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.laws.derived import LAWS
-from eomgen.mechanics.tree.inertia import Inertia
+from eomgen.mechanics.tree.inertia import RecordedInertia
 from eomgen.mechanics.tree.links import CARRIER, ROOT, Tree
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, plus, scaled
 
 
-def kinetic_energy(algebra: Algebra, inertia: Inertia, omega: Vector, velocity: Vector) -> Scalar:
+def kinetic_energy(algebra: Algebra, inertia: RecordedInertia, omega: Vector, velocity: Vector) -> Scalar:
     """Return the kinetic energy of a body, J, from the inertial twist of the origin of the body frame, in body axes."""
     values = {"m": inertia.mass}
     for i in range(3):

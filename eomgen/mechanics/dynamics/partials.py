@@ -14,9 +14,17 @@ from collections.abc import Sequence
 from eomgen.base.data import dataclass
 from eomgen.mechanics.dynamics.separated import composites, field_wrenches, inverse_dynamics
 from eomgen.mechanics.kinematics.directions import configuration_directions
-from eomgen.mechanics.kinematics.fields import Field, Wrench, carry, centripetal, project, relative, total_fields
+from eomgen.mechanics.kinematics.fields import (
+    AccelerationField,
+    Wrench,
+    carry,
+    centripetal,
+    project,
+    relative,
+    total_fields,
+)
 from eomgen.mechanics.tree.base import BaseMotion
-from eomgen.mechanics.tree.inertia import Inertia, wrench
+from eomgen.mechanics.tree.inertia import RecordedInertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.operations import InputSymbol
@@ -74,7 +82,7 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
     algebra = tree.algebra
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     start = plus(base.acceleration, scaled(-1.0, base.gravity))
-    root = Field(start, base.alpha, centripetal(base.omega))
+    root = AccelerationField(start, base.alpha, centripetal(base.omega))
     twists: list[tuple[Vector, Vector]] = []
     alphas: list[Vector] = []
     screws: list[list[Screws]] = []
@@ -195,7 +203,7 @@ def _column(
     k: int,
     screw: Screws,
     screws: list[list[Screws]],
-    body: Inertia,
+    body: RecordedInertia,
     flow: Flow,
     load: Wrench,
     blocks: tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]],

@@ -40,7 +40,7 @@ from eomgen.mechanics.kinematics.fields import (
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.beam_body import ElasticBody, RelativeMotion
 from eomgen.mechanics.tree.build import build_tree, grouped
-from eomgen.mechanics.tree.inertia import AddedMass, Inertia, wrench
+from eomgen.mechanics.tree.inertia import AddedMass, RecordedInertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.scene.control.model import Reference
 from eomgen.scene.scene import Scene
@@ -144,7 +144,7 @@ def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None
     return [x + y for x, y in zip(efforts, tree.by_dof(of_rotors), strict=True)]
 
 
-def composites(tree: Tree) -> list[Inertia]:
+def composites(tree: Tree) -> list[RecordedInertia]:
     """Return per link the shape integrals of the subtree, in link axes about the link's origin."""
     total = [link.inertia for link in tree.links]
     for index in reversed(range(len(tree.links))):
@@ -156,12 +156,12 @@ def composites(tree: Tree) -> list[Inertia]:
                     AddedMass(link.rotation.rotate(item.position), link.rotation.congruence(item.matrix))
                     for item in total[index].added
                 )
-                turned = Inertia(total[index].mass, first, second, added)
+                turned = RecordedInertia(total[index].mass, first, second, added)
                 total[link.parent] = total[link.parent] + turned.shifted(link.position)
     return total
 
 
-def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[list[Scalar]]:
+def mass_matrix(tree: Tree, bodies: Sequence[RecordedInertia] | None = None) -> list[list[Scalar]]:
     """Return the symmetric M(q), (nv, nv), with structural zeros (composite-rigid-body algorithm).
 
     Parameters
@@ -175,7 +175,7 @@ def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[lis
     return M
 
 
-def mass_rows(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[dict[int, Scalar]]:
+def mass_rows(tree: Tree, bodies: Sequence[RecordedInertia] | None = None) -> list[dict[int, Scalar]]:
     """Return the lower triangle of M(q) row by row, by column, without structural zeros; the diagonal is always there.
 
     Parameters
@@ -203,7 +203,7 @@ def mass_rows(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[dict[
     return M
 
 
-def unit_acceleration(link: Link, body: Inertia, k: int) -> tuple[Wrench, list[Scalar]]:
+def unit_acceleration(link: Link, body: RecordedInertia, k: int) -> tuple[Wrench, list[Scalar]]:
     """Return the wrench that a unit acceleration of one column demands, and the virtual work along all columns of the
     link."""
     if link.elastic is None:
@@ -232,7 +232,7 @@ def _couple(M: list[dict[int, Scalar]], row: int, column: int, value: Scalar) ->
         along[other] = along[other] + value
 
 
-def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[Inertia] | None = None) -> list[Scalar]:
+def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[RecordedInertia] | None = None) -> list[Scalar]:
     """Return the generalized forces of gravity, (nv,), from the weight of each subtree at the subtree's centre of mass.
 
     Parameters

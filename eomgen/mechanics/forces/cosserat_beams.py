@@ -57,7 +57,7 @@ _SIX = range(6)
 
 
 @dataclass(frozen=True)
-class ElementStiffness:
+class RecordedStiffness:
     """Stiffness and damping of an element against its strains.
 
     Attributes
@@ -77,7 +77,7 @@ def with_linear_moments(
     damping: ScalarRows,
     length: float,
     initial: Sequence[float] = (0, 0, 0, 1, 0, 0),
-) -> ElementStiffness:
+) -> RecordedStiffness:
     """Return stiffness and damping of an element.
 
     Parameters
@@ -103,12 +103,12 @@ def with_linear_moments(
         if i not in free or result[i][i].ref == stiffness[i][i].ref:
             of_section[i][i] = algebra.one
     if all(entry.is_zero for row in damping for entry in row):
-        return ElementStiffness(result, [list(row) for row in damping], of_section)
+        return RecordedStiffness(result, [list(row) for row in damping], of_section)
     # Rates of strain in the middle, and s times the rates of its change along the element.
     varying = _matrix_product(section, _matrix_product(list(zip(*along, strict=True)), result))
     middle, change = _congruent(damping, _transposed(of_section)), _congruent(damping, _transposed(varying))
     damped = [[x + share * y for x, y in zip(*rows, strict=True)] for rows in zip(middle, change, strict=True)]
-    return ElementStiffness(result, damped, of_section)
+    return RecordedStiffness(result, damped, of_section)
 
 
 def _adjoint(twist: Sequence[float]) -> np.ndarray:
@@ -163,7 +163,7 @@ _TWIST = 6
 
 
 @dataclass(frozen=True)
-class Node:
+class SectionFrame:
     """Frame of a section: axes by columns, origin, and twist in section axes, relative to the base."""
 
     axes: Matrix
@@ -176,13 +176,13 @@ class Node:
         return [*chain.from_iterable(self.axes), *self.origin, *self.omega, *self.velocity]
 
     @classmethod
-    def of(cls, numbers: Six) -> Node:
+    def of(cls, numbers: Six) -> SectionFrame:
         x, y, z, origin, omega, velocity = ((numbers[k], numbers[k + 1], numbers[k + 2]) for k in range(0, 18, 3))
         return cls((x, y, z), origin, omega, velocity)
 
 
 @dataclass(frozen=True)
-class Section:
+class SectionNumbers:
     """Numbers of an element: stiffness, damping, and strain of the middle section per strain of the element, (6, 6)
     each; length, m; 1/length; and d_0, (6,)."""
 
@@ -203,15 +203,15 @@ class Section:
         return [*chain.from_iterable(rows), self.length, self.inverse]
 
     @classmethod
-    def of(cls, numbers: Six) -> Section:
+    def of(cls, numbers: Six) -> SectionNumbers:
         rows = [numbers[start : start + 6] for start in range(0, 114, 6)]
         return cls(rows[:6], rows[6:12], rows[12:18], numbers[114], numbers[115], rows[18])
 
 
-class Element:
+class ElementStrain:
     """Strain and strain rate of an element between two frames."""
 
-    def __init__(self, algebra: Algebra, section: Section, first: Node, second: Node) -> None:
+    def __init__(self, algebra: Algebra, section: SectionNumbers, first: SectionFrame, second: SectionFrame) -> None:
         self.algebra, self.section = algebra, section
         back = transpose(first.axes)
         turn = rotation_vector(algebra, multiply(back, second.axes))
@@ -276,8 +276,8 @@ def add_cosserat_beam(loads: Loads, item: CosseratBeam, quantities: Quantities) 
     """Add the wrenches of a beam on the nodes, the potential energy, J, and the power of damping, W."""
     beam = item.beam
     elements = Chain.of(quantities, beam)
-    forces = elements.each(Element.forces, f"elements of beam {beam.name}")
-    potential, power = elements.total(Element.energies, f"energy of the elements of beam {beam.name}")
+    forces = elements.each(ElementStrain.forces, f"elements of beam {beam.name}")
+    potential, power = elements.total(ElementStrain.energies, f"energy of the elements of beam {beam.name}")
     loads.potential, loads.power = loads.potential + potential, loads.power + power
     elements.push(loads.wrenches, forces)
 
@@ -293,9 +293,9 @@ class Chain:
     """
 
     quantities: Quantities
-    sections: Sequence[Section]
+    sections: Sequence[SectionNumbers]
     mounts: Sequence[Mount]
-    nodes: Sequence[Node]
+    nodes: Sequence[SectionFrame]
 
     @classmethod
     def of(cls, quantities: Quantities, beam: Cosserat) -> Chain:
@@ -346,9 +346,9 @@ class Chain:
             result.append([Scalar(algebra.tape, ref) for ref in add_map(algebra.tape, loop).sums])
         return [sum(parts, algebra.zero) for parts in zip(*result, strict=True)]
 
-    def _element(self, pair: tuple[int, int]) -> Element:
+    def _element(self, pair: tuple[int, int]) -> ElementStrain:
         first, second = pair
-        return Element(self.quantities.algebra, self.sections[first], self.nodes[first], self.nodes[second])
+        return ElementStrain(self.quantities.algebra, self.sections[first], self.nodes[first], self.nodes[second])
 
     def push(self, wrenches: list[Wrench | None], forces: Sequence[Six]) -> None:
         """Add generalized forces on both nodes of each element, (12,) each, to wrenches by link."""
@@ -364,12 +364,12 @@ def is_carried(quantities: Quantities, mount: Mount) -> bool:
     return mount.link >= 0 and quantities.tree.links[mount.link].kind not in ("free", "ball")
 
 
-def node_at(quantities: Quantities, mount: Mount) -> Node:
+def node_at(quantities: Quantities, mount: Mount) -> SectionFrame:
     """Return pose (in the axes of ``kinematics.pose``) and twist (in axes of the node) of a node mounted on a link."""
     R, p = quantities.kinematics.pose(mount.link)
     omega, velocity = quantities.kinematics.twist(mount.link)
     back = transpose(mount.orientation)
-    return Node(
+    return SectionFrame(
         multiply(R, mount.orientation),
         plus(p, apply(R, mount.position)),
         apply(back, omega),
@@ -377,16 +377,16 @@ def node_at(quantities: Quantities, mount: Mount) -> Node:
     )
 
 
-def _sections(quantities: Quantities, beam: Cosserat) -> list[Section]:
+def _sections(quantities: Quantities, beam: Cosserat) -> list[SectionNumbers]:
     """Return a quantity of each element; alike elements share one."""
-    known: dict[int, Section] = {}
+    known: dict[int, SectionNumbers] = {}
     for part in beam.parts:
         if id(part) not in known:
             known[id(part)] = _section(quantities, part)
     return [known[id(part)] for part in beam.parts]
 
 
-def _section(quantities: Quantities, part: BeamElement) -> Section:
+def _section(quantities: Quantities, part: BeamElement) -> SectionNumbers:
     def scalars(rows: Rows) -> list[list[Scalar]]:
         return [[quantities.formula(entry) for entry in row] for row in rows]
 
@@ -396,12 +396,12 @@ def _section(quantities: Quantities, part: BeamElement) -> Section:
     rows = scalars(part.section.stiffness), scalars(part.section.damping)
     result = with_linear_moments(algebra, *rows, length, [float(number) / length for number in part.twist])
     sizes = algebra.scalar(length), algebra.scalar(1.0 / length)
-    return Section(result.stiffness, result.damping, result.of_section, *sizes, rest)
+    return SectionNumbers(result.stiffness, result.damping, result.of_section, *sizes, rest)
 
 
 def _loop(
-    sections: Sequence[Section],
-    nodes: Sequence[Node],
+    sections: Sequence[SectionNumbers],
+    nodes: Sequence[SectionFrame],
     pairs: Sequence[tuple[int, int]],
     label: str,
     results: Results,
@@ -421,10 +421,12 @@ def _loop(
     columns = LoopInputs(algebra, list(zip(*rows, strict=True)))
     numbers = algebra.block("gather", len(rows[0]))
     of_sections = zip(*(sections[first].numbers for first, _ in pairs), strict=True)
-    section = Section.of([columns.number(entries) for entries in of_sections])
+    section = SectionNumbers.of([columns.number(entries) for entries in of_sections])
     rest = [algebra.zero] * (_POSE + _TWIST - size)
-    first, second = (Node.of([*half, *rest]) for half in (numbers[:size], numbers[size : 2 * size]))
-    outputs = tuple(value.ref for value in results(Element(algebra, section, first, second), *numbers[2 * size :]))
+    first, second = (SectionFrame.of([*half, *rest]) for half in (numbers[:size], numbers[size : 2 * size]))
+    outputs = tuple(
+        value.ref for value in results(ElementStrain(algebra, section, first, second), *numbers[2 * size :])
+    )
     loop = Map(
         kernel,
         len(pairs),

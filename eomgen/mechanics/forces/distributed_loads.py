@@ -24,9 +24,9 @@ from eomgen.formula.recording import Resolver
 from eomgen.formula.substitution import pattern
 from eomgen.mechanics.forces.cosserat_beams import (
     Chain,
-    Element,
+    ElementStrain,
     LoopInputs,
-    Node,
+    SectionFrame,
     Six,
     is_carried,
     node_at,
@@ -35,7 +35,7 @@ from eomgen.mechanics.forces.cosserat_beams import (
 from eomgen.mechanics.forces.forces import Local, add_load
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.kinematics.fields import Field, Wrench
+from eomgen.mechanics.kinematics.fields import AccelerationField, Wrench
 from eomgen.mechanics.tree.beam_fields import DistributedMass
 from eomgen.mechanics.tree.inertia import inertia_about_center, wrench
 from eomgen.mechanics.tree.links import Mount
@@ -127,7 +127,7 @@ class _Group:
         algebra, quantities = Algebra(kernel), self.quantities
         rows = [[number.ref for number in node_at(quantities, self._mount(load)).numbers] for load in self.nodes]
         inputs = LoopInputs(algebra, list(zip(*rows, strict=True)))
-        node = Node.of(algebra.block("gather", len(rows[0])))
+        node = SectionFrame.of(algebra.block("gather", len(rows[0])))
         patterns = [pattern((*load.force, *load.moment)) for load in self.nodes]
         numbers = [self._column(inputs, column) for column in zip(*(values for _, values in patterns), strict=True)]
         weight = self._column(inputs, (load.weight for load in self.nodes))
@@ -154,7 +154,14 @@ def _numbers_of_base(quantities: Quantities) -> list[Scalar]:
 
 
 def _wrench(
-    algebra: Algebra, node: Node, base: Six, formulas: Formulas, weight: Scalar, elsewhere: Resolver, *, own_axes: bool
+    algebra: Algebra,
+    node: SectionFrame,
+    base: Six,
+    formulas: Formulas,
+    weight: Scalar,
+    elsewhere: Resolver,
+    *,
+    own_axes: bool,
 ) -> list[Scalar]:
     """Return moment and force on a node in node axes, (6,), and the power of both.
 
@@ -174,7 +181,7 @@ def _wrench(
 
 #: Map from a link's index to the link's field of accelerations minus gravity; negative indices denote the carrier of
 #: the tree.
-Fields = Callable[[int], Field]
+Fields = Callable[[int], AccelerationField]
 
 
 def loads_on_halves(quantities: Quantities, beam: Cosserat, fields: Fields) -> list[list[Scalar]]:
@@ -223,7 +230,7 @@ def _inertia_force(quantities: Quantities, section: BeamSection, mount: Mount, f
 Multipliers = Callable[[Cosserat], Sequence[Sequence[Scalar]]]
 
 
-class SectionLoads:
+class RecordedSectionLoads:
     """Strains and loads of the elements of each beam, recorded at their first use.
 
     Parameters
@@ -246,11 +253,12 @@ class SectionLoads:
         return tuple(self._beams.values())
 
     def rows(self, name: str) -> list[list[Scalar]]:
-        """Return for each element of a beam the numbers of ``Element.sections``, the first 24 of a ``SECTION_ROW``."""
+        """Return for each element of a beam the numbers of ``ElementStrain.sections``, the first 24 of a
+        ``SECTION_ROW``."""
         if name not in self._found:
             beam = self._beams[name]
 
-            def sections(element: Element, *multipliers: Scalar) -> list[Scalar]:
+            def sections(element: ElementStrain, *multipliers: Scalar) -> list[Scalar]:
                 return element.sections(dict(zip(beam.constrained, multipliers, strict=True)))
 
             label = f"sections of beam {name}"

@@ -14,7 +14,7 @@ from itertools import chain
 from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import ZERO, Symbol
-from eomgen.mechanics.forces.cosserat_beams import LoopInputs, Node
+from eomgen.mechanics.forces.cosserat_beams import LoopInputs, SectionFrame
 from eomgen.mechanics.forces.loads import Law, Loads, add_effort, add_wrench, push
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.fields import Wrench
@@ -67,7 +67,7 @@ def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -
         if len(members) < FEWEST:
             alone += [spring for spring, _, _ in members]
         else:
-            _Kind(quantities, members).add(loads)
+            _SpringKind(quantities, members).add(loads)
     return alone
 
 
@@ -90,7 +90,7 @@ def _chain(quantities: Quantities, link: int, known: dict[int, Chain]) -> Chain:
     return known[link]
 
 
-class _Kind:
+class _SpringKind:
     """Springs that differ in numbers alone."""
 
     def __init__(self, quantities: Quantities, members: Sequence[tuple[Spring, _End, _End]]) -> None:
@@ -156,7 +156,7 @@ def _results(
 ) -> tuple[tuple[Wrench, Wrench], Scalar, Scalar]:
     """Return the wrenches on both links in link axes about the origins of the links, the potential, and the damper's
     power."""
-    nodes = [Node.of(numbers[:_NODE]) for numbers in ends]
+    nodes = [SectionFrame.of(numbers[:_NODE]) for numbers in ends]
     places: list[Vector] = [(numbers[_NODE], numbers[_NODE + 1], numbers[_NODE + 2]) for numbers in ends]
     positions, velocities = [], []
     for node, place in zip(nodes, places, strict=True):

@@ -31,7 +31,7 @@ from eomgen.symbolic.scalar import (
 
 
 @dataclass(frozen=True)
-class Field:
+class AccelerationField:
     """Affine acceleration field of a link, a(s) = ``origin`` + (alpha~ + ``symmetric``) s, m/s^2, in link axes."""
 
     origin: Vector
@@ -49,7 +49,7 @@ class Field:
 
 
 @dataclass(frozen=True)
-class LinkField(Field):
+class LinkField(AccelerationField):
     """Acceleration field of a link's frame, and the velocity terms of motion relative to it (elastic links).
 
     Attributes
@@ -110,7 +110,7 @@ def total_fields(
     """
     algebra = tree.algebra
     start = plus(base.acceleration, scaled(-1.0, base.gravity)) if gravity else base.acceleration
-    root = Field(start, base.alpha, centripetal(base.omega))
+    root = AccelerationField(start, base.alpha, centripetal(base.omega))
     relative_motion = {"rates": velocities, "own_rates": velocities, "accelerations": accelerations}
     omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()
     quantity, bias = ("acceleration", "") if accelerations else ("centripetal and Coriolis acceleration", "0")
@@ -149,7 +149,7 @@ def base_fields(tree: Tree, base: BaseMotion) -> list[LinkField]:
     algebra = tree.algebra
     relative_omegas = angular_velocities(tree, algebra.zero_vector)
     omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()
-    root = Field(base.acceleration, base.alpha, centripetal(base.omega))
+    root = AccelerationField(base.acceleration, base.alpha, centripetal(base.omega))
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"base motion felt by link {link.name}"):
             up = link.parent

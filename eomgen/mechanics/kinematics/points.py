@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eomgen.mechanics.kinematics.fields import Field, LinkField, centripetal, relative, total_fields
+from eomgen.mechanics.kinematics.fields import AccelerationField, LinkField, centripetal, relative, total_fields
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import CARRIER, ROOT, WORLD, Mount, Tree
 from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, minus, multiply, negative, plus, transpose
@@ -127,11 +127,11 @@ class Kinematics(LinkKinematics):
         in_base = apply(self.pose(link)[0], self.field(link).at(s))
         return apply(self.base.orientation, in_base)
 
-    def field(self, link: int) -> Field:
+    def field(self, link: int) -> AccelerationField:
         """Return the inertial acceleration field of a link in link axes; for negative numbers of the carrying base."""
         if link < 0:
             motion = self.carrier.motion()
-            return Field(motion.acceleration, motion.alpha, centripetal(motion.omega))
+            return AccelerationField(motion.acceleration, motion.alpha, centripetal(motion.omega))
         if self._fields is None:
             self._fields = total_fields(self.tree, self.base.motion(), accelerations=True, gravity=False)
         return self._fields[link]

@@ -22,10 +22,10 @@ import math
 from collections.abc import Callable, Sequence
 
 from eomgen.base.data import dataclass
-from eomgen.mechanics.kinematics.fields import Field, Wrench, difference, project
+from eomgen.mechanics.kinematics.fields import AccelerationField, Wrench, difference, project
 from eomgen.mechanics.tree.inertia import wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
-from eomgen.symbolic.rotation import Rotation
+from eomgen.symbolic.rotation import FactoredRotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, matrix_plus, minus, plus, scaled, skew
 
 #: Derivatives from order 0 on.
@@ -34,7 +34,7 @@ Path = list[Vector]
 Entry = Callable[[int, int], Vector]
 
 
-def to_child(rotation: Rotation, turn: Sequence[Vector], x: Sequence[Vector]) -> Path:
+def to_child(rotation: FactoredRotation, turn: Sequence[Vector], x: Sequence[Vector]) -> Path:
     """Return the path of R^T x, as long as the path of x; ``turn`` is the path of w in child axes."""
     return in_rotating_axes([rotation.rotate_back(value) for value in x], turn)
 
@@ -52,7 +52,7 @@ def in_rotating_axes(rotated: Sequence[Vector], turn: Sequence[Vector]) -> Path:
     return [entry(0, m) for m in range(len(rotated))]
 
 
-def to_parent(rotation: Rotation, turn: Sequence[Vector], y: Sequence[Vector]) -> Path:
+def to_parent(rotation: FactoredRotation, turn: Sequence[Vector], y: Sequence[Vector]) -> Path:
     """Return the path of R y, as long as the path of y; ``turn`` is the path of w in child axes."""
     table = {(0, m): value for m, value in enumerate(y)}
 
@@ -134,7 +134,7 @@ def centripetal_path(omega: Sequence[Vector], order: int) -> Matrix:
     return ((-(yy + zz), xy, xz), (xy, -(xx + zz), yz), (xz, yz, -(xx + yy)))
 
 
-def at_path(fields: Sequence[Field], position: Sequence[Vector], order: int) -> Vector:
+def at_path(fields: Sequence[AccelerationField], position: Sequence[Vector], order: int) -> Vector:
     """Return d^order/dt^order of the acceleration at a position that moves in the field's axes."""
     total = fields[order].at(position[0])
     for k in range(1, order + 1):
@@ -215,14 +215,15 @@ def position_path(link: Link, turn: Path, slide: Path, order: int) -> Path:
     return [link.position, *to_parent(link.rotation, turn, slide[:order])]
 
 
-def _fields(tree: Tree, drive: Drive, order: int) -> tuple[list[Path], list[list[Field]]]:
+def _fields(tree: Tree, drive: Drive, order: int) -> tuple[list[Path], list[list[AccelerationField]]]:
     """Return the paths of the turns of joints and of the acceleration fields of links."""
     algebra = tree.algebra
     turns: list[Path] = []
     omegas: list[Path] = []
-    fields: list[list[Field]] = []
+    fields: list[list[AccelerationField]] = []
     root = [
-        Field(drive.acceleration[k], drive.omega[k + 1], centripetal_path(drive.omega, k)) for k in range(order + 1)
+        AccelerationField(drive.acceleration[k], drive.omega[k + 1], centripetal_path(drive.omega, k))
+        for k in range(order + 1)
     ]
     for link in tree.links:
         with algebra.tape.block(f"derivatives of the acceleration of link {link.name}"):
@@ -239,7 +240,9 @@ def _fields(tree: Tree, drive: Drive, order: int) -> tuple[list[Path], list[list
                 origin[k] = plus(plus(origin[k], travelling), slide[k + 1])
             turns.append(turn)
             omegas.append(omega)
-            fields.append([Field(origin[k], omega[k + 1], centripetal_path(omega, k)) for k in range(order + 1)])
+            fields.append(
+                [AccelerationField(origin[k], omega[k + 1], centripetal_path(omega, k)) for k in range(order + 1)]
+            )
     return turns, fields
 
 

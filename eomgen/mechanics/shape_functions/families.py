@@ -18,7 +18,7 @@ from eomgen.base.data import dataclass
 from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, array, fixed, rounded, times
 
 
-class Family(Protocol):
+class ShapeFunctions(Protocol):
     """Shape functions f_0 .. f_(n-1) of s.
 
     Attributes
@@ -44,7 +44,7 @@ class Family(Protocol):
 class Scaled:
     """A family with functions multiplied by factors (n,)."""
 
-    family: Family
+    family: ShapeFunctions
     factors: Fixed
 
     @property
@@ -109,7 +109,7 @@ def _root(number: int) -> Any:
     return x
 
 
-class Grid:
+class QuadratureGrid:
     """Quadrature nodes along a beam.
 
     Parameters
@@ -124,7 +124,9 @@ class Grid:
     positions, weights : (m,)
     """
 
-    def __init__(self, families: Sequence[Family], ends: Sequence[Fraction] = (Fraction(0), Fraction(1))) -> None:
+    def __init__(
+        self, families: Sequence[ShapeFunctions], ends: Sequence[Fraction] = (Fraction(0), Fraction(1))
+    ) -> None:
         breaks = {position for family in families for position in family.breaks if ends[0] < position < ends[-1]}
         edges = sorted({*ends, *breaks})
         wave = max((family.wave_number for family in families), default=0.0)

@@ -18,7 +18,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.mechanics.shape_functions import uniform_beams
 from eomgen.mechanics.shape_functions.elements import elements
-from eomgen.mechanics.shape_functions.families import Family, Grid, Scaled
+from eomgen.mechanics.shape_functions.families import QuadratureGrid, Scaled, ShapeFunctions
 from eomgen.mechanics.shape_functions.fixed_point import (
     BITS,
     ONE,
@@ -38,7 +38,7 @@ from eomgen.scene.bodies.model import Beam, Deformation, Ends, Normalisation
 _SAMPLES = 40  # for each function: enough for the largest half-wave
 
 
-def normalised(family: Family, ends: Ends, normalisation: Normalisation) -> Family:
+def normalised(family: ShapeFunctions, ends: Ends, normalisation: Normalisation) -> ShapeFunctions:
     """Return shape functions scaled: ``natural`` functions unchanged, ``unit`` functions to a greatest value of 1,
     other functions to a mean square of 1."""
     if normalisation == "natural":
@@ -46,12 +46,12 @@ def normalised(family: Family, ends: Ends, normalisation: Normalisation) -> Fami
     with mpmath.workprec(WORKING):
         if normalisation == "unit":
             return Scaled(family, array(1 / unfixed(greatest) for greatest in _greatest(family, ends)))
-        grid = Grid([family])
+        grid = QuadratureGrid([family])
         squares = [grid.integral(f, f) for f in family.values(grid.positions)[0]]
         return Scaled(family, array(1 / mpmath.sqrt(unfixed(square)) for square in squares))
 
 
-def _greatest(family: Family, ends: Ends) -> list[int]:
+def _greatest(family: ShapeFunctions, ends: Ends) -> list[int]:
     """Return values at a free second end, else the largest magnitude of each function with the sign of the function
     there."""
     if ends != "pinned_pinned":
@@ -71,12 +71,12 @@ def _greatest(family: Family, ends: Ends) -> list[int]:
     return extremes
 
 
-def shapes(deformation: Deformation, beam: Beam) -> Family:
+def shapes(deformation: Deformation, beam: Beam) -> ShapeFunctions:
     """Return the shape functions of a deformation, of s = (x - start) / length."""
     return normalised(*_natural(deformation, beam), deformation.normalisation)
 
 
-def _natural(deformation: Deformation, beam: Beam) -> tuple[Family, Ends]:
+def _natural(deformation: Deformation, beam: Beam) -> tuple[ShapeFunctions, Ends]:
     kind, size = deformation.kind, deformation.modes
     if deformation.shapes == "polynomial":
         return uniform_beams.family(kind, deformation.ends, size), deformation.ends
@@ -105,9 +105,9 @@ class _Integrator:
     def __init__(self, beam: Beam) -> None:
         self.beam = beam
         self.start, self.length = Fraction(beam.start), Fraction(beam.length)
-        self.families: list[Family] = [shapes(deformation, beam) for deformation in beam.deformations]
+        self.families: list[ShapeFunctions] = [shapes(deformation, beam) for deformation in beam.deformations]
         self.origin = self.place(0.0)
-        self.grid = Grid(self.families, [Fraction(0), self.origin, Fraction(1)])
+        self.grid = QuadratureGrid(self.families, [Fraction(0), self.origin, Fraction(1)])
         self.kinds = tuple(item.kind for item in beam.deformations for _ in range(item.modes))
         self.f, self.slope, self.curvature = self.values(self.grid.positions)
 
@@ -268,7 +268,7 @@ class _Integrator:
         """Return H(s), (n, n), 1/m: integrals of products of slopes from the origin of the axis to s."""
         if s == self.origin:
             return np.zeros((len(self.kinds), len(self.kinds)))
-        grid = Grid(self.families, sorted((self.origin, s)))
+        grid = QuadratureGrid(self.families, sorted((self.origin, s)))
         slope = self.values(grid.positions)[1]
         sign = 1 if s > self.origin else -1
         return self.matrix(lambda k, j: grid.integral(slope[k], slope[j]), self.bend_in_same_plane, sign / self.length)

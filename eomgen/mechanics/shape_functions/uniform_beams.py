@@ -188,7 +188,7 @@ class BendingModes:
 
 
 @dataclass(frozen=True)
-class Waves:
+class UniformModes:
     """Modes of uniform bars and shafts, or of a beam between pins; the greatest value is 1.
 
     Attributes
@@ -233,10 +233,10 @@ def _table(modes: list[Any], function: Any, s: Fixed) -> tuple[Fixed, Fixed, Fix
     return f, slope, curvature
 
 
-def modes(bends: bool, ends: Ends, size: int) -> BendingModes | Waves:
+def modes(bends: bool, ends: Ends, size: int) -> BendingModes | UniformModes:
     """Return the modes of bending, or of stretch and torsion."""
     return (
         BendingModes(1 if ends == "clamped_free" else -1, size)
         if bends and ends != "pinned_pinned"
-        else Waves(ends, size)
+        else UniformModes(ends, size)
     )

@@ -29,7 +29,7 @@ from eomgen.mechanics.kinematics.directions import configuration_directions, rat
 from eomgen.mechanics.kinematics.fields import Wrench, carry, summed, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.scene_tape import Derivation
-from eomgen.mechanics.tree.inertia import Inertia
+from eomgen.mechanics.tree.inertia import RecordedInertia
 from eomgen.mechanics.tree.links import ROOT, no_inertia
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
@@ -50,18 +50,18 @@ class Centroidal:
         self.algebra = kinematics.algebra
 
     @cached_property
-    def _bodies(self) -> list[Inertia]:
+    def _bodies(self) -> list[RecordedInertia]:
         return composites(self.tree)
 
     @cached_property
-    def _whole(self) -> Inertia:
+    def _whole(self) -> RecordedInertia:
         """Shape integrals of all links about the base's origin, in base axes; the second moment is left out."""
         total = no_inertia(self.algebra)
         still = total.second
         for link, body in zip(self.tree.links, self._bodies, strict=True):
             if link.parent == ROOT:
                 first = plus(link.rotation.rotate(body.first), scaled(body.mass, link.position))
-                total = Inertia(total.mass + body.mass, plus(total.first, first), still)
+                total = RecordedInertia(total.mass + body.mass, plus(total.first, first), still)
         return total
 
     @property

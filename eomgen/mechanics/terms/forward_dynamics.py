@@ -27,7 +27,7 @@ from eomgen.mechanics.kinematics.fields import (
 )
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import BaseMotion
-from eomgen.mechanics.tree.inertia import Inertia, wrench
+from eomgen.mechanics.tree.inertia import RecordedInertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.symbolic.latency import expected_cycles
 from eomgen.symbolic.scalar import (
@@ -89,7 +89,7 @@ def _symmetric(A: Matrix) -> Matrix:
     return (A[0], (A[0][1], A[1][1], A[1][2]), (A[0][2], A[1][2], A[2][2]))
 
 
-def _rigid(algebra: Algebra, inertia: Inertia, bias: Wrench) -> Articulated:
+def _rigid(algebra: Algebra, inertia: RecordedInertia, bias: Wrench) -> Articulated:
     """Return the articulated body of one rigid link; ``bias`` is the wrench at zero acceleration."""
     second = inertia.second
     trace = second[0][0] + second[1][1] + second[2][2]

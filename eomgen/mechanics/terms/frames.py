@@ -15,7 +15,7 @@ from eomgen.mechanics.dynamics.elimination import factored, half_solved
 from eomgen.mechanics.dynamics.separated import mass_rows
 from eomgen.mechanics.kinematics.bodies import Orientations, jacobian_of_mount, link_columns
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
-from eomgen.mechanics.kinematics.fields import Field, total_fields
+from eomgen.mechanics.kinematics.fields import AccelerationField, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import BaseMotion, quaternion_product
@@ -57,7 +57,7 @@ class FrameMotion:
         self.tree = kinematics.tree
         self.algebra = kinematics.algebra
         self.reference = reference
-        self._fields: Sequence[Field] | None = None
+        self._fields: Sequence[AccelerationField] | None = None
         self._links = link_columns(self.tree) if reference == "body" else []
 
     def jacobian(self, mount: Mount) -> list[Scalar]:

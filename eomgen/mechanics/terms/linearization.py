@@ -57,7 +57,7 @@ def linearization(derivation: Derivation) -> list[Block]:
         replace(C, name="C0", description="d(h + b - Q)/dv"),
         replace(K, name="K0", description="d(M a + h + b - Q + B^T lam)/dq, left-trivialised, a and lam held"),
     ]
-    columns = Columns(derivation)
+    columns = InputDirections(derivation)
     with tape.block("influence of inputs and disturbances"):
         inertial = derivation.base_motion()[0].refs if base_disturbances(scene) else (ZERO,) * derivation.tree.nv
         forces = [x - Scalar(tape, b) for x, b in zip(derivation.applied(), inertial, strict=True)]
@@ -80,7 +80,7 @@ def output_partials(derivation: Derivation) -> list[Block]:
         with tape.block(f"partials of outputs in {block}"):
             blocks += _matrix(derivation, values, seeds, sizes[block], f"Y{block}", f"d outputs / {differential}")
     with tape.block("partials of outputs in inputs and disturbances"):
-        return blocks + Columns(derivation).of(values, "Yu", "Yw", "d outputs")
+        return blocks + InputDirections(derivation).of(values, "Yu", "Yw", "d outputs")
 
 
 def acceleration_partials(derivation: Derivation) -> list[Block]:
@@ -135,7 +135,7 @@ def _by_state(
     return by_q + _matrix(derivation, values, by_v, nv, names[1], f"{numerator}/dv")
 
 
-class Columns:
+class InputDirections:
     """Inputs and disturbances of a scene as directions of differentiation."""
 
     def __init__(self, derivation: Derivation) -> None:
@@ -183,7 +183,7 @@ def _matrix(
 
 def parameter_partials(derivation: Derivation) -> list[Block]:
     """Return Rp, then Fp if there are internal states, then Phip, Zp and Ap if there are constraints."""
-    partials = Partials(derivation)
+    partials = ParameterDirections(derivation)
     (r,) = derivation.residual()
     blocks = [partials.of(r.refs, "Rp", "d(M a + h + b - Q + B^T lam)")]
     if derivation.scene.states:
@@ -202,10 +202,10 @@ def parameter_partials(derivation: Derivation) -> list[Block]:
 
 def output_parameter_partials(derivation: Derivation) -> list[Block]:
     """Return Yp, the partials of the named outputs."""
-    return [Partials(derivation).of(derivation.outputs()[0].refs, "Yp", "d outputs")]
+    return [ParameterDirections(derivation).of(derivation.outputs()[0].refs, "Yp", "d outputs")]
 
 
-class Partials:
+class ParameterDirections:
     """Differentiation along the tunable parameters, each a direction, in order.
 
     Attributes
@@ -300,7 +300,7 @@ def _directions(derivation: Derivation, blocks: SecondBlocks) -> Seeds:
     for block in ("v", "a", "z", "lam"):
         seeds |= {InputSymbol(block, k): {place: ONE} for k, place in enumerate(_numbers(places[block]))}
     of_parameters = places["p"].start
-    for key, tangent in Partials(derivation).seeds.items():
+    for key, tangent in ParameterDirections(derivation).seeds.items():
         seeds[key] = {of_parameters + direction: ref for direction, ref in tangent.items()}
     for k, place in enumerate(_numbers(places["u"])):
         seeds[InputSymbol("u", k)] = {**seeds.get(InputSymbol("u", k), {}), place: ONE}

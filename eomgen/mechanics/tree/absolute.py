@@ -15,8 +15,8 @@ from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
 from eomgen.lie.product import Factor
-from eomgen.mechanics.tree.inertia import Inertia, added_masses, inertia_about_center
-from eomgen.mechanics.tree.joints import IDENTITY, Motion, columns_of, name_rotation, own_coordinates, pose_of
+from eomgen.mechanics.tree.inertia import RecordedInertia, added_masses, inertia_about_center
+from eomgen.mechanics.tree.joints import IDENTITY, JointMotion, columns_of, name_rotation, own_coordinates, pose_of
 from eomgen.mechanics.tree.links import (
     CARRIER,
     ROOT,
@@ -66,7 +66,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
         WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
     }
     hosts: list[Body] = []
-    totals: list[Inertia] = []
+    totals: list[RecordedInertia] = []
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
         tensor = tuple(number(entry) for entry in body.inertia)
         inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
@@ -103,7 +103,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
     return Tree(algebra, of_bodies, mounts, parameters, factors, {})
 
 
-def _check_masses(hosts: Sequence[Body], totals: Sequence[Inertia]) -> None:
+def _check_masses(hosts: Sequence[Body], totals: Sequence[RecordedInertia]) -> None:
     light = [body.name for body, total in zip(hosts, totals, strict=True) if total.mass.is_zero]
     if light:
         raise ModelError(
@@ -118,13 +118,15 @@ def _check_masses(hosts: Sequence[Body], totals: Sequence[Inertia]) -> None:
         )
 
 
-def _pose_link(algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, _: int) -> list[FreeLink]:
+def _pose_link(
+    algebra: Algebra, name: str, q_start: int, v_start: int, inertia: RecordedInertia, _: int
+) -> list[FreeLink]:
     """Return one link on SE(3)."""
     return [_link(algebra, "free", name, ROOT, Factor("SE3", name, q_start, 7, v_start, 6), inertia)]
 
 
 def _separate_links(
-    algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, index: int
+    algebra: Algebra, name: str, q_start: int, v_start: int, inertia: RecordedInertia, index: int
 ) -> list[FreeLink]:
     """Return a translating point and the body rotating about this point: R^3 x SO(3), angular velocity first."""
     position = Factor("R", f"{name}.position", q_start + 4, 3, v_start + 3, 3)
@@ -135,10 +137,12 @@ def _separate_links(
     ]
 
 
-def _link(algebra: Algebra, kind: MotionKind, name: str, parent: int, factor: Factor, inertia: Inertia) -> FreeLink:
+def _link(
+    algebra: Algebra, kind: MotionKind, name: str, parent: int, factor: Factor, inertia: RecordedInertia
+) -> FreeLink:
     units, zero = algebra.identity, algebra.zero
     coordinates = own_coordinates(algebra, factor, {})
-    motion = Motion(kind, IDENTITY if kind == "travel" else (), tuple(range(factor.v_size)))
+    motion = JointMotion(kind, IDENTITY if kind == "travel" else (), tuple(range(factor.v_size)))
     with algebra.tape.block(f"rotation of body {name}"):
         rotation, position = pose_of(algebra, motion, zero, units, algebra.zero_vector, coordinates.q)
         name_rotation(rotation, name, f"R_{name}")

@@ -12,8 +12,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from operator import eq
 
-from eomgen.mechanics.tree.inertia import Inertia
-from eomgen.mechanics.tree.joints import Motion, columns_of, motions_of, pose_of
+from eomgen.mechanics.tree.inertia import RecordedInertia
+from eomgen.mechanics.tree.joints import JointMotion, columns_of, motions_of, pose_of
 from eomgen.mechanics.tree.links import ROOT, Link, Mount, Tree
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
@@ -52,7 +52,7 @@ def is_irregular(scene: Scene, tree: Tree, grouped: Tree) -> bool:
     )
 
 
-def _pattern(link: Link, grouped: Inertia, mount: Mount | None) -> tuple[object, ...]:
+def _pattern(link: Link, grouped: RecordedInertia, mount: Mount | None) -> tuple[object, ...]:
     row = _numbers(link, grouped, mount)
     columns = [entry for column in link.columns for entry in (*column.angular, *column.linear)]
     return (*_kind(link, mount is not None), *map(_looked_at, [*row, *columns]), *_equal_moments(row))
@@ -147,7 +147,7 @@ _ORIENTATION, _POSITION, _INERTIA, _GROUPED, _PITCH = slice(0, 9), slice(9, 12),
 _UPPER = [(i, j) for i in range(3) for j in range(i, 3)]
 
 
-def _numbers(link: Link, grouped: Inertia, mount: Mount | None) -> list[Scalar]:
+def _numbers(link: Link, grouped: RecordedInertia, mount: Mount | None) -> list[Scalar]:
     """Return orientation and position at neutral coordinates, inertias, pitch, rotors, and the mount of the body."""
     numbers = [*_flat(link.orientation), *link.neutral_position]
     for inertia in (link.inertia, grouped):
@@ -206,7 +206,7 @@ def _equal_moments(row: Sequence[Scalar]) -> Iterable[int]:
             yield (1 if first == other else -1) if alike else 0
 
 
-def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[Link, Inertia]:
+def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[Link, RecordedInertia]:
     """Return a link and its grouped inertia with other numbers substituted."""
     motion, _ = _motion_of(link)
     orientation, position, pitch = _matrix(row[_ORIENTATION]), _vector(row[_POSITION]), row[_PITCH]
@@ -227,17 +227,17 @@ def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[
     return made, replace(_inertia(row[_GROUPED]), added=link.inertia.added)
 
 
-def _motion_of(link: Link) -> tuple[Motion, Scalar]:
+def _motion_of(link: Link) -> tuple[JointMotion, Scalar]:
     """Return the elementary motion of a link, and the pitch, m/rad."""
     if link.motion is None or link.pitch is None:
         raise ValueError(f"link {link.name} is not moved by a joint")
     return link.motion, link.pitch
 
 
-def _inertia(numbers: Sequence[Scalar]) -> Inertia:
+def _inertia(numbers: Sequence[Scalar]) -> RecordedInertia:
     upper = dict(zip(_UPPER, numbers[4:], strict=True))
     rows = tuple(_vector([upper[min(i, j), max(i, j)] for j in range(3)]) for i in range(3))
-    return Inertia(numbers[0], _vector(numbers[1:4]), (rows[0], rows[1], rows[2]))
+    return RecordedInertia(numbers[0], _vector(numbers[1:4]), (rows[0], rows[1], rows[2]))
 
 
 def _vector(values: Sequence[Scalar]) -> Vector:

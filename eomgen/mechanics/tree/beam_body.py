@@ -12,8 +12,8 @@ from eomgen.formula.nodes import Formula
 from eomgen.mechanics.laws.derived import LAWS
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.mechanics.tree.beam_fields import Amplitudes, Deflections, DistributedMass, SeparatedField
-from eomgen.mechanics.tree.inertia import Inertia
-from eomgen.mechanics.tree.joints import Coordinates
+from eomgen.mechanics.tree.inertia import RecordedInertia
+from eomgen.mechanics.tree.joints import JointCoordinates
 from eomgen.scene.bodies.model import Beam, Deformation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, cross, plus, scaled
 
@@ -50,7 +50,7 @@ class ElasticBody:
 
     algebra: Algebra
     beam: Beam
-    coordinates: Coordinates
+    coordinates: JointCoordinates
     mass: DistributedMass
     density: Scalar
     deflections: Deflections
@@ -93,13 +93,13 @@ class ElasticBody:
 
     # -- inertia -------------------------------------------------------------------------------------------------------
 
-    def deformed(self, rigid: Inertia) -> Inertia:
+    def deformed(self, rigid: RecordedInertia) -> RecordedInertia:
         """Return the shape integrals of the deformed body about the frame's origin from those for the rigid body."""
         s = self.deflections.position()
         first = self.algebra.vector([self.density * self.mass.first(component) for component in s])
         upper = {(i, j): self.density * self.mass.product(s[i], s[j]) for i in range(3) for j in range(i, 3)}
         second = [[rigid.second[i][j] + upper[min(i, j), max(i, j)] for j in range(3)] for i in range(3)]
-        return Inertia(rigid.mass, plus(rigid.first, first), self.algebra.matrix(second))
+        return RecordedInertia(rigid.mass, plus(rigid.first, first), self.algebra.matrix(second))
 
     def wrench(self, spin: Vector, motion: RelativeMotion) -> tuple[Vector, Vector]:
         """Return the inertia wrench of the motion relative to a frame with angular velocity ``spin``, in frame axes."""
@@ -180,7 +180,7 @@ def elastic_body(
     algebra: Algebra,
     beam: Beam,
     integrals: ShapeIntegrals,
-    coordinates: Coordinates,
+    coordinates: JointCoordinates,
     number: Callable[[Formula], Scalar],
 ) -> ElasticBody:
     """Return the elastic part of a beam's link."""

@@ -24,11 +24,11 @@ from eomgen.base.data import dataclass, replace
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Station
-from eomgen.mechanics.tree.joints import Column, Coordinates, quaternion_matrix
+from eomgen.mechanics.tree.joints import JointCoordinates, SubspaceColumn, quaternion_matrix
 from eomgen.scene.bodies.model import DeformationKind
 from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.rotation import MatrixFactor, PlanarFactor, Rotation
+from eomgen.symbolic.rotation import FactoredRotation, MatrixFactor, PlanarFactor
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, dot, plus, scaled
 from eomgen.symbolic.tape import Ref
 
@@ -219,10 +219,10 @@ class StationMotion:
     shortening : (n, n) H(x), zero without stiffening
     """
 
-    rotation: Rotation
+    rotation: FactoredRotation
     angle: Vector
     position: Vector
-    columns: tuple[Column, ...]
+    columns: tuple[SubspaceColumn, ...]
     bias: tuple[Vector, Vector]
     shortening: tuple[Amplitudes, ...]
 
@@ -237,7 +237,7 @@ def station_motion(
     kinds: tuple[DeformationKind, ...],
     station: Station,
     x: float,
-    coordinates: Coordinates,
+    coordinates: JointCoordinates,
     *,
     shortens: bool,
 ) -> StationMotion:
@@ -264,7 +264,7 @@ def station_motion(
     angle = _combined(algebra.zero_vector, turning, q)
     rotation, tangent = _turned(algebra, angle)
     columns = tuple(
-        Column(apply(tangent, turns) if tangent is not None else turns, rotation.rotate_back(moved))
+        SubspaceColumn(apply(tangent, turns) if tangent is not None else turns, rotation.rotate_back(moved))
         for turns, moved in zip(turning, moving, strict=True)
     )
     drawn_in = zero
@@ -282,21 +282,23 @@ def station_motion(
     return StationMotion(rotation, angle, position, columns, bias, tuple(shortening))
 
 
-def _turned(algebra: Algebra, angle: Vector) -> tuple[Rotation, Matrix | None]:
+def _turned(algebra: Algebra, angle: Vector) -> tuple[FactoredRotation, Matrix | None]:
     """Return exp(angle) and the tangent; no tangent for a fixed axis of rotation."""
     axes = [k for k in range(3) if not angle[k].is_zero]
     if not axes:
-        return Rotation(()), None
+        return FactoredRotation(()), None
     if len(axes) == 1:
         (axis,) = axes
         return (
-            Rotation((PlanarFactor(axis, algebra.call(Op.COS, angle[axis]), algebra.call(Op.SIN, angle[axis])),)),
+            FactoredRotation(
+                (PlanarFactor(axis, algebra.call(Op.COS, angle[axis]), algebra.call(Op.SIN, angle[axis])),)
+            ),
             None,
         )
     on_tape = TapeAlgebra(algebra.tape)
     quaternion = [on_tape.scalar(part) for part in rotations.exponential(on_tape, angle)]
     tangent = algebra.matrix(rotations.tangent(on_tape, angle))
-    return Rotation((MatrixFactor(quaternion_matrix(algebra, quaternion)),)), tangent
+    return FactoredRotation((MatrixFactor(quaternion_matrix(algebra, quaternion)),)), tangent
 
 
 def _combined(start: Vector, columns: list[Vector], amplitudes: Amplitudes) -> Vector:

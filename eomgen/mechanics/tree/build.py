@@ -20,11 +20,11 @@ from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
 from eomgen.mechanics.tree.beam_body import elastic_body
 from eomgen.mechanics.tree.beam_fields import moves, station_motion
-from eomgen.mechanics.tree.inertia import AddedMass, Inertia, added_masses, inertia_about_center
+from eomgen.mechanics.tree.inertia import AddedMass, RecordedInertia, added_masses, inertia_about_center
 from eomgen.mechanics.tree.joints import (
-    Column,
-    Coordinates,
-    Motion,
+    JointCoordinates,
+    JointMotion,
+    SubspaceColumn,
     columns_of,
     joint_coordinates,
     motions_of,
@@ -45,7 +45,7 @@ from eomgen.mechanics.tree.links import (
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.rotation import MatrixFactor, Rotation
+from eomgen.symbolic.rotation import FactoredRotation, MatrixFactor
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, minus, multiply, plus, transpose
 from eomgen.system.description import BASE
 
@@ -65,13 +65,13 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
     integrals, coordinates = shape_integrals(body.beam), tree.coordinates[body.name]
     center = algebra.vector([number(item) for item in body.center_of_mass])
     inertia = inertia_about_center(algebra, number(body.mass), center, tuple(number(entry) for entry in body.inertia))
-    still = Column(algebra.zero_vector, algebra.zero_vector)
+    still = SubspaceColumn(algebra.zero_vector, algebra.zero_vector)
     beam = Link(
         name=body.name,
         joint=joint,
         kind="elastic",
         parent=mount.link,
-        rotation=Rotation((MatrixFactor(mount.orientation),)),
+        rotation=FactoredRotation((MatrixFactor(mount.orientation),)),
         orientation=mount.orientation,
         neutral_position=mount.position,
         travel=algebra.zero_vector,
@@ -258,7 +258,13 @@ def _add_body(
 
 
 def _fixed_link(
-    algebra: Algebra, name: str, joint: Joint, parent: int, orientation: Matrix, position: Vector, inertia: Inertia
+    algebra: Algebra,
+    name: str,
+    joint: Joint,
+    parent: int,
+    orientation: Matrix,
+    position: Vector,
+    inertia: RecordedInertia,
 ) -> Link:
     """Return the link of a body on a fixed joint, which has no columns."""
     return Link(
@@ -266,13 +272,13 @@ def _fixed_link(
         joint=joint,
         kind="fixed",
         parent=parent,
-        rotation=Rotation((MatrixFactor(orientation),)),
+        rotation=FactoredRotation((MatrixFactor(orientation),)),
         orientation=orientation,
         neutral_position=position,
         travel=algebra.zero_vector,
         position=position,
         columns=(),
-        coordinates=Coordinates(algebra, (), (), algebra.one, algebra.zero),
+        coordinates=JointCoordinates(algebra, (), (), algebra.one, algebra.zero),
         velocities=(),
         accelerations=(),
         inertia=inertia,
@@ -284,14 +290,14 @@ def _link(
     algebra: Algebra,
     name: str,
     joint: Joint,
-    motion: Motion,
+    motion: JointMotion,
     parent: int,
     orientation: Matrix,
     position: Vector,
     pitch: Scalar,
-    coordinates: Coordinates,
+    coordinates: JointCoordinates,
     rotors: Sequence[Scalar],
-    inertia: Inertia,
+    inertia: RecordedInertia,
 ) -> Link:
     """Return the link that moves by one elementary motion of a joint."""
     own = coordinates.of(motion)
@@ -340,25 +346,25 @@ def grouped(tree: Tree) -> Tree:
     return replace(tree, links=links)
 
 
-def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
+def _movable(algebra: Algebra, link: Link, inertia: RecordedInertia) -> RecordedInertia:
     zero, nothing = algebra.zero, algebra.matrix([[0, 0, 0]] * 3)
     if link.turn is not None:
         k = link.turn.place
         along = inertia.second[k][k] + _of_rotor(algebra, inertia, k)
         second = algebra.matrix([[along if i == j == k else zero for j in range(3)] for i in range(3)])
         if link.kind != "turn":
-            return Inertia(zero, algebra.zero_vector, second)
-        return Inertia(inertia.mass, _unit(algebra, k, inertia.first[k]), second)
+            return RecordedInertia(zero, algebra.zero_vector, second)
+        return RecordedInertia(inertia.mass, _unit(algebra, k, inertia.first[k]), second)
     match link.kind:
         case "travel":
-            return Inertia(zero, algebra.zero_vector, inertia.second)
+            return RecordedInertia(zero, algebra.zero_vector, inertia.second)
         case "ball":
-            return Inertia(inertia.mass, algebra.zero_vector, nothing)
+            return RecordedInertia(inertia.mass, algebra.zero_vector, nothing)
         case _:
-            return Inertia(zero, algebra.zero_vector, nothing)
+            return RecordedInertia(zero, algebra.zero_vector, nothing)
 
 
-def _of_rotor(algebra: Algebra, inertia: Inertia, k: int) -> Scalar:
+def _of_rotor(algebra: Algebra, inertia: RecordedInertia, k: int) -> Scalar:
     """Return the second moment along axis k, in addition to S_kk, whose subtraction leaves a body of revolution only
     the moment of inertia about its axis; zero for other bodies.
 
@@ -376,9 +382,9 @@ def _unit(algebra: Algebra, k: int, value: Scalar) -> Vector:
     return algebra.vector([value if i == k else algebra.zero for i in range(3)])
 
 
-def _without(algebra: Algebra, inertia: Inertia, movable: Inertia) -> Inertia:
+def _without(algebra: Algebra, inertia: RecordedInertia, movable: RecordedInertia) -> RecordedInertia:
     rows = zip(inertia.second, movable.second, strict=True)
-    return Inertia(
+    return RecordedInertia(
         inertia.mass - movable.mass,
         minus(inertia.first, movable.first),
         algebra.matrix([minus(present, moved) for present, moved in rows]),

@@ -44,7 +44,7 @@ class AddedMass:
 
 
 @dataclass(frozen=True)
-class Inertia:
+class RecordedInertia:
     """Shape integrals of a rigid body about the origin of the body frame, in body axes.
 
     Attributes
@@ -60,27 +60,27 @@ class Inertia:
     second: Matrix
     added: tuple[AddedMass, ...] = ()
 
-    def __add__(self, other: Inertia) -> Inertia:
+    def __add__(self, other: RecordedInertia) -> RecordedInertia:
         second = matrix_plus(self.second, other.second)
-        return Inertia(self.mass + other.mass, plus(self.first, other.first), second, self.added + other.added)
+        return RecordedInertia(self.mass + other.mass, plus(self.first, other.first), second, self.added + other.added)
 
-    def moved(self, R: Matrix, p: Vector) -> Inertia:
+    def moved(self, R: Matrix, p: Vector) -> RecordedInertia:
         """Return the integrals about another frame; this frame has orientation R, (3, 3), and origin p, (3,), in the
         other frame."""
         first = apply(R, self.first)
         added = tuple(
             AddedMass(apply(R, item.position), multiply(multiply(R, item.matrix), transpose(R))) for item in self.added
         )
-        return Inertia(self.mass, first, multiply(multiply(R, self.second), transpose(R)), added).shifted(p)
+        return RecordedInertia(self.mass, first, multiply(multiply(R, self.second), transpose(R)), added).shifted(p)
 
-    def shifted(self, p: Vector) -> Inertia:
+    def shifted(self, p: Vector) -> RecordedInertia:
         """Return the integrals about a parallel frame, in which this origin is at p, (3,), m."""
         first = plus(self.first, scaled(self.mass, p))
         d, e = self.first, first
         entry = {(i, j): self.second[i][j] + (p[i] * e[j] + p[j] * d[i]) for i in range(3) for j in range(i, 3)}
         rows = [tuple(entry[min(i, j), max(i, j)] for j in range(3)) for i in range(3)]
         added = tuple(AddedMass(plus(item.position, p), item.matrix) for item in self.added)
-        return Inertia(self.mass, first, (rows[0], rows[1], rows[2]), added)  # type: ignore[arg-type]  # three entries each
+        return RecordedInertia(self.mass, first, (rows[0], rows[1], rows[2]), added)  # type: ignore[arg-type]  # three entries each
 
 
 def added_masses(
@@ -96,7 +96,7 @@ def added_masses(
     return tuple(result)
 
 
-def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor: tuple[Scalar, ...]) -> Inertia:
+def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor: tuple[Scalar, ...]) -> RecordedInertia:
     """Return the shape integrals of a rigid body from mass, centre of mass and inertia tensor.
 
     Parameters
@@ -110,11 +110,11 @@ def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor:
     half_trace = (xx + yy + zz) * 0.5
     central = algebra.matrix([[half_trace - xx, -xy, -xz], [-xy, half_trace - yy, -yz], [-xz, -yz, half_trace - zz]])
     first = scaled(mass, center)
-    return Inertia(mass, first, matrix_plus(central, outer(first, center)))
+    return RecordedInertia(mass, first, matrix_plus(central, outer(first, center)))
 
 
 def wrench(
-    algebra: Algebra, inertia: Inertia, acceleration: Vector, alpha: Vector, symmetric: Matrix | None = None
+    algebra: Algebra, inertia: RecordedInertia, acceleration: Vector, alpha: Vector, symmetric: Matrix | None = None
 ) -> tuple[Vector, Vector]:
     """Return moment about the origin and force of the acceleration field ``acceleration + (alpha~ + symmetric) s``.
 

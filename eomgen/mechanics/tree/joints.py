@@ -22,7 +22,7 @@ from eomgen.scene.joint_types import GROUPS, MotionKind
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.rotations import CoordinateAxis, axis_beside, coordinate_axis, frame_about, rows
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.rotation import MatrixFactor, PlanarFactor, Rotation
+from eomgen.symbolic.rotation import FactoredRotation, MatrixFactor, PlanarFactor
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, plus, scaled
 
 Direction = tuple[float, float, float]
@@ -30,7 +30,7 @@ IDENTITY: tuple[Direction, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 
 
 
 @dataclass(frozen=True)
-class Motion:
+class JointMotion:
     """Elementary motion, with a motion subspace that is constant in the child frame.
 
     Attributes
@@ -51,7 +51,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Column:
+class SubspaceColumn:
     """Column of the motion subspace in child axes: angular part, and velocity of the child's origin."""
 
     angular: Vector
@@ -64,7 +64,7 @@ def quaternion_matrix(algebra: Algebra, quaternion: list[Scalar]) -> Matrix:
     return ((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8]))
 
 
-def motions_of(joint: Joint, *, along_z: bool = False) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]:
+def motions_of(joint: Joint, *, along_z: bool = False) -> tuple[tuple[Direction, ...], tuple[JointMotion, ...]]:
     """Return the elementary motions of a joint from parent to child, with axes in child axes.
 
     With ``along_z`` the axis of the joint becomes the z axis of its links.
@@ -82,7 +82,9 @@ def motions_of(joint: Joint, *, along_z: bool = False) -> tuple[tuple[Direction,
     axes, axis, second = (frame_of(joint), IDENTITY[2], IDENTITY[0]) if along_z else _link_axes(joint)
     directions = (axis, second, perpendicular(axis, second))
     chain = joint.kind.chain
-    return axes, tuple(Motion(item.kind, tuple(directions[k] for k in item.axes), item.components) for item in chain)
+    return axes, tuple(
+        JointMotion(item.kind, tuple(directions[k] for k in item.axes), item.components) for item in chain
+    )
 
 
 def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Direction]:
@@ -122,24 +124,26 @@ def perpendicular(a: Direction, b: Direction) -> Direction:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def columns_of(algebra: Algebra, motion: Motion, pitch: Scalar) -> tuple[Column, ...]:
+def columns_of(algebra: Algebra, motion: JointMotion, pitch: Scalar) -> tuple[SubspaceColumn, ...]:
     """Return the motion subspace in child axes; of ball and free joints along the link's own axes."""
     zero, units = algebra.zero_vector, algebra.identity
     axes = [algebra.vector(axis) for axis in motion.axes]
     match motion.kind:
         case "turn":
-            return (Column(axes[0], zero),)
+            return (SubspaceColumn(axes[0], zero),)
         case "travel":
-            return tuple(Column(zero, axis) for axis in axes)
+            return tuple(SubspaceColumn(zero, axis) for axis in axes)
         case "screw":
-            return (Column(axes[0], scaled(pitch, axes[0])),)
+            return (SubspaceColumn(axes[0], scaled(pitch, axes[0])),)
         case "ball":
-            return tuple(Column(unit, zero) for unit in units)
+            return tuple(SubspaceColumn(unit, zero) for unit in units)
         case _:
-            return tuple(Column(unit, zero) for unit in units) + tuple(Column(zero, unit) for unit in units)
+            return tuple(SubspaceColumn(unit, zero) for unit in units) + tuple(
+                SubspaceColumn(zero, unit) for unit in units
+            )
 
 
-def name_rotation(rotation: Rotation, joint: str, matrix: str) -> None:
+def name_rotation(rotation: FactoredRotation, joint: str, matrix: str) -> None:
     """Name sine and cosine of a planar rotation after the joint, or the entries of any other rotation."""
     factor = rotation.factors[-1]
     if isinstance(factor, PlanarFactor):
@@ -151,8 +155,13 @@ def name_rotation(rotation: Rotation, joint: str, matrix: str) -> None:
 
 
 def pose_of(
-    algebra: Algebra, motion: Motion, pitch: Scalar, orientation: Matrix, position: Vector, q: Sequence[Scalar]
-) -> tuple[Rotation, Vector]:
+    algebra: Algebra,
+    motion: JointMotion,
+    pitch: Scalar,
+    orientation: Matrix,
+    position: Vector,
+    q: Sequence[Scalar],
+) -> tuple[FactoredRotation, Vector]:
     """Return rotation and position of the frame of an elementary motion in the parent frame, at coordinates q.
 
     Parameters
@@ -165,21 +174,21 @@ def pose_of(
     if motion.kind == "travel":
         for axis, travel in zip(axes, q, strict=True):  # travels along several axes add up
             position = plus(position, apply(orientation, scaled(travel, axis)))
-        return Rotation((constant,)), position
+        return FactoredRotation((constant,)), position
     if motion.turn is not None:
         angle = q[0] if motion.turn.sense > 0.0 else -q[0]
         turn = PlanarFactor(motion.turn.place, algebra.call(Op.COS, angle), algebra.call(Op.SIN, angle))
         if motion.kind == "screw":
             position = plus(position, apply(orientation, scaled(q[0] * pitch, axes[0])))
-        return Rotation((constant, turn)), position
-    turned = Rotation((constant, MatrixFactor(quaternion_matrix(algebra, list(q[:4])))))
+        return FactoredRotation((constant, turn)), position
+    turned = FactoredRotation((constant, MatrixFactor(quaternion_matrix(algebra, list(q[:4])))))
     if motion.kind == "ball":
         return turned, position
     return turned, plus(position, apply(orientation, (q[4], q[5], q[6])))
 
 
 @dataclass(frozen=True)
-class Coordinates:
+class JointCoordinates:
     """Coordinates of one joint, recorded on the tape as they are read.
 
     Attributes
@@ -214,25 +223,25 @@ class Coordinates:
             return self.given[block, index]
         return Scalar(self.algebra.tape, self.algebra.tape.input(block, index))
 
-    def of(self, motion: Motion) -> Coordinates:
+    def of(self, motion: JointMotion) -> JointCoordinates:
         """Return the coordinates of one elementary motion of the joint."""
         if motion.kind in GROUPS:
             return self
         components, dofs = (tuple(values[k] for k in motion.components) for values in (self.components, self.dofs))
         return replace(self, components=components, dofs=dofs)
 
-    def following(self, multiplier: Scalar, offset: Scalar) -> Coordinates:
+    def following(self, multiplier: Scalar, offset: Scalar) -> JointCoordinates:
         """Return the coordinates of a dependent joint that follows this one."""
         return replace(self, ratio=multiplier * self.ratio, offset=multiplier * self.offset + offset)
 
 
-def own_coordinates(algebra: Algebra, factor: Factor, given: Mapping[tuple[str, int], Scalar]) -> Coordinates:
+def own_coordinates(algebra: Algebra, factor: Factor, given: Mapping[tuple[str, int], Scalar]) -> JointCoordinates:
     """Return the coordinates of an independent joint."""
     components, dofs = (
         range(factor.q_start, factor.q_start + factor.q_size),
         range(factor.v_start, factor.v_start + factor.v_size),
     )
-    return Coordinates(algebra, tuple(components), tuple(dofs), algebra.one, algebra.zero, given)
+    return JointCoordinates(algebra, tuple(components), tuple(dofs), algebra.one, algebra.zero, given)
 
 
 def joint_coordinates(
@@ -241,7 +250,7 @@ def joint_coordinates(
     number: Callable[[Formula], Scalar],
     elastic: Mapping[str, int],
     given: Mapping[tuple[str, int], Scalar],
-) -> tuple[tuple[Factor, ...], dict[str, Coordinates]]:
+) -> tuple[tuple[Factor, ...], dict[str, JointCoordinates]]:
     """Return the factors of the configuration in joint order, and the coordinates of moving joints and beams by name.
 
     ``elastic`` gives the number of elastic coordinates of a body; elastic coordinates follow the coordinates of the

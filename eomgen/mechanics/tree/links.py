@@ -14,12 +14,12 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.lie.product import Factor
 from eomgen.mechanics.tree.beam_body import ElasticBody
 from eomgen.mechanics.tree.beam_fields import StationMotion
-from eomgen.mechanics.tree.inertia import Inertia
-from eomgen.mechanics.tree.joints import Column, Coordinates, Motion
+from eomgen.mechanics.tree.inertia import RecordedInertia
+from eomgen.mechanics.tree.joints import JointCoordinates, JointMotion, SubspaceColumn
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.rotations import CoordinateAxis
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.rotation import Rotation
+from eomgen.symbolic.rotation import FactoredRotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, plus
 
 ROOT = -1
@@ -68,29 +68,29 @@ class Link:
     joint: Joint
     kind: str
     parent: int
-    rotation: Rotation
+    rotation: FactoredRotation
     orientation: Matrix
     neutral_position: Vector
     travel: Vector
     position: Vector
-    columns: tuple[Column, ...]
-    coordinates: Coordinates
+    columns: tuple[SubspaceColumn, ...]
+    coordinates: JointCoordinates
     velocities: tuple[Scalar, ...]
     accelerations: tuple[Scalar, ...]
-    inertia: Inertia
+    inertia: RecordedInertia
     rotor_inertias: tuple[Scalar, ...]
     balanced: bool = False
     elastic: ElasticBody | None = None
     station: StationMotion | None = None
     turn: CoordinateAxis | None = None
-    motion: Motion | None = None
+    motion: JointMotion | None = None
     pitch: Scalar | None = None
 
     @property
     def dofs(self) -> tuple[int, ...]:
         return self.coordinates.dofs
 
-    def carrying(self, inertia: Inertia) -> Link:
+    def carrying(self, inertia: RecordedInertia) -> Link:
         """Return the link with another body's inertia added."""
         return replace(self, inertia=self.inertia + inertia)
 
@@ -116,7 +116,7 @@ class Tree:
     mounts: dict[str, Mount]
     parameters: dict[str, Scalar]
     factors: tuple[Factor, ...]
-    coordinates: dict[str, Coordinates]
+    coordinates: dict[str, JointCoordinates]
     stations: Mapping[tuple[str, float], int] = field(default_factory=dict)
     alike: tuple[tuple[int, ...], ...] = ()
 
@@ -227,12 +227,12 @@ def parameter_scalars(algebra: Algebra, scene: Scene) -> dict[str, Scalar]:
     return scalars
 
 
-def no_inertia(algebra: Algebra) -> Inertia:
+def no_inertia(algebra: Algebra) -> RecordedInertia:
     """Return the shape integrals of a massless body."""
-    return Inertia(algebra.zero, algebra.zero_vector, algebra.matrix([[0, 0, 0]] * 3))
+    return RecordedInertia(algebra.zero, algebra.zero_vector, algebra.matrix([[0, 0, 0]] * 3))
 
 
-def cleaned(algebra: Algebra, inertia: Inertia) -> Inertia:
+def cleaned(algebra: Algebra, inertia: RecordedInertia) -> RecordedInertia:
     """Return shape integrals with constants at round-off level set to 0, which saves operations."""
 
     def snapped(value: Scalar, scale: float) -> Scalar:
@@ -246,4 +246,4 @@ def cleaned(algebra: Algebra, inertia: Inertia) -> Inertia:
     first_size = max(size(inertia.first), math.sqrt(second_size) * math.sqrt(abs(inertia.mass.constant or 0.0)))
     x, y, z = (tuple(snapped(entry, second_size) for entry in row) for row in inertia.second)
     d = tuple(snapped(entry, first_size) for entry in inertia.first)
-    return Inertia(inertia.mass, d, (x, y, z), inertia.added)  # type: ignore[arg-type]  # three entries each
+    return RecordedInertia(inertia.mass, d, (x, y, z), inertia.added)  # type: ignore[arg-type]  # three entries each

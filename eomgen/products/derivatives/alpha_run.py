@@ -14,17 +14,17 @@ from eomgen.integrators.families.family import LinearStep
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor, difference
-from eomgen.products.derivatives.equations import Equations, Partials
+from eomgen.products.derivatives.equations import EquationPartials, Equations
 from eomgen.products.derivatives.linear_run import By, LinearPart, LinearRun, Start, undefined_derivatives
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
-from eomgen.products.derivatives.motion import Motion, Part
-from eomgen.products.derivatives.start import Beginning, Directions, on_constraints
+from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
+from eomgen.products.derivatives.start import LinearizedStart, StateDirections, on_constraints
 from eomgen.simulation.stepping.states import Prescribed, States
 
 
 def step_matrices(
     equations: Equations,
-    partials: Partials,
+    partials: EquationPartials,
     states: States,
     given: Prescribed,
     a: Array,
@@ -112,7 +112,7 @@ class AlphaRun(LinearRun[AlphaPart]):
     inverse_inertia : W = 1/M_ii of the start, by which multipliers move positions; empty if there is none
     """
 
-    def __init__(self, motion: Motion, method: LinearStep, start: Start, by: By, rows: Sequence[int]) -> None:
+    def __init__(self, motion: ReplayedRun, method: LinearStep, start: Start, by: By, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
         model, begun = self.run.model, motion.start
         self.coefficients = (self.run.grid.step, *method)
@@ -126,7 +126,7 @@ class AlphaRun(LinearRun[AlphaPart]):
         self.state, self.record = self.beginning.tangents(self.of_equations(self.along), self.stages)
 
     @cached_property
-    def beginning(self) -> Beginning:
+    def beginning(self) -> LinearizedStart:
         """The start of the run."""
         start, run = self.motion.start, self.run
         _, alpha_m, alpha_f, *_ = self.coefficients
@@ -134,15 +134,15 @@ class AlphaRun(LinearRun[AlphaPart]):
         z = start.get("z", np.zeros(0))
         state = start["q"], start["v"], z
         times = run.grid.start, run.grid.step
-        return Beginning(
+        return LinearizedStart(
             self.equations, *times, *state, self._prescribed_at, self.moved_inputs, share, self.start.asked
         )
 
-    def of_equations(self, along: Directions) -> Directions:
+    def of_equations(self, along: StateDirections) -> StateDirections:
         """Return directions without motions of multipliers of velocities, which are not in the equations."""
-        return Directions(along.dq, along.dv, along.dz, along.dp[: self.equations.parameters])
+        return StateDirections(along.dq, along.dv, along.dz, along.dp[: self.equations.parameters])
 
-    def of_part(self, part: Part) -> AlphaPart:
+    def of_part(self, part: RunSegment) -> AlphaPart:
         """Make a part of the run linear."""
         states, given = self.states(part)
         blocks = self.blocks(states, given)

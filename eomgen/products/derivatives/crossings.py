@@ -43,7 +43,7 @@ class CrossedJump(UsageError):
 
 
 @dataclass(frozen=True)
-class Crossing:
+class BranchCrossing:
     """A branch whose sides are passed in time order.
 
     Attributes
@@ -94,9 +94,9 @@ def _decided_by_motion(formula: Formula) -> bool:
     return any(symbol.kind not in _GIVEN for one in decided for symbol in symbols(one))
 
 
-def _crossings(run: LinearRun[Any], branches: Branches) -> list[Crossing]:
+def _crossings(run: LinearRun[Any], branches: Branches) -> list[BranchCrossing]:
     """Return the earliest rows after which the side of a branch changes, or at which the state rests on a branch."""
-    result: list[Crossing] = []
+    result: list[BranchCrossing] = []
     moving = [{one.block for one in branch.symbols} - {"t", "p"} for branch in branches.branches]
     for part in run.motion.forwards():
         _, blocks = run.values(part)
@@ -110,13 +110,13 @@ def _crossings(run: LinearRun[Any], branches: Branches) -> list[Crossing]:
         for k, branch in np.argwhere(changed).tolist():
             if moving[branch]:
                 change = float(arguments[k + 1, branch] - arguments[k, branch])
-                result.append(Crossing(part.first + k, branch, _row(values, k), _row(values, k + 1), change))
+                result.append(BranchCrossing(part.first + k, branch, _row(values, k), _row(values, k + 1), change))
         if len(result) > _MOST:
             break
     return result[:_MOST]
 
 
-def _jumps(branches: Branches, one: Crossing) -> bool:
+def _jumps(branches: Branches, one: BranchCrossing) -> bool:
     """Return whether the equations are not the same on both sides of a branch."""
     if one.change == 0.0:
         pair = [_aside(one.before, sign) for sign in (-1.0, 1.0)]
@@ -134,7 +134,7 @@ def _jumps(branches: Branches, one: Crossing) -> bool:
     return bool(np.any(np.abs(last - first) > _JUMP * forces + _ROUNDING * forces.max(initial=0.0)))
 
 
-def _shifts(run: LinearRun[Any], branches: Branches, jumps: Sequence[Crossing]) -> Iterator[Array]:
+def _shifts(run: LinearRun[Any], branches: Branches, jumps: Sequence[BranchCrossing]) -> Iterator[Array]:
     """Yield the shift of each jump's moment, in steps, by each direction at full length."""
     if not jumps:
         return
@@ -202,7 +202,7 @@ def _row(values: Mapping[str, Array], row: int) -> dict[str, Array]:
     return {name: array if name == "p" else array[row] for name, array in values.items()}
 
 
-def _between(one: Crossing, share: float) -> dict[str, Array]:
+def _between(one: BranchCrossing, share: float) -> dict[str, Array]:
     """Return input blocks on the line between both rows."""
     ends = ((name, array, one.after[name]) for name, array in one.before.items())
     return {name: array if name == "p" else array + share * (other - array) for name, array, other in ends}

@@ -38,7 +38,7 @@ _IN_COMPLEX = (
 
 
 @dataclass(frozen=True)
-class Partials:
+class EquationPartials:
     """Partials of the equations e at n rows of a run, each (n, equations, variables).
 
     The equations in order: residual (nv), minus the rates of internal states (nz), holonomic constraints on positions,
@@ -160,7 +160,7 @@ class Equations:
         (r,) = self.of("residual", values).values()
         return np.concatenate([r, -self.of("internal_rate", values)["zdot"]], axis=1) if self.nz else r
 
-    def partials(self, values: Mapping[str, Array], *, parameters: bool = True) -> Partials:
+    def partials(self, values: Mapping[str, Array], *, parameters: bool = True) -> EquationPartials:
         """Return the partials of e; partials in the parameters are 0 unless ``parameters``."""
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
         of_residual = self.of("partials", values)
@@ -169,7 +169,7 @@ class Equations:
         if not nz and not nl:
             K, C, M = (of_residual[name] for name in "KCM")
             none = np.zeros((count, nv, 0))
-            return Partials(K, C, M, none, none, self._with_inputs(P, values) if parameters else P)
+            return EquationPartials(K, C, M, none, none, self._with_inputs(P, values) if parameters else P)
         rows = nv + nz + nh + nl
         Jq, Jv, Ja = (np.zeros((count, rows, nv), self.dtype) for _ in range(3))
         Jz, Jlam, Jp = (np.zeros((count, rows, size), self.dtype) for size in (nz, nl, len(self.chosen)))
@@ -187,7 +187,7 @@ class Equations:
             Jq[:, place], Jp[:, place] = B[:, :nh], self._parameters(by_parameters, "Phip", nh, count)
             Jq[:, rates], Jv[:, rates] = self.of("velocity_partials", values)["Z"], B
             Jp[:, rates] = self._parameters(by_parameters, "Zp", nl, count)
-        return Partials(Jq, Jv, Ja, Jz, Jlam, self._with_inputs(Jp, values) if parameters else Jp)
+        return EquationPartials(Jq, Jv, Ja, Jz, Jlam, self._with_inputs(Jp, values) if parameters else Jp)
 
     def output_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return partials of the outputs, (n, outputs, 3 nv + nz + nl) in q, v, vdot, z, multipliers, and (n, outputs,

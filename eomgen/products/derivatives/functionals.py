@@ -20,7 +20,7 @@ _CALL = re.compile(r"\s*(\w+)\s*\(\s*(.+?)\s*\)\s*")
 
 
 @dataclass(frozen=True)
-class Weights:
+class RowWeights:
     """Weights of the rows of a run.
 
     Attributes
@@ -49,7 +49,7 @@ class Weights:
         return of_row[:, np.newaxis] * self.outputs
 
 
-def read_functional(given: object, components: Mapping[str, Sequence[int]], size: int, rows: int) -> Weights:
+def read_functional(given: object, components: Mapping[str, Sequence[int]], size: int, rows: int) -> RowWeights:
     """Return the weights of a functional.
 
     Parameters
@@ -76,10 +76,10 @@ def read_functional(given: object, components: Mapping[str, Sequence[int]], size
             fault = f"weights of {name} have the shape {array.shape}" if array.shape != shape else f"{name} has nan"
             raise UsageError(Problem("of", fault, f"finite numbers, {shape}: one for each row of the run"))
         table[:, places] += array.reshape(rows, len(places))
-    return Weights(np.ones(size), "given", table)
+    return RowWeights(np.ones(size), "given", table)
 
 
-def _from_text(text: str, components: Mapping[str, Sequence[int]], size: int) -> Weights:
+def _from_text(text: str, components: Mapping[str, Sequence[int]], size: int) -> RowWeights:
     match = _CALL.fullmatch(text)
     hint = f'"final({next(iter(components), "output")})"; or integral, mean, sum; or weights {{output: array}}'
     if match is None or match[1] not in KINDS:
@@ -90,7 +90,7 @@ def _from_text(text: str, components: Mapping[str, Sequence[int]], size: int) ->
         raise UsageError(Problem("of", fault, f'"{match[1]}({match[2]}[0])"'))
     weights = np.zeros(size)
     weights[places] = 1.0
-    return Weights(weights, match[1])
+    return RowWeights(weights, match[1])
 
 
 def _places(name: str, components: Mapping[str, Sequence[int]]) -> list[int]:

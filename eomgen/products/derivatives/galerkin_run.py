@@ -31,8 +31,8 @@ from eomgen.lie.product import Factor
 from eomgen.products.derivatives.equations import Equations
 from eomgen.products.derivatives.galerkin_sweeps import Curvature, GalerkinSweeps, steps_with_memory
 from eomgen.products.derivatives.linear_run import By, LinearPart, LinearRun, Start
-from eomgen.products.derivatives.motion import Motion, Part
-from eomgen.products.derivatives.start import Directions
+from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
+from eomgen.products.derivatives.start import StateDirections
 from eomgen.simulation.stepping.states import Prescribed, States
 
 
@@ -266,7 +266,7 @@ def _group(factor: Factor) -> Group:
     return group_named(factor.group, factor.v_size)
 
 
-class GalerkinMotion(Motion):
+class GalerkinMotion(ReplayedRun):
     """A run whose accelerations at the starts of steps are no rows: slopes of the steps before."""
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
@@ -293,7 +293,7 @@ class GalerkinPart(LinearPart):
 class GalerkinRun(LinearRun[GalerkinPart]):
     """A run of a time-discontinuous Galerkin method with linearised steps."""
 
-    def __init__(self, motion: Motion, method: LinearPasses, start: Start, by: By, rows: Sequence[int]) -> None:
+    def __init__(self, motion: ReplayedRun, method: LinearPasses, start: Start, by: By, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
         self.method = method
         self.along = self.asked
@@ -306,14 +306,14 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         t = np.array([self.run.grid.start])
         return States(t, begun["q"], begun["v"], begun["vdot"], none, begun.get("z", none))
 
-    def begun(self, states: States, along: Directions) -> Array:
+    def begun(self, states: States, along: StateDirections) -> Array:
         """Return changes of q, v, the accelerations and z of the start along directions, (size, directions)."""
         blocks = self.blocks(states, self.prescribed(states.t))
         moved = np.concatenate([along.dq, along.dv, np.zeros_like(along.dv), along.dz, along.dp])
         da = self.accelerations(blocks)[0] @ moved
         return np.concatenate([along.dq, along.dv, da, along.dz])
 
-    def of_part(self, part: Part, *, apart: bool = False) -> GalerkinPart:
+    def of_part(self, part: RunSegment, *, apart: bool = False) -> GalerkinPart:
         """Make a part of the run linear; ``apart``: with multipliers for each node, also if nodes are the same."""
         states, given = self.states(part)
         blocks = self.blocks(states, given)

@@ -21,10 +21,10 @@ from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie import product
 from eomgen.lie.product import Array, Factor
 from eomgen.products.derivatives.equations import MovedEquations
-from eomgen.products.derivatives.functionals import Weights
+from eomgen.products.derivatives.functionals import RowWeights
 from eomgen.products.derivatives.galerkin_run import GalerkinRun
-from eomgen.products.derivatives.motion import Part
-from eomgen.products.derivatives.start import Directions, rest_slopes
+from eomgen.products.derivatives.motion import RunSegment
+from eomgen.products.derivatives.start import StateDirections, rest_slopes
 from eomgen.simulation.stepping.states import Prescribed, States
 
 #: An imaginary increment with a square far below rounding, and far from the least numbers.
@@ -42,7 +42,7 @@ class _Tangents:
     memory : (steps, nv, directions), of the accelerations that steps begin with
     """
 
-    stepped: Part
+    stepped: RunSegment
     rows: Array
     memory: Array
 
@@ -88,7 +88,7 @@ class _MovedRun(GalerkinRun):
     def _increment(change: Array) -> Array:
         return 1j * _TINY * change
 
-    def _along_rest(self, start: States) -> Directions:
+    def _along_rest(self, start: States) -> StateDirections:
         """Return the directions at the start, of which static equilibrium follows parameters."""
         along, equations = self.along, self.equations
         still = start._replace(v=np.zeros_like(start.v), a=np.zeros_like(start.a))
@@ -97,13 +97,13 @@ class _MovedRun(GalerkinRun):
         dq, dz = along.dq.astype(complex), along.dz.astype(complex)
         followed = np.flatnonzero(np.any(along.dp, axis=0))
         dq[:, followed], dz[:, followed] = np.split(slopes, [equations.nv])
-        return Directions(dq, along.dv, dz, along.dp)
+        return StateDirections(dq, along.dv, dz, along.dp)
 
-    def back(self, tangents: _Tangents, column: int, weights: Sequence[Weights], adjoint: _Adjoint) -> None:
+    def back(self, tangents: _Tangents, column: int, weights: Sequence[RowWeights], adjoint: _Adjoint) -> None:
         """Propagate adjoints of functionals backwards through a part, perturbed along the tangents of a column."""
         rows, memory = (self._increment(of[..., column]) for of in (tangents.rows, tangents.memory))
         self._tangents, stepped = rows, tangents.stepped
-        part = self.of_part(Part(stepped.first, stepped.rows, stepped.memory + memory))
+        part = self.of_part(RunSegment(stepped.first, stepped.rows, stepped.memory + memory))
         direct = self.of_rows(part, self.row_weights(part, weights), adjoint.parameters)
         self.take_back(part, direct[1:], adjoint.state, adjoint.parameters)
         adjoint.record = direct[0]
@@ -114,7 +114,7 @@ class _MovedRun(GalerkinRun):
         result += adjoint.parameters.T @ self.along.dp
         return result
 
-    def states(self, part: Part) -> tuple[States, Prescribed]:
+    def states(self, part: RunSegment) -> tuple[States, Prescribed]:
         real, _ = super().states(part)
         assert self._tangents is not None  # for mypy: set by the forward sweep
         moved = _moved(self.equations.model.factors, real, self._tangents)
@@ -149,7 +149,7 @@ def _moved(factors: Sequence[Factor], states: States, change: Array) -> States:
     return States(states.t, states.q + of_q, states.v + v, states.a + a, states.multipliers, states.z + z)
 
 
-def hessian_products(run: GalerkinRun, weights: Sequence[Weights], directions: Array) -> tuple[Array, Array]:
+def hessian_products(run: GalerkinRun, weights: Sequence[RowWeights], directions: Array) -> tuple[Array, Array]:
     """Return gradients of functionals, (functionals, directions), and their Hessians times vectors, (functionals,
     directions, vectors).
 
@@ -177,14 +177,14 @@ def _brackets(run: GalerkinRun, adjoint: tuple[Array, Array], directions: Array)
     """
     factors, nv, along = run.equations.model.factors, run.equations.nv, run.asked
     none = np.zeros((run.equations.nz, nv)), np.zeros((len(along.dp), nv))
-    by_q = run.begun(run.start_states, Directions(np.eye(nv), np.zeros((nv, nv)), *none))
+    by_q = run.begun(run.start_states, StateDirections(np.eye(nv), np.zeros((nv, nv)), *none))
     of_q = (adjoint[0] + adjoint[1]).T @ by_q
     brackets = product.bracket_matrix(factors, (along.dq @ directions).T) @ along.dq  # (vectors, nv, directions)
     result: Array = np.einsum("fk,vkd->fdv", of_q, brackets)
     return result
 
 
-def hessians(run: GalerkinRun, weights: Sequence[Weights]) -> tuple[Array, Array]:
+def hessians(run: GalerkinRun, weights: Sequence[RowWeights]) -> tuple[Array, Array]:
     """Return gradients of functionals, (functionals, directions), and second derivatives, (functionals, directions,
     directions).
 

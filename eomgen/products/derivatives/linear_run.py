@@ -18,9 +18,9 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.features import rough_operations
 from eomgen.products.derivatives.equations import Equations
-from eomgen.products.derivatives.functionals import Weights
-from eomgen.products.derivatives.motion import Motion, Part
-from eomgen.products.derivatives.start import Directions, Rest, at_rest
+from eomgen.products.derivatives.functionals import RowWeights
+from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
+from eomgen.products.derivatives.start import LinearizedRest, StateDirections, at_rest
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import Prescribed, States, states_of
 
@@ -103,18 +103,18 @@ class LinearRun(ABC, Generic[PartType]):
     state, record : changes along the directions, of the start of steps and of the first row: dq, dv, dvdot, dz, dlam
     """
 
-    along: Directions
+    along: StateDirections
     state: Array
     record: Array
     follows: bool
 
-    def __init__(self, motion: Motion, start: Start, by: By, rows: Sequence[int]) -> None:
+    def __init__(self, motion: ReplayedRun, start: Start, by: By, rows: Sequence[int]) -> None:
         self.motion, self.columns, self.samples, self.start = motion, by.columns, by.samples, start
         self.run: Run = motion.run
         model = self.run.model
         holonomic = int(model.library.layout["sizes"]["holonomic"])
         self.equations = Equations(model, self.run.parameters, by.columns["p"], rows, holonomic, len(by.samples))
-        self.rest: Rest | None = None
+        self.rest: LinearizedRest | None = None
         self.asked = self._directions()
 
     @property
@@ -123,7 +123,7 @@ class LinearRun(ABC, Generic[PartType]):
         return sum(map(len, self.columns.values())) + len(self.samples)
 
     @abstractmethod
-    def of_part(self, part: Part) -> PartType:
+    def of_part(self, part: RunSegment) -> PartType:
         """Make a part of the run linear."""
 
     @abstractmethod
@@ -159,7 +159,7 @@ class LinearRun(ABC, Generic[PartType]):
         result: Array = matrices @ columns
         return result
 
-    def values(self, part: Part) -> tuple[Array, dict[str, Array]]:
+    def values(self, part: RunSegment) -> tuple[Array, dict[str, Array]]:
         """Return times and input blocks of the rows of a part."""
         states, given = self.states(part)
         return states.t, self.blocks(states, given)
@@ -181,7 +181,7 @@ class LinearRun(ABC, Generic[PartType]):
             result[:, column, number] = 1.0 if row < 0 else np.maximum(0.0, 1.0 - np.abs(position - row))
         return result
 
-    def row_weights(self, part: LinearPart, weights: Sequence[Weights]) -> Array:
+    def row_weights(self, part: LinearPart, weights: Sequence[RowWeights]) -> Array:
         """Return the weights of outputs at the rows of a part, (rows, outputs, functionals)."""
         count, steps, step = len(part.states.t), self.motion.steps, self.run.grid.step
         return np.stack([one.of_rows(part.first, count, steps, step) for one in weights], axis=2)
@@ -195,7 +195,7 @@ class LinearRun(ABC, Generic[PartType]):
         result: Array = np.swapaxes(Y, 1, 2) @ of_outputs
         return result
 
-    def _directions(self) -> Directions:
+    def _directions(self) -> StateDirections:
         """Return the directions at the start."""
         equations, columns, run, start = self.equations, self.columns, self.run, self.start
         sizes = {"q": equations.nv, "v": equations.nv, "z": equations.nz}
@@ -216,7 +216,7 @@ class LinearRun(ABC, Generic[PartType]):
         self.follows = any(np.any(change[:, followed]) for change in changes.values())
         dp = np.zeros((equations.parameters, self.size))
         dp[np.arange(equations.parameters), followed] = 1.0
-        return Directions(changes["q"], changes["v"], changes["z"], dp)
+        return StateDirections(changes["q"], changes["v"], changes["z"], dp)
 
     def prescribed(self, times: Array) -> Prescribed:
         """Return inputs and base at times (n,)."""
@@ -227,7 +227,7 @@ class LinearRun(ABC, Generic[PartType]):
             u = model.input_values(times, parameters=self.equations.p)
         return Prescribed(u, self.base(times))
 
-    def states(self, part: Part) -> tuple[States, Prescribed]:
+    def states(self, part: RunSegment) -> tuple[States, Prescribed]:
         """Return the states at the rows of a part, and the prescribed values there."""
         states = states_of(part.rows, self.run.model)
         return states, self.prescribed(states.t)

@@ -26,7 +26,7 @@ from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.crossings import check_crossings
 from eomgen.products.derivatives.galerkin_run import GalerkinMotion, GalerkinRun
 from eomgen.products.derivatives.linear_run import By, LinearRun, Start
-from eomgen.products.derivatives.motion import Motion
+from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
@@ -194,7 +194,7 @@ def _linear_run(
     model = run.model
     if isinstance(step, LinearStep):
         of_step = 32 * (model.nv + model.nz + 2 * len(model.multipliers)) ** 2
-        return AlphaRun(Motion(run, stepper, state, of_step), step, start, by, rows)
+        return AlphaRun(ReplayedRun(run, stepper, state, of_step), step, start, by, rows)
     points = len(step.nodes) * (1 + (step.passes - 1) * (2 if step.refined else 1))
     width = 3 * model.nv + model.nz + len(by.columns["p"]) + len(by.samples)
     of_step = 8 * points * (model.nv + model.nz) * width

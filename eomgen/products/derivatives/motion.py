@@ -26,7 +26,7 @@ KEPT_BYTES, PART_BYTES, SHORTEST, LONGEST = 2**25, 2**23, 32, 1024
 
 
 @dataclass(frozen=True)
-class Part:
+class RunSegment:
     """Rows (steps + 1, width) of a part of a run, with the row before the first step.
 
     Attributes
@@ -41,7 +41,7 @@ class Part:
     memory: Array
 
 
-class Motion:
+class ReplayedRun:
     """A run stepped once forwards, and then again in parts from the end.
 
     Parameters
@@ -55,7 +55,7 @@ class Motion:
         self.steps = run.grid.whole
         self.length = max(min(PART_BYTES // of_step, LONGEST), SHORTEST, math.isqrt(self.steps))
         self._kept = kept >= 8 * (self.steps + 1) * stepper.sizes["row"]
-        self._parts: list[Part] = []
+        self._parts: list[RunSegment] = []
         self._checkpoints: list[tuple[int, Any]] = []
         driven, table = run.driven, None
         if isinstance(driven, HeldRows):
@@ -88,7 +88,7 @@ class Motion:
         """Number of parts."""
         return -(-self.steps // self.length)
 
-    def forwards(self) -> Iterator[Part]:
+    def forwards(self) -> Iterator[RunSegment]:
         """Yield the parts in order; data for going backwards are kept."""
         self.stepper.restore(*self._first)
         self._parts, self._checkpoints = [], []
@@ -102,7 +102,7 @@ class Motion:
             row = part.rows[-1]
             yield part
 
-    def backwards(self) -> Iterator[Part]:
+    def backwards(self) -> Iterator[RunSegment]:
         """Yield the parts from the last to the first."""
         if not self._parts and not self._checkpoints:
             for _ in self.forwards():
@@ -114,7 +114,7 @@ class Motion:
             self.stepper.restore(*memory)
             yield self._stepped(row)
 
-    def _stepped(self, row: Array) -> Part:
+    def _stepped(self, row: Array) -> RunSegment:
         stepper, run = self.stepper, self.run
         done = stepper.count
         size = min(self.length, self.steps - done)
@@ -124,7 +124,7 @@ class Motion:
         if stepper.statistics.get("halvings"):
             fault = f"a step near t = {stepper.t:.6g} s converged in halves only, and these have no derivatives"
             raise NumericalError(Problem("sensitivities", fault, f"a step of {0.5 * run.grid.step:.3g} s"))
-        return Part(done, np.concatenate([row[np.newaxis], record]), memory)
+        return RunSegment(done, np.concatenate([row[np.newaxis], record]), memory)
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
         """Take steps, fill the rows, and return the stepper's memory beside rows."""

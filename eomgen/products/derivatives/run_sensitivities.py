@@ -16,14 +16,14 @@ from eomgen.compiled.arguments import numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.derivatives import galerkin_second_order, second_order
 from eomgen.products.derivatives.alpha_run import AlphaRun
-from eomgen.products.derivatives.functionals import Functional, Weights, read_functional
+from eomgen.products.derivatives.functionals import Functional, RowWeights, read_functional
 from eomgen.products.derivatives.galerkin_run import GalerkinPart, GalerkinRun
 from eomgen.products.derivatives.linear_run import LinearRun, undefined_derivatives
-from eomgen.products.derivatives.start import Directions, Rest, at_rest, on_constraints
+from eomgen.products.derivatives.start import LinearizedRest, StateDirections, at_rest, on_constraints
 from eomgen.products.derivatives.stationary_run import StationaryRun
 
 
-def input_derivatives(run: AlphaRun | GalerkinRun, weights: Weights) -> Array:
+def input_derivatives(run: AlphaRun | GalerkinRun, weights: RowWeights) -> Array:
     """Return derivatives of a functional in the inputs at the rows, (steps + 1, nu).
 
     Raises
@@ -34,7 +34,7 @@ def input_derivatives(run: AlphaRun | GalerkinRun, weights: Weights) -> Array:
     return _of_alpha(run, weights) if isinstance(run, AlphaRun) else _of_passes(run, weights)
 
 
-def _of_alpha(run: AlphaRun, weights: Weights) -> Array:
+def _of_alpha(run: AlphaRun, weights: RowWeights) -> Array:
     """Return ``input_derivatives`` of generalized-alpha: a step takes inputs at the end of the step, an output at the
     row, and the start within the first step, between two rows."""
     result = np.zeros((run.motion.steps + 1, run.run.model.nu))
@@ -60,7 +60,7 @@ def _of_alpha(run: AlphaRun, weights: Weights) -> Array:
     return result
 
 
-def _of_passes(run: GalerkinRun, weights: Weights) -> Array:
+def _of_passes(run: GalerkinRun, weights: RowWeights) -> Array:
     """Return ``input_derivatives`` of methods in passes: a step takes inputs at the start and the nodes of the step,
     linear between rows."""
     equations, nv, nu = run.equations, run.equations.nv, run.run.model.nu
@@ -107,17 +107,17 @@ def _of_accelerations(part: GalerkinPart, direct: Array, by_u: Array) -> Array:
     return result
 
 
-def _resting(run: AlphaRun | GalerkinRun) -> Directions:
+def _resting(run: AlphaRun | GalerkinRun) -> StateDirections:
     """Return the changes, by the inputs at the first row, of the rest from which a run starts, one direction each."""
     equations, rest = run.equations, _rest(run)
     nv, nz, nu = equations.nv, equations.nz, run.run.model.nu
     by_u, _ = equations.input_partials(rest.values)
     slopes = -np.linalg.solve(rest.matrix, by_u[0, : len(rest.matrix)])
     dq, dz, _ = np.split(slopes, np.cumsum([nv, nz]))
-    return Directions(dq, np.zeros((nv, nu)), dz, np.zeros((equations.parameters, nu)))
+    return StateDirections(dq, np.zeros((nv, nu)), dz, np.zeros((equations.parameters, nu)))
 
 
-def _rest(run: AlphaRun | GalerkinRun) -> Rest:
+def _rest(run: AlphaRun | GalerkinRun) -> LinearizedRest:
     if run.rest is not None:
         return run.rest
     t = np.array([run.run.grid.start])
@@ -379,7 +379,7 @@ class Sensitivities:
             raise undefined_derivatives(self._run.run.model, "somewhere in the run")
         return derivatives
 
-    def _weights(self, of: Sequence[Functional]) -> list[Weights]:
+    def _weights(self, of: Sequence[Functional]) -> list[RowWeights]:
         if isinstance(of, str):
             raise UsageError(Problem("of", f"a list is needed, not the text {of!r}", f'["{of}"]'))
         if not of:

@@ -41,8 +41,14 @@ from eomgen.lie import numeric, product
 from eomgen.lie.groups import Group, group_named
 from eomgen.lie.product import Factor, difference
 from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
-from eomgen.products.derivatives.functionals import Weights
-from eomgen.products.derivatives.start import Directions, Rest, StartDerivatives, inertia_partials, on_constraints
+from eomgen.products.derivatives.functionals import RowWeights
+from eomgen.products.derivatives.start import (
+    LinearizedRest,
+    StartDerivatives,
+    StateDirections,
+    inertia_partials,
+    on_constraints,
+)
 
 #: An imaginary increment with a square below rounding: exact derivatives (Squire and Trapp 1998).
 _TINY = 1e-100
@@ -110,7 +116,7 @@ class SecondBeginning:
     second : second derivatives of the requested and of the corrected start
     """
 
-    def __init__(self, run: AlphaRun, second: Directions | None = None) -> None:
+    def __init__(self, run: AlphaRun, second: StateDirections | None = None) -> None:
         self.start, self.W, self.equations = run.beginning, run.inverse_inertia, run.equations
         self.rest = run.rest
         self.asked, self.on, self.stages = (run.asked,) * 2, (run.along,) * 2, (run.stages,) * 2
@@ -172,7 +178,7 @@ class SecondBeginning:
         solved = np.linalg.solve(stage.matrix, np.concatenate([back.v, np.zeros(nl)]))
         tau = np.concatenate([np.zeros(nv + nz + nh), solved[nv:]])
         moved = [one.dv - asked.dv for one, asked in zip(self.on, self.asked, strict=True)]
-        along = [Directions(one.dq, one.dv, one.dz, one.dp[:size]) for one in self.on]
+        along = [StateDirections(one.dq, one.dv, one.dz, one.dp[:size]) for one in self.on]
         self._moved(M, B, solved[:nv], moved, along)
         rows = [self._row(one.dq, one.dp, one.dv) for one in along]
         self._pair(rows[0], rows[1], tau, np.zeros(nl))
@@ -198,7 +204,7 @@ class SecondBeginning:
         self._pair(rows[0], rows[1], multipliers, np.zeros(nl))
         back.q = gamma
 
-    def _rest(self, rest: Rest, back: StartDerivatives) -> None:
+    def _rest(self, rest: LinearizedRest, back: StartDerivatives) -> None:
         """Take the static equilibrium that the state is: K d_j dq_i = -e''."""
         equations, nh = self.equations, self.equations.holonomic
         nv, nz = equations.nv, equations.nz
@@ -217,7 +223,7 @@ class SecondBeginning:
         self.hessian -= 0.5 * self._brackets(back.q, beside[1], of_rest[0])
         self.hessian += 0.5 * self._brackets(back.q, of_rest[1], beside[0])
 
-    def _moved(self, M: Array, B: Array, m: Array, moved: list[Array], along: Sequence[Directions]) -> None:
+    def _moved(self, M: Array, B: Array, m: Array, moved: list[Array], along: Sequence[StateDirections]) -> None:
         """Add m . (dB_j^T sigma_i - dM_j c_i) and the same with i and j exchanged; ``moved``: c, in range of M^-1 B^T;
         ``along``: directions of dB and dM."""
         nv, first = self.equations.nv, 3 * self.equations.nv + self.equations.nz
@@ -256,7 +262,7 @@ class SecondBeginning:
 
 
 @dataclass
-class _Adjoint:
+class _AlphaAdjoint:
     """Adjoints of functionals during the backward sweep.
 
     Attributes
@@ -271,7 +277,7 @@ class _Adjoint:
     record: Array
 
     @classmethod
-    def of(cls, run: AlphaRun, count: int) -> _Adjoint:
+    def of(cls, run: AlphaRun, count: int) -> _AlphaAdjoint:
         sizes = run.linear.state_size, len(run.along.dp), run.linear.record_size
         return cls(*(np.zeros((size, count)) for size in sizes))
 
@@ -302,11 +308,11 @@ class Gradients:
 
     values: Array
     parts: list[Swept]
-    adjoint: _Adjoint
+    adjoint: _AlphaAdjoint
 
 
 @dataclass(frozen=True)
-class _Tangents:
+class _AlphaTangents:
     """A part of a run with tangents along directions.
 
     Attributes
@@ -365,9 +371,9 @@ class _Tangents:
         of_parameters[chosen:] -= np.einsum("nk,nkd->kd", of_D, reaction)
 
 
-def gradients(run: AlphaRun, weights: Sequence[Weights]) -> Gradients:
+def gradients(run: AlphaRun, weights: Sequence[RowWeights]) -> Gradients:
     """Return the gradients of functionals by one adjoint run of all."""
-    adjoint, parts = _Adjoint.of(run, len(weights)), []
+    adjoint, parts = _AlphaAdjoint.of(run, len(weights)), []
     for part in map(run.of_part, run.motion.backwards()):
         swept = _back(run, part, weights, adjoint)
         if run.motion.kept:
@@ -377,14 +383,14 @@ def gradients(run: AlphaRun, weights: Sequence[Weights]) -> Gradients:
     return Gradients(result, parts, adjoint)
 
 
-def hessians(run: AlphaRun, weights: Sequence[Weights], known: Gradients | None = None) -> tuple[Array, Array]:
+def hessians(run: AlphaRun, weights: Sequence[RowWeights], known: Gradients | None = None) -> tuple[Array, Array]:
     """Return gradients of functionals, (functionals, directions), and second derivatives, (functionals, directions,
     directions); adjoints that are known are not solved again.
 
     Rounding of the second derivatives is symmetrised: the result is half the sum with the transpose.
     """
     swept = list(known.parts) if known is not None else []
-    adjoint = known.adjoint if known is not None and swept else _Adjoint.of(run, len(weights))
+    adjoint = known.adjoint if known is not None and swept else _AlphaAdjoint.of(run, len(weights))
     result = np.zeros((len(weights), run.size, run.size))
     for number_of_part, tangents in enumerate(_parts(run, run.along, run.state, run.record)):
         of_part = swept[number_of_part] if swept else _back(run, tangents.part, weights, adjoint)
@@ -402,10 +408,12 @@ def hessians(run: AlphaRun, weights: Sequence[Weights], known: Gradients | None 
     return first, 0.5 * (result + np.swapaxes(result, 1, 2))
 
 
-def hessian_products(run: AlphaRun, weights: Weights, directions: Array) -> Array:
+def hessian_products(run: AlphaRun, weights: RowWeights, directions: Array) -> Array:
     """Return the Hessian of a functional times ``directions`` (directions, columns), by adjoints of second order."""
-    first, second = _Adjoint.of(run, 1), _Adjoint.of(run, directions.shape[1])
-    asked, chosen = (Directions(*(part @ directions for part in vars(of).values())) for of in (run.asked, run.along))
+    first, second = _AlphaAdjoint.of(run, 1), _AlphaAdjoint.of(run, directions.shape[1])
+    asked, chosen = (
+        StateDirections(*(part @ directions for part in vars(of).values())) for of in (run.asked, run.along)
+    )
     width = run.linear.record_size
     for tangents in _parts(run, chosen, run.state @ directions, run.record @ directions):
         part = tangents.part
@@ -428,7 +436,7 @@ def _paired(one: Array, other: Array) -> Array:
     return result
 
 
-def _parts(run: AlphaRun, along: Directions, state: Array, record: Array) -> Iterator[_Tangents]:
+def _parts(run: AlphaRun, along: StateDirections, state: Array, record: Array) -> Iterator[_AlphaTangents]:
     """Yield the parts from the last to the first with tangents along directions."""
     begins = [(state.copy(), record)]
     parts = run.motion.parts
@@ -450,10 +458,10 @@ def _parts(run: AlphaRun, along: Directions, state: Array, record: Array) -> Ite
         for one in turning:
             steps[:, nv + one.v.start : nv + one.v.stop] = one.increments(rows[:-1, :nv], rows[1:, :nv])
         of_parameters = np.broadcast_to(dp, (len(rows), *dp.shape))
-        yield _Tangents(part, np.concatenate([rows, of_parameters], axis=1), steps, along.dp, turning)
+        yield _AlphaTangents(part, np.concatenate([rows, of_parameters], axis=1), steps, along.dp, turning)
 
 
-def _back(run: AlphaRun, part: AlphaPart, weights: Sequence[Weights], adjoint: _Adjoint) -> Swept:
+def _back(run: AlphaRun, part: AlphaPart, weights: Sequence[RowWeights], adjoint: _AlphaAdjoint) -> Swept:
     """Take adjoints through a part."""
     of_outputs = run.row_weights(part, weights)
     direct = run.of_rows(part, of_outputs, adjoint.parameters)

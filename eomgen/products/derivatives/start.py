@@ -31,7 +31,7 @@ from eomgen.compiled.constraints import accelerations
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
-from eomgen.products.derivatives.equations import Equations, Partials
+from eomgen.products.derivatives.equations import EquationPartials, Equations
 from eomgen.simulation.stepping.states import Prescribed, States
 
 #: Steps onto constraints, and ratio to the largest step below which later steps change no derivative.
@@ -44,7 +44,7 @@ FINITE = 1e-10
 
 
 @dataclass(frozen=True)
-class Rest:
+class LinearizedRest:
     """Static equilibrium made linear.
 
     Attributes
@@ -59,7 +59,7 @@ class Rest:
     slopes: Array
 
 
-def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescribed, du: Array | None) -> Rest:
+def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescribed, du: Array | None) -> LinearizedRest:
     """Return the partials of a rest in the parameters.
 
     Parameters
@@ -94,17 +94,17 @@ def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescrib
         fault = f"the scene starts at static equilibrium, which no force determines along {name}"
         hint = f"a spring at {name}; or initial = model.equilibrium().initial, for a start that is held"
         raise UsageError(Problem("start", fault, hint))
-    return Rest(values, matrix, rest_slopes(equations, result))
+    return LinearizedRest(values, matrix, rest_slopes(equations, result))
 
 
-def rest_slopes(equations: Equations, partials: Partials) -> Array:
+def rest_slopes(equations: Equations, partials: EquationPartials) -> Array:
     """Return the partials of a rest in the parameters, (nv + nz + holonomic, parameters), from the partials of e."""
     size = equations.nv + equations.nz + equations.holonomic
     slopes: Array = -np.linalg.solve(_rest_matrix(equations, partials), partials.P[0, :size])
     return slopes
 
 
-def _rest_matrix(equations: Equations, partials: Partials) -> NDArray[Any]:
+def _rest_matrix(equations: Equations, partials: EquationPartials) -> NDArray[Any]:
     """Return the partials of forces, rates of z and constraints in q, z and multipliers; without rates of constraints,
     whose multipliers would leave rest to the way there."""
     nh = equations.holonomic
@@ -193,7 +193,7 @@ def _correction(
     return c, changes[:nv]
 
 
-def _difference(one: Partials, other: Partials, along: tuple[Array, Array]) -> Array:
+def _difference(one: EquationPartials, other: EquationPartials, along: tuple[Array, Array]) -> Array:
     """Return changes of e at one state minus changes at another, along dq and dp."""
     result: Array = (one.Jq[0] - other.Jq[0]) @ along[0] + (one.P[0] - other.P[0]) @ along[1]
     return result
@@ -210,7 +210,7 @@ STAGES, WEIGHTS = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
 
 
 @dataclass(frozen=True)
-class Directions:
+class StateDirections:
     """Changes of a state, one column for each direction: dq (nv, n) left-trivialised, dv (nv, n), dz (nz, n), and of
     parameters, dp (np, n)."""
 
@@ -229,8 +229,8 @@ class Stage:
     """
 
     values: dict[str, Array]
-    partials: Partials
-    along: Directions
+    partials: EquationPartials
+    along: StateDirections
     vdot: Array
     dvdot: Array
     dlam: Array
@@ -274,7 +274,7 @@ class StartDerivatives:
 
 
 @dataclass(frozen=True)
-class Beginning:
+class LinearizedStart:
     """The start of a run, made linear.
 
     Attributes
@@ -306,7 +306,7 @@ class Beginning:
         off = [np.max(np.abs(x), initial=0.0) for x in (q, self.asked.v - self.v, self.q, self.v)]
         return bool(off[0] > FINITE * (1.0 + off[2]) or off[1] > FINITE * (1.0 + off[3]))
 
-    def tangents(self, along: Directions, stages: Sequence[Stage]) -> tuple[Array, Array]:
+    def tangents(self, along: StateDirections, stages: Sequence[Stage]) -> tuple[Array, Array]:
         """Return the state of ``LinearSteps``, and the row that is recorded, along directions."""
         dvdot, dlam, dzdot = stages[0].dvdot, stages[0].dlam, stages[0].dzdot
         slope = np.zeros_like(dvdot)
@@ -348,7 +348,7 @@ class Beginning:
         + record . the row that is recorded: between rows inputs are linear."""
         equations = self.equations
         nv, nz = equations.nv, equations.nz
-        none = Directions(*(np.zeros((size, 0)) for size in (nv, nv, nz, equations.parameters)))
+        none = StateDirections(*(np.zeros((size, 0)) for size in (nv, nv, nz, equations.parameters)))
         back = StartDerivatives.of(state, record, nv, nz)
         stages = self.stages(none)
         result = np.zeros((2, equations.model.nu))
@@ -358,7 +358,7 @@ class Beginning:
             result += np.outer([1.0 - STAGES[number], STAGES[number]], by_u)
         return result
 
-    def stages(self, along: Directions) -> list[Stage]:
+    def stages(self, along: StateDirections) -> list[Stage]:
         """Return the states whose accelerations the start takes, with changes."""
         nothing = np.zeros_like(self.v), np.zeros_like(along.dv)
         stages = [self._stage(0.0, self.q, self.v, along, *nothing)]
@@ -368,12 +368,12 @@ class Beginning:
             factors = self.equations.model.factors
             theta, dtheta = s * (self.v + half * vdot), s * (along.dv + half * dvdot)
             dq = product.transport(factors, theta) @ along.dq + product.tangent(factors, theta) @ dtheta
-            moved = Directions(dq, along.dv + s * dvdot, along.dz, along.dp)
+            moved = StateDirections(dq, along.dv + s * dvdot, along.dz, along.dp)
             q, v = product.update(factors, self.q, theta), self.v + s * vdot
             stages.append(self._stage(stage, q, v, moved, theta, dtheta))
         return stages
 
-    def _stage(self, share: float, q: Array, v: Array, along: Directions, theta: Array, dtheta: Array) -> Stage:
+    def _stage(self, share: float, q: Array, v: Array, along: StateDirections, theta: Array, dtheta: Array) -> Stage:
         """Return the accelerations at a state some share of the step ahead, with changes."""
         equations = self.equations
         nv, nz, nl = equations.nv, equations.nz, equations.nl
@@ -413,7 +413,7 @@ class Beginning:
         return np.linalg.solve(M[0], -residual[0]), np.zeros(0)
 
 
-def on_constraints(start: Beginning, along: Directions, inverse_inertia: Array) -> Directions:
+def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inertia: Array) -> StateDirections:
     """Return directions whose states stay on the constraints, moved there as runs move their initial states: by the
     nearest change in the metric of M, and by the steps from the state that was asked for; behind dp the changes of
     W = 1/M_ii, by which multipliers move positions.
@@ -443,14 +443,14 @@ def on_constraints(start: Beginning, along: Directions, inverse_inertia: Array) 
     rates = by_q[nh:] @ dq + by_v[nh:] @ dv + by_p[nh:] @ along.dp
     dv = dv - _nearest(M, by_v[nh:], rates)
     if not inverse_inertia.size:
-        return Directions(dq, dv, along.dz, along.dp)
+        return StateDirections(dq, dv, along.dz, along.dp)
     by_q, by_p = inertia_partials(start)
     diagonal = by_q @ dq + by_p @ along.dp  # change of M_ii
     dW = -(inverse_inertia**2)[:, np.newaxis] * diagonal
-    return Directions(dq, dv, along.dz, np.concatenate([along.dp, dW]))
+    return StateDirections(dq, dv, along.dz, np.concatenate([along.dp, dW]))
 
 
-def inertia_partials(start: Beginning) -> tuple[Array, Array]:
+def inertia_partials(start: LinearizedStart) -> tuple[Array, Array]:
     """Return the partials of the diagonal of M at the start in q, (nv, nv), and in the parameters, (nv, parameters)."""
     equations, nv = start.equations, start.equations.nv
     unit = np.arange(nv)

@@ -17,9 +17,9 @@ from scipy import fft
 
 from eomgen.base.arrays import Array
 from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
-from eomgen.products.derivatives.functionals import Weights
+from eomgen.products.derivatives.functionals import RowWeights
 from eomgen.products.derivatives.linear_steps import StepMatrices
-from eomgen.products.derivatives.motion import Part
+from eomgen.products.derivatives.motion import RunSegment
 from eomgen.products.derivatives.second_order import SecondBeginning
 
 #: Tolerated acceleration of the constant state, relative to the largest by a parameter; the same of rates.
@@ -51,7 +51,7 @@ class StationaryRun:
         self.solutions = 0
 
     @classmethod
-    def of(cls, run: AlphaRun, weights: Sequence[Weights]) -> StationaryRun | None:
+    def of(cls, run: AlphaRun, weights: Sequence[RowWeights]) -> StationaryRun | None:
         """Return the gradients of a run with a constant state; None if the state changes, if derivatives are by other
         quantities than parameters, or if the scene has constraints or rotations other than angles."""
         size = run.size * (run.motion.steps + 1) * (run.equations.nv + run.equations.nz + len(run.equations.outputs))
@@ -62,7 +62,7 @@ class StationaryRun:
         rows = np.repeat(row[np.newaxis], run.motion.steps + 1, axis=0)
         rows[:, 0] = run.run.grid.start + run.run.grid.step * np.arange(len(rows))
         for chosen in (rows[:: -(-len(rows) // _FEW)], rows):  # a few of them tell at once of most scenes
-            part = run.of_part(Part(0, chosen, run.motion.start["a"]))
+            part = run.of_part(RunSegment(0, chosen, run.motion.start["a"]))
             if not _is_constant(run, part):
                 return None
         return cls(run, part, [one.outputs for one in weights])

@@ -23,8 +23,8 @@ from eomgen.base.files import write_bytes
 from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
 from eomgen.errors import FileError, Problem, UsageError
-from eomgen.products.ensembles.parts import Part, Refusal, Shipment
-from eomgen.products.ensembles.samples import EXTREMES, Block, Samples
+from eomgen.products.ensembles.parts import EnsemblePart, Refusal, Shipment
+from eomgen.products.ensembles.samples import EXTREMES, SampleBlock, SampleRunner
 
 #: Name of a cluster of this machine's own processes.
 LOCAL = "dask"
@@ -59,7 +59,7 @@ class Machines:
     ----------
     name : for messages
     notes : further notes on the runs, after the end
-    how : the ways in which samples were run, of ``Samples``
+    how : the ways in which samples were run, of ``SampleRunner``
     """
 
     client: Any
@@ -67,7 +67,7 @@ class Machines:
     notes: tuple[str, ...] = ()
     how: set[str] = field(default_factory=set)
 
-    def blocks(self, work: Samples, first: int, total: int, block: int) -> Generator[Block]:
+    def blocks(self, work: SampleRunner, first: int, total: int, block: int) -> Generator[SampleBlock]:
         """Yield the blocks of samples in order, beginning with sample ``first``.
 
         Raises
@@ -75,7 +75,7 @@ class Machines:
         EomgenError
             A worker cannot run samples, or is lost over and over; the scheduler is lost.
         """
-        yield from _whole(_Run(self, work, total).parts(first), first, total, block)
+        yield from _whole(_ClusterEnsemble(self, work, total).parts(first), first, total, block)
 
 
 @contextmanager
@@ -201,10 +201,10 @@ def _check_versions(client: Any, name: str) -> None:
             )
 
 
-class _Run:
+class _ClusterEnsemble:
     """The parts of one ensemble on a cluster."""
 
-    def __init__(self, machines: Machines, work: Samples, total: int) -> None:
+    def __init__(self, machines: Machines, work: SampleRunner, total: int) -> None:
         self._machines, self._client, self._work, self._total = machines, machines.client, work, total
         self._shipment = Shipment.of(f"eomgen-{uuid.uuid4().hex}", work)
         self._per_sample = 0.0
@@ -212,7 +212,7 @@ class _Run:
         self._threads, self._asked, self._lonely = 0, 0.0, False
         self._codes: set[str] = {work.model.library.digest}
 
-    def parts(self, first: int) -> Iterator[Block]:
+    def parts(self, first: int) -> Iterator[SampleBlock]:
         """Yield parts in order; afterwards the cluster has no parts left, after any end."""
         distributed = importlib.import_module("distributed")
         from eomgen.products.ensembles.worker import Delivery, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
@@ -220,7 +220,7 @@ class _Run:
         name = self._shipment.ensemble
         pending: dict[Any, tuple[int, int]] = {}
         finished = distributed.as_completed(loop=self._client.loop, with_results=True, raise_errors=False)
-        done: dict[int, Part] = {}
+        done: dict[int, EnsemblePart] = {}
         sent, wanted = first, first  # the first samples that were not sent, and that were not given
         try:
             self._client.register_plugin(Delivery(self._shipment), name=name)
@@ -267,12 +267,12 @@ class _Run:
         wanted = min(wanted, -(-left // (2 * threads)), bytes_each // self._bytes)
         return max(1, wanted - wanted % _FIRST if wanted > _FIRST else wanted)
 
-    def _taken(self, begin: int, count: int, status: str, result: Any) -> Part:
+    def _taken(self, begin: int, count: int, status: str, result: Any) -> EnsemblePart:
         """Return the result of a part. Raises EomgenError if there is none."""
         where = f"cluster {self._machines.name}"
         if isinstance(result, Refusal):
             raise result.kind([replace(item, where=f"{where}: {item.where}".rstrip(": ")) for item in result.problems])
-        if isinstance(result, Part):
+        if isinstance(result, EnsemblePart):
             each = result.seconds / count
             self._per_sample = each if not self._per_sample else 0.7 * self._per_sample + 0.3 * each
             self._codes.add(result.code)
@@ -301,9 +301,9 @@ class _Run:
         return (f"{message} may depend on which of them ran a sample, but with the profile reproducible",)
 
 
-def _whole(parts: Iterator[Block], first: int, total: int, block: int) -> Iterator[Block]:
+def _whole(parts: Iterator[SampleBlock], first: int, total: int, block: int) -> Iterator[SampleBlock]:
     """Give consecutive parts cut into blocks."""
-    waiting: list[Block] = []
+    waiting: list[SampleBlock] = []
     for part in parts:
         waiting.append(part)
         have = sum(len(item.values) for item in waiting)
@@ -314,16 +314,16 @@ def _whole(parts: Iterator[Block], first: int, total: int, block: int) -> Iterat
             first, have = first + size, have - size
 
 
-def _joined(parts: list[Block]) -> Block:
+def _joined(parts: list[SampleBlock]) -> SampleBlock:
     if len(parts) == 1:
         return parts[0]
     values, rows, extremes = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("values", "rows", "extremes")
     )
-    return Block(parts[0].first, values, rows, extremes, tuple(one for part in parts for one in part.failed))
+    return SampleBlock(parts[0].first, values, rows, extremes, tuple(one for part in parts for one in part.failed))
 
 
-def _cut(whole: Block, begin: int, end: int) -> Block:
+def _cut(whole: SampleBlock, begin: int, end: int) -> SampleBlock:
     first, last = whole.first + begin, whole.first + end
     failed = tuple(one for one in whole.failed if first <= one.number < last)
-    return Block(first, whole.values[begin:end], whole.rows[begin:end], whole.extremes[begin:end], failed)
+    return SampleBlock(first, whole.values[begin:end], whole.rows[begin:end], whole.extremes[begin:end], failed)

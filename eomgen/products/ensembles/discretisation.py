@@ -17,7 +17,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError
-from eomgen.products.ensembles.samples import Samples
+from eomgen.products.ensembles.samples import SampleRunner
 from eomgen.results.error_estimate import ErrorEstimate, SampleErrors
 from eomgen.results.finding import WARNING
 from eomgen.results.solution import Solution
@@ -36,7 +36,7 @@ _OF_ERROR = "discretisation_error"
 _STATES = ("q", "v", "z", "multipliers")
 
 
-def sample_errors(work: Samples, nominal: Solution, *, examined: bool) -> tuple[SampleErrors, list[str]]:
+def sample_errors(work: SampleRunner, nominal: Solution, *, examined: bool) -> tuple[SampleErrors, list[str]]:
     """Return the estimated errors of the run without variations and, if ``examined``, of a few samples of ``work``.
 
     The second result has the warnings of these samples that the run without variations has not, the first of each kind.
@@ -57,7 +57,7 @@ def sample_errors(work: Samples, nominal: Solution, *, examined: bool) -> tuple[
     return SampleErrors(nominal.error, estimates, columns, step, time.perf_counter() - began), told
 
 
-def _with_estimates(work: Samples) -> dict[int, Solution]:
+def _with_estimates(work: SampleRunner) -> dict[int, Solution]:
     """Run a few samples over the whole design with error estimates; return the successful samples by number."""
     total = work.design.samples
     count = min(_MOST, total // _FOR_EACH)

@@ -19,7 +19,7 @@ from eomgen.base.json_text import json_text
 from eomgen.base.messages import nearest, shown
 from eomgen.compiled.arguments import count_of, numbers
 from eomgen.errors import Problem, UsageError
-from eomgen.products.ensembles.journal import Journal
+from eomgen.products.ensembles.journal import BlockJournal
 from eomgen.products.ensembles.samples import EXTREMES, Failed
 from eomgen.products.ensembles.statistics import Ranking, Reduction, ranking
 from eomgen.results.error_estimate import NOTICED, SampleErrors
@@ -70,7 +70,7 @@ class Ensemble:
     interrupted: bool
     seconds: float
     reduction: Reduction = field(repr=False)
-    journal: Journal = field(repr=False)
+    journal: BlockJournal = field(repr=False)
     how: str = ""
     notes: tuple[str, ...] = ()
     error: SampleErrors = field(default_factory=SampleErrors)

@@ -15,14 +15,14 @@ from eomgen.base.arrays import Array
 from eomgen.base.files import make_folder, read_arrays, write_arrays, write_text
 from eomgen.base.json_text import finite
 from eomgen.errors import FileError, Problem
-from eomgen.products.ensembles.samples import Block, Failed
+from eomgen.products.ensembles.samples import Failed, SampleBlock
 from eomgen.products.ensembles.statistics import Reduction
 
 _DESCRIBED, _REDUCED, _BLOCKS = "ensemble.json", "reduced.npz", "samples"
 _KIND = "part of an ensemble"
 
 
-class Journal:
+class BlockJournal:
     """Blocks that are done, in a folder or, without one, in memory.
 
     Parameters
@@ -38,7 +38,7 @@ class Journal:
 
     def __init__(self, folder: Path | None, described: Mapping[str, Any], *, resume: bool) -> None:
         self._folder = folder
-        self._kept: list[Block] = []
+        self._kept: list[SampleBlock] = []
         self.done = 0
         self.reduction: Reduction | None = None
         self.failed: list[Failed] = []
@@ -82,7 +82,7 @@ class Journal:
         self.reduction, self.done = Reduction.of_arrays(arrays), int(data["done"])
         self.failed = [Failed(item["number"], item["reason"], item["values"]) for item in data["failed"]]
 
-    def keep(self, block: Block) -> None:
+    def keep(self, block: SampleBlock) -> None:
         """Append a block: values, extremes and failures of the samples."""
         if self._folder is None:
             self._kept.append(
@@ -108,7 +108,7 @@ class Journal:
         except (FileError, KeyError):
             return False
 
-    def replace(self, block: Block) -> None:
+    def replace(self, block: SampleBlock) -> None:
         """Write a part again whose samples are reduced already."""
         last = block.first + len(block.values) - 1
         self._write_part(block)
@@ -119,7 +119,7 @@ class Journal:
     def _path(self, first: int) -> Path:
         return (self._folder or Path()) / _BLOCKS / f"{first:09d}.npz"
 
-    def _write_part(self, block: Block) -> None:
+    def _write_part(self, block: SampleBlock) -> None:
         write_arrays(
             self._path(block.first), {"values": block.values, "extremes": block.extremes}, {"first": block.first}
         )

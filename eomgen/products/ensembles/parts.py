@@ -21,10 +21,10 @@ from eomgen.base.version import __version__
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.products.ensembles.designs import Design
-from eomgen.products.ensembles.samples import Block, Samples
+from eomgen.products.ensembles.samples import SampleBlock, SampleRunner
 from eomgen.products.ensembles.variations import Variation, VariedOptions
 
-#: Fields of ``Samples`` that belong to a process and are made anew in another process.
+#: Fields of ``SampleRunner`` that belong to a process and are made anew in another process.
 _OWN = ("model", "design", "options", "folder", "stop")
 
 
@@ -39,7 +39,7 @@ class Shipment:
     text : digest of the C that the sender's model is compiled from
     design, samples : name of the design, and number of samples
     items, common : of ``VariedOptions``
-    rest : all else that ``Samples`` is made from
+    rest : all else that ``SampleRunner`` is made from
     """
 
     ensemble: str
@@ -53,7 +53,7 @@ class Shipment:
     version: str = __version__
 
     @classmethod
-    def of(cls, ensemble: str, work: Samples) -> Shipment:
+    def of(cls, ensemble: str, work: SampleRunner) -> Shipment:
         """Return the source of samples. Raises UsageError for a model that was made by hand."""
         make, arguments = work.model.__reduce__()[:2]
         return cls(
@@ -69,7 +69,7 @@ class Shipment:
 
 
 @dataclass(frozen=True)
-class Part:
+class EnsemblePart:
     """Samples that a process has run.
 
     Attributes
@@ -77,10 +77,10 @@ class Part:
     solutions : number of a sample -> the file of the sample's solution, for solutions to be kept
     seconds : that the samples took, without the model's compilation
     code : digest of the compiled model
-    how : of ``Samples``
+    how : of ``SampleRunner``
     """
 
-    block: Block
+    block: SampleBlock
     solutions: Mapping[int, bytes]
     seconds: float
     code: str
@@ -104,7 +104,7 @@ class Room:
         self._model: CompiledModel | None = None
         self.stop = threading.Event()
 
-    def run(self, first: int, values: Array) -> Part | Refusal | None:
+    def run(self, first: int, values: Array) -> EnsemblePart | Refusal | None:
         """Run the samples from this number on, with varied quantities (n, d); None if stopped."""
         try:
             model = self._made()
@@ -113,11 +113,11 @@ class Room:
         except EomgenError as error:
             return Refusal(type(error), error.problems)
 
-    def _part(self, model: CompiledModel, folder: Path, first: int, values: Array) -> Part | None:
+    def _part(self, model: CompiledModel, folder: Path, first: int, values: Array) -> EnsemblePart | None:
         sent = self._shipment
         design = Design(sent.design, sent.samples, lambda begin, count: values[begin - first :][:count])
         options = VariedOptions(model, sent.items, sent.common)
-        work = Samples(model=model, design=design, options=options, folder=folder, stop=self.stop, **sent.rest)
+        work = SampleRunner(model=model, design=design, options=options, folder=folder, stop=self.stop, **sent.rest)
         began = time.perf_counter()
         block = work.block(first, len(values))
         seconds = time.perf_counter() - began
@@ -126,7 +126,7 @@ class Room:
         numbers = (number for number in work.keep if first <= number < first + len(values))
         files = {number: work.file(number) for number in numbers}
         solutions = {number: file.read_bytes() for number, file in files.items() if file.exists()}
-        return Part(block, solutions, seconds, model.library.digest, work.how)
+        return EnsemblePart(block, solutions, seconds, model.library.digest, work.how)
 
     def _made(self) -> CompiledModel:
         """Return the model. Raises EomgenError if the model cannot be made here, or differs from the sender's model."""

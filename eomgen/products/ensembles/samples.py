@@ -26,7 +26,7 @@ from eomgen.simulation.simulate import simulate
 
 
 @dataclass
-class Lanes:
+class LaneRunner:
     """Runs samples side by side.
 
     Attributes
@@ -143,13 +143,13 @@ class Lanes:
         return starts, refused
 
 
-def lanes_of(model: CompiledModel, options: VariedOptions, alike: Alike, columns: Sequence[str]) -> Lanes | str:
+def lanes_of(model: CompiledModel, options: VariedOptions, alike: Alike, columns: Sequence[str]) -> LaneRunner | str:
     """Return the runner of samples side by side, or the reason for runs one after the other."""
     common = with_scenes_laws(model, options.items, options.common)
     inputs = [item.name for item in options.items if item.block == "inputs"]
     initial = any(item.block in ("q", "v", "z") for item in options.items)
     runs = side_by_side(model, common, inputs, alike, columns, initial_varies=initial)
-    return runs if isinstance(runs, str) else Lanes(model, options, runs)
+    return runs if isinstance(runs, str) else LaneRunner(model, options, runs)
 
 
 _LOG = logging.getLogger(__name__)
@@ -173,7 +173,7 @@ class _StoppedError(Exception):
 
 
 @dataclass(frozen=True)
-class Block:
+class SampleBlock:
     """Samples that were run together.
 
     Attributes
@@ -192,7 +192,7 @@ class Block:
 
 
 @dataclass
-class Samples:
+class SampleRunner:
     """Runs blocks of the samples of a design.
 
     Attributes
@@ -219,9 +219,9 @@ class Samples:
     stop: threading.Event = field(default_factory=threading.Event)
     #: Lock for threads that begin together: one thread makes lanes, the other threads wait.
     _making: threading.Lock = field(default_factory=threading.Lock, init=False, repr=False)
-    _made: Lanes | str | None = field(default=None, init=False, repr=False)
+    _made: LaneRunner | str | None = field(default=None, init=False, repr=False)
 
-    def block(self, first: int, count: int) -> Block | None:
+    def block(self, first: int, count: int) -> SampleBlock | None:
         """Return a block of samples; None if stopped."""
         values = self.design.values(first, count)
         rows, extremes = self._unknown(count)
@@ -236,14 +236,14 @@ class Samples:
             if reason:
                 names = (item.name for item in self.options.items)
                 failed.append(Failed(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
-        return Block(first, values, rows, extremes, tuple(failed))
+        return SampleBlock(first, values, rows, extremes, tuple(failed))
 
     @property
-    def lanes(self) -> Lanes | str:
+    def lanes(self) -> LaneRunner | str:
         """The runner of samples side by side, or the reason for runs one after the other."""
         with self._making:
             if self._made is None:
-                made: Lanes | str = "runs side by side are not asked for"
+                made: LaneRunner | str = "runs side by side are not asked for"
                 if self.alike is not None:
                     made = lanes_of(self.model, self.options, self.alike, self.columns)
                 self._made = made
@@ -340,7 +340,7 @@ class Samples:
             rows[:, : len(met)] = table[:, met]
 
 
-def how_run(lanes: Lanes | str) -> str:
+def how_run(lanes: LaneRunner | str) -> str:
     """Return the way in which samples are run, in words.
 
     Parameters

@@ -40,8 +40,8 @@ from eomgen.products.ensembles.designs import (
 from eomgen.products.ensembles.discretisation import sample_errors, unresolved_processes
 from eomgen.products.ensembles.distributions import Distribution
 from eomgen.products.ensembles.ensemble import Ensemble
-from eomgen.products.ensembles.journal import Journal
-from eomgen.products.ensembles.samples import Block, Samples
+from eomgen.products.ensembles.journal import BlockJournal
+from eomgen.products.ensembles.samples import SampleBlock, SampleRunner
 from eomgen.products.ensembles.side_by_side import Alike
 from eomgen.products.ensembles.statistics import Reduction
 from eomgen.products.ensembles.variations import (
@@ -189,14 +189,14 @@ def simulate_many(
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options)
     alike = Alike.of(model, pilot)
-    work = Samples(model, drawn, varied, (t_end, step), looked_at, times, thinned, kept, keep_as, runs, alike)
+    work = SampleRunner(model, drawn, varied, (t_end, step), looked_at, times, thinned, kept, keep_as, runs, alike)
     threads = _workers(workers)
     with (
         nullcontext() if cluster is None else connected(cluster, workers) as machines,
         _alone(target),
         nullcontext() if progress is None else shown(progress, model.name) as reported,
     ):
-        journal = Journal(target, described, resume=resume)
+        journal = BlockJournal(target, described, resume=resume)
         if runs is not None:
             make_folder(runs)
         began = time.perf_counter()
@@ -276,7 +276,7 @@ def _alone(folder: Path | None) -> Iterator[None]:
 
 
 def _reduced(
-    blocks: Iterator[Block], journal: Journal, reduction: Reduction, total: int, report: Progress | None
+    blocks: Iterator[SampleBlock], journal: BlockJournal, reduction: Reduction, total: int, report: Progress | None
 ) -> bool:
     """Reduce blocks one by one, and return whether Ctrl-C ended the reduction; finished blocks are kept after any
     end."""
@@ -284,7 +284,7 @@ def _reduced(
     interrupted = False
     reducer = ThreadPoolExecutor(1)  # Ctrl-C ends the main thread's work, and a block is reduced whole or not at all
 
-    def take(block: Block) -> None:
+    def take(block: SampleBlock) -> None:
         reduction.add(block.rows)
         journal.keep(block)
 
@@ -310,10 +310,10 @@ def _reduced(
     return interrupted and journal.done < total
 
 
-def _on_threads(work: Samples, workers: int, first: int, total: int, block: int) -> Generator[Block]:
+def _on_threads(work: SampleRunner, workers: int, first: int, total: int, block: int) -> Generator[SampleBlock]:
     """Yield the blocks of samples in order, beginning with sample ``first``; threads work ahead."""
     pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
-    waiting: list[Future[Block | None]] = []
+    waiting: list[Future[SampleBlock | None]] = []
     starts = iter(range(first, total, block))
     try:
         while True:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from distributed import Worker, WorkerPlugin
 
 from eomgen.base.arrays import Array
-from eomgen.products.ensembles.parts import Part, Refusal, Room, Shipment
+from eomgen.products.ensembles.parts import EnsemblePart, Refusal, Room, Shipment
 
 #: Ensembles with parts on this worker, by identity.
 _ROOMS: dict[str, Room] = {}
@@ -28,6 +28,6 @@ class Delivery(WorkerPlugin):
             room.stop.set()
 
 
-def run_part(ensemble: str, first: int, values: Array) -> Part | Refusal | None:
+def run_part(ensemble: str, first: int, values: Array) -> EnsemblePart | Refusal | None:
     """Run samples with values (n, d) on this worker; raise LookupError if the shipment is missing."""
     return _ROOMS[ensemble].run(first, values)

@@ -92,9 +92,9 @@ class FileLaw:
         return self.code.prototypes
 
     @cached_property
-    def functions(self) -> Functions:
+    def functions(self) -> LawFunctions:
         """The functions of the file, checked. Raises ModelError or ToolchainError."""
-        return Functions(self)
+        return LawFunctions(self)
 
     def evaluate(self, columns: Columns, x: Array) -> Array:
         """Return results, or slopes along columns, (..., size), at arguments and parameters (..., n)."""
@@ -109,7 +109,7 @@ class FileLaw:
         return np.asarray(self.evaluate((), x)[..., component])
 
 
-class Functions:
+class LawFunctions:
     """Values and slopes of a law at single points.
 
     Attributes

@@ -29,7 +29,7 @@ from eomgen.errors import NumericalError, Problem, UsageError
 
 if TYPE_CHECKING:
     from eomgen.products.studies import CheckReport, FormReport, Identification
-    from eomgen.products.studies.savings import Cost, Savings
+    from eomgen.products.studies.savings import Savings, VariantCost
     from eomgen.scene.scene import Scene
 
 
@@ -193,7 +193,7 @@ def _print_costs(study: Savings) -> None:
             console().print(f"\n{cost.name}: {cost.problem}", markup=False)
 
 
-def _pair(study: Savings, cost: Cost, column: tuple[str, str, float, str]) -> tuple[str, str]:
+def _pair(study: Savings, cost: VariantCost, column: tuple[str, str, float, str]) -> tuple[str, str]:
     key, _, factor, form = column
     value, ratio = getattr(cost, key), study.ratio(cost, key)
     return ("" if value is None else f"{value * factor:{form}}", "" if ratio is None else f"{ratio:.2f}")

@@ -227,7 +227,7 @@ _COMMON = ("eomgen_real.h", "main.c")
 
 
 @dataclass(frozen=True)
-class Cost:
+class VariantCost:
     """Costs of one variant of a scene.
 
     Attributes
@@ -266,9 +266,9 @@ class Savings:
     scene: str
     method: str
     step: float
-    costs: tuple[Cost, ...]
+    costs: tuple[VariantCost, ...]
 
-    def ratio(self, cost: Cost, key: str) -> float | None:
+    def ratio(self, cost: VariantCost, key: str) -> float | None:
         """Return the ratio of a cost of a variant, one of ``COMPARED``, to the cost of the unchanged scene."""
         asked, here = getattr(self.costs[0], key), getattr(cost, key)
         return here / asked if asked and here is not None else None
@@ -375,9 +375,9 @@ def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Sce
         return str(error)
 
 
-def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[Cost, Model | None]:
+def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[VariantCost, Model | None]:
     if variant.scene is None:
-        return Cost(variant.name, variant.description, problem=variant.problem), None
+        return VariantCost(variant.name, variant.description, problem=variant.problem), None
     terms = None if variant.terms is None else list(variant.terms)
     try:
         began = time.perf_counter()
@@ -390,9 +390,9 @@ def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[C
         place = folder / f"c_{variant.name.replace(' ', '_')}"
         files = generate(variant.scene, place, terms, method)
     except EomgenError as error:
-        return Cost(variant.name, variant.description, problem=str(error)), None
+        return VariantCost(variant.name, variant.description, problem=str(error)), None
     of_step = [name for name in terms_of_step(variant.scene, method) if name in operations]
-    cost = Cost(
+    cost = VariantCost(
         variant.name,
         variant.description,
         operations,
@@ -403,7 +403,9 @@ def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[C
     return cost, model
 
 
-def _timed(measured: Sequence[tuple[Cost, Model | None]], step: float, duration: float, rounds: int) -> list[Cost]:
+def _timed(
+    measured: Sequence[tuple[VariantCost, Model | None]], step: float, duration: float, rounds: int
+) -> list[VariantCost]:
     """Return the costs with the times of steps, from runs in turns."""
     lengths: dict[int, int] = {}
     times: dict[int, list[float]] = {}
@@ -437,7 +439,7 @@ def _timed(measured: Sequence[tuple[Cost, Model | None]], step: float, duration:
             _run(model, step, steps, every=1)
             observed[number].append((time.perf_counter() - began) / steps)
     return [
-        Cost(
+        VariantCost(
             **{
                 **vars(cost),
                 "step_seconds": statistics.median(times[k]) if times.get(k) else None,

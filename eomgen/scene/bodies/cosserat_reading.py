@@ -16,7 +16,7 @@ from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.beam_schema import Keys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, BeamElement, BeamSection, Cosserat, Rows
 from eomgen.scene.bodies.cross_sections import ResistsItsStrains, SectionReader, read_inertia
-from eomgen.scene.bodies.initial_shapes import Shape, bent_shape, pretwisted, read_shape
+from eomgen.scene.bodies.initial_shapes import InitialShape, bent_shape, pretwisted, read_shape
 from eomgen.scene.bodies.model import AT_END
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
@@ -173,7 +173,7 @@ def _equal(length: Fraction, count: int) -> tuple[Fraction, ...]:
     return (length / count,) * count
 
 
-def _pieces(whole: Keys, shape: Shape | None, values: Values) -> list[_Piece]:
+def _pieces(whole: Keys, shape: InitialShape | None, values: Values) -> list[_Piece]:
     """Return the parts of a beam; one part for a beam without a list of parts."""
     entry, report = whole.entry, values.report
     if not entry.parts:
@@ -225,7 +225,7 @@ def _with_nodes(whole: Keys, pieces: Sequence[_Piece], stations: Sequence[float]
     return result
 
 
-def _length(whole: Keys, shape: Shape | None, values: Values) -> Fraction:
+def _length(whole: Keys, shape: InitialShape | None, values: Values) -> Fraction:
     if shape is not None:
         if whole.entry.length is not None:
             fault = "length is given, and follows from the shape too"

@@ -34,7 +34,7 @@ _GAUSS = math.sqrt(3.0) / 6.0
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
-class Shape(Protocol):
+class InitialShape(Protocol):
     """An initial shape with a length in m."""
 
     @property
@@ -102,7 +102,7 @@ class Joined:
 class Turned:
     """A shape with sections rotated about the axis by an angle at each x, rad."""
 
-    shape: Shape
+    shape: InitialShape
     angle: Callable[[float], float]
 
     @property
@@ -206,7 +206,7 @@ _FOLDED = math.radians(5.0)
 _OFF_AXIS, _OBLIQUE = math.radians(40.0), math.radians(3.0)
 
 
-def read_shape(whole: Keys, values: Values) -> Shape | None:
+def read_shape(whole: Keys, values: Values) -> InitialShape | None:
     """Return the shape through given points or frames; None without a valid one."""
     given = whole.entry.shape
     if given is None:
@@ -224,7 +224,7 @@ def read_shape(whole: Keys, values: Values) -> Shape | None:
     return _through_frames(f"{key}.frames", given.frames or (), values)
 
 
-def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Values) -> Shape | None:
+def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Values) -> InitialShape | None:
     points = np.array([values.constants(f"{key}[{place}]", point) for place, point in enumerate(given)])
     if not _several(key, "points", points, values):
         return None
@@ -243,7 +243,7 @@ def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Va
     return through_points(points)
 
 
-def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Values) -> Shape | None:
+def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Values) -> InitialShape | None:
     positions = np.array(
         [values.constants(f"{key}[{place}].position", item.position) for place, item in enumerate(given)]
     )
@@ -315,7 +315,7 @@ def _several(key: str, plural: str, places: Array, values: Values) -> bool:
     return True
 
 
-def bent_shape(pieces: Sequence[tuple[float, Keys]], values: Values) -> Shape:
+def bent_shape(pieces: Sequence[tuple[float, Keys]], values: Values) -> InitialShape:
     """Return the shape of given curvature; ``pieces``: end of each piece, m, and the keys of the piece."""
     ends = [end for end, _ in pieces]
     length = ends[-1]
@@ -333,7 +333,7 @@ def bent_shape(pieces: Sequence[tuple[float, Keys]], values: Values) -> Shape:
     return Bent(length, lambda x: at(x)[0], lambda start, end: not at(0.5 * (start + end))[1])
 
 
-def pretwisted(whole: Keys, shape: Shape, values: Values) -> Shape:
+def pretwisted(whole: Keys, shape: InitialShape, values: Values) -> InitialShape:
     """Return a shape with sections rotated about the axis by the pretwist of the beam."""
     given, key = whole.entry.pretwist, f"{whole.key}.pretwist"
     if given is None:

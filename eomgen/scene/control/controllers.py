@@ -121,7 +121,7 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
 
     T = number("time_constant", math.nan)
     x, f = (Symbol("state", f"{name}_{suffix}") for suffix in ("integral", "filtered"))
-    limits = Limits(key, entry, values)
+    limits = OutputLimits(key, entry, values)
     made: dict[str, tuple[Formula, float]] = {}
     if entry.type in ("pi", "pid"):
         kp, ki = number("proportional", 0.0), number("integral", 0.0)
@@ -155,7 +155,7 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
     return states, Controller(name, limits.of(free), entry.unit, entry.description)
 
 
-class Limits:
+class OutputLimits:
     """The limits of a controller's output."""
 
     def __init__(self, key: str, entry: Written, values: Values) -> None:
@@ -318,7 +318,7 @@ def read_controllers(
             result.states += states
             result.outputs.append(controller)
             continue
-        limits = Limits(key_of("controllers", name), entry, values)
+        limits = OutputLimits(key_of("controllers", name), entry, values)
         if entry.type == "sampled":
             states, called = read_sampled_controller(name, entry, values, folder)
             result.states += states

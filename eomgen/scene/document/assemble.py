@@ -13,11 +13,11 @@ from typing import Any, Literal
 from eomgen.base.messages import key_of
 from eomgen.scene.control.sampled import sources_digest
 from eomgen.scene.document.checks import CHECKS, LAST_CHECKS, check_names
-from eomgen.scene.document.notes import Facts, notes_of
+from eomgen.scene.document.notes import SceneFacts, notes_of
 from eomgen.scene.document.schema import Document, Simulation
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
-from eomgen.scene.formula.namespaces import Part, signature
+from eomgen.scene.formula.namespaces import FileData, signature
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
@@ -28,7 +28,7 @@ from eomgen.system import description
 
 
 def assemble(
-    part: Part,
+    part: FileData,
     report: Report,
     *,
     notes: Sequence[str],
@@ -57,7 +57,7 @@ def assemble(
         **fields,
         source={key: report.place(key) for key in report.lines},
         content=content(document) + _content_of_files(fields) + signature(part.spaces),
-        notes=(*notes, *part.notes, *labels, *notes_of(Facts(part.data, document, fields, reading))),
+        notes=(*notes, *part.notes, *labels, *notes_of(SceneFacts(part.data, document, fields, reading))),
         metadata=dict(metadata or {}),
     )
 

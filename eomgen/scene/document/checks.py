@@ -19,7 +19,7 @@ from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.section import Reading, Section, Unused
 from eomgen.scene.signals.sections import CURVES
 from eomgen.scene.tree.beam_attachments import check_places
-from eomgen.scene.tree.sections import Tree
+from eomgen.scene.tree.sections import TreeSections
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
 
@@ -67,7 +67,7 @@ def _check_task_frames(document: Document, reading: Reading) -> None:
 
 def _check_frames_of_elements(document: Document, reading: Reading) -> None:
     """Report force elements between two frames of one rigid body."""
-    tree, beams = reading.kept(Tree), document.section("beams")
+    tree, beams = reading.kept(TreeSections), document.section("beams")
     for element in _elements(reading):
         frames = element.frames()
         if tree.complete and frames is not None:

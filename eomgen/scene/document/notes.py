@@ -28,7 +28,7 @@ Element = TypeVar("Element", bound=ForceElement)
 
 
 @dataclass(frozen=True)
-class Facts:
+class SceneFacts:
     """Data of a scene without problems, from which notes follow.
 
     Attributes
@@ -76,11 +76,11 @@ class Note:
     """
 
     name: str
-    evaluate: Callable[[Facts], Iterable[str]]
+    evaluate: Callable[[SceneFacts], Iterable[str]]
     behind: str = ""
 
 
-def _beyond_stops(facts: Facts) -> Iterator[str]:
+def _beyond_stops(facts: SceneFacts) -> Iterator[str]:
     """Yield a note for each initial coordinate beyond a stop; an equilibrium is looked for elsewhere."""
     for joint in facts.scene["joints"]:
         if joint.initial_position and not facts.starts_in_equilibrium:
@@ -89,12 +89,12 @@ def _beyond_stops(facts: Facts) -> Iterator[str]:
                     yield note
 
 
-def _of_sections(facts: Facts) -> Iterator[str]:
+def _of_sections(facts: SceneFacts) -> Iterator[str]:
     for row in facts.reading.rows:
         yield from row.notes(facts.reading)
 
 
-def _out_of_scale(facts: Facts) -> Iterable[str]:
+def _out_of_scale(facts: SceneFacts) -> Iterable[str]:
     scene, beams = facts.scene, facts.document.section("beams")
     return out_of_scale(
         scene["bodies"],
@@ -107,12 +107,12 @@ def _out_of_scale(facts: Facts) -> Iterable[str]:
     )
 
 
-def _doubtful_beams(facts: Facts) -> Iterable[str]:
+def _doubtful_beams(facts: SceneFacts) -> Iterable[str]:
     scene = facts.scene
     return doubtful_beams(facts.document, scene["bodies"], scene["points"], scene["elements"], facts.values)
 
 
-def _tyres_in_the_road(facts: Facts) -> Iterable[str]:
+def _tyres_in_the_road(facts: SceneFacts) -> Iterable[str]:
     tyres = facts.elements(Tyre)
     return tyres_in_the_road(tyres, facts.scene["points"], facts.places, facts.values) if tyres else ()
 
@@ -141,6 +141,6 @@ def _every_note() -> tuple[Note, ...]:
     return placed(NOTES, rows_of(GROUP, Note), lambda note: note.name, lambda note: note.behind)
 
 
-def notes_of(facts: Facts) -> tuple[str, ...]:
+def notes_of(facts: SceneFacts) -> tuple[str, ...]:
     """Return all notes of a scene in the order of the register."""
     return tuple(text for note in _every_note() for text in note.evaluate(facts))

@@ -12,7 +12,7 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import key_of, shown
-from eomgen.formula.units.parser import Factors, Quantity, UnitError, is_quantity, read_quantity, read_unit
+from eomgen.formula.units.parser import Factors, QuantityWithUnit, UnitError, is_quantity, read_quantity, read_unit
 from eomgen.formula.units.table import names
 from eomgen.scene.document.schema import document_for
 from eomgen.scene.formula.namespaces import Included
@@ -312,7 +312,7 @@ class _Converter:
             self.report.add(key, f"the parameter {name} is {fault}", f"a parameter in {unit}")
             return Refused(name)
         try:
-            to_unit(Quantity(name, Fraction(1), factors), unit)
+            to_unit(QuantityWithUnit(name, Fraction(1), factors), unit)
         except UnitError as error:
             self.notes.append(f"{key}: {error.what}, and labels convert nothing")
         return None

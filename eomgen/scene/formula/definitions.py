@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 
 from eomgen.base.data import dataclass, field, replace
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
-from eomgen.scene.formula.scope import Names, Scope
+from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 
 _NUMBER = re.compile(r"\s*-?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,2})?\s*", re.ASCII)
@@ -101,7 +101,7 @@ class NamedExpression:
             raise DefinitionError(fault, 1, "an internal state, an input or an output in place of a definition")
 
 
-def expanded(symbol: Symbol, names: Names, scope: Scope, read: Callable[[str], Formula]) -> Written:
+def expanded(symbol: Symbol, names: SceneNames, scope: Scope, read: Callable[[str], Formula]) -> Written:
     """Return the expression of a symbol of a definition.
 
     Raises

@@ -15,7 +15,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.scene.formula.definitions import check_extent, expanded, mentioned
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import DRIVEN, PARAMETERS, REACTING, Names, Scope
+from eomgen.scene.formula.scope import DRIVEN, PARAMETERS, REACTING, SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.system.events import mode_parameter
 
@@ -59,7 +59,7 @@ def spaces_of(text: str) -> tuple[Namespace, ...]:
     return text.spaces if isinstance(text, Included) else ()
 
 
-def read_included(text: str, names: Names, scope: Scope) -> Formula:
+def read_included(text: str, names: SceneNames, scope: Scope) -> Formula:
     """Read a formula in the names of its file, and return the formula in the scene's names, ``names``.
 
     Raises
@@ -77,7 +77,7 @@ def read_included(text: str, names: Names, scope: Scope) -> Formula:
     return mapped(formula, lambda symbol: _by_parameters(symbol, names, scope))
 
 
-def _by_parameters(symbol: Symbol, names: Names, scope: Scope) -> Formula:
+def _by_parameters(symbol: Symbol, names: SceneNames, scope: Scope) -> Formula:
     """Return the replacement of a symbol: for a mode the tunable parameter of the mode, for a motion the polynomial,
     for a law the input of the same name or, in scopes without inputs, the formula; other symbols are unchanged."""
     if symbol.kind in names.laws:
@@ -116,12 +116,12 @@ def known_there(text: str, names: Collection[str]) -> frozenset[str]:
     return frozenset(result)
 
 
-def _read(text: str, spaces: tuple[Namespace, ...], names: Names, scope: Scope) -> Formula:
+def _read(text: str, spaces: tuple[Namespace, ...], names: SceneNames, scope: Scope) -> Formula:
     formula = read_formula(text, _visible(names, spaces), scope)
     return mapped(formula, lambda symbol: _resolved(symbol, spaces, names)) if spaces else formula
 
 
-def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
+def _visible(names: SceneNames, spaces: tuple[Namespace, ...]) -> SceneNames:
     """Return the part of the names of a scene that a file can use, under the names of the file.
 
     ``spaces``: the namespaces from that file out to the scene, the innermost first.
@@ -139,7 +139,7 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
         section: replace(item, formulas=_Renamed(item.formulas, _locally(space, section, item.formulas)))
         for section, item in outer.laws.items()
     }
-    for kind in fields(Names):
+    for kind in fields(SceneNames):
         known = getattr(outer, kind.name)
         here = _locally(space, "inputs" if kind.name == "motions" else kind.name, known)
         visible[kind.name] = _Renamed(known, here) if isinstance(known, Mapping) else tuple(here)
@@ -175,7 +175,7 @@ class _Renamed(Mapping[str, Entry]):
         return len(self.names)
 
 
-def _bound(value: str, spaces: tuple[Namespace, ...], names: Names) -> Formula:
+def _bound(value: str, spaces: tuple[Namespace, ...], names: SceneNames) -> Formula:
     """Return the scene's formula of a parameter of an included file; a nameless symbol for a faulty formula, which is
     reported elsewhere."""
     try:
@@ -184,7 +184,7 @@ def _bound(value: str, spaces: tuple[Namespace, ...], names: Names) -> Formula:
         return _NOTHING_KNOWN
 
 
-def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: Names) -> Formula:
+def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: SceneNames) -> Formula:
     """Return the scene's formula for a symbol of a file."""
     for place, space in enumerate(spaces):
         if symbol.kind == "parameter" and symbol.name in space.values:
@@ -213,7 +213,7 @@ def mapped(formula: Formula, rename: Callable[[Symbol], Formula]) -> Formula:
 
 
 @dataclass
-class Part:
+class FileData:
     """The data of a file, including all included files.
 
     Attributes

@@ -29,7 +29,7 @@ from eomgen.scene.formula.scope import (
     PLACE,
     QUANTITIES,
     REACTION_PARTS,
-    Names,
+    SceneNames,
     Scope,
     of_function,
     of_kind,
@@ -62,7 +62,7 @@ _OF_SCOPES = {
 _COMPARISONS = {ast.Lt: ("lt", False), ast.LtE: ("le", False), ast.Gt: ("lt", True), ast.GtE: ("le", True)}
 
 
-def read_formula(text: str, names: Names, scope: Scope) -> Formula:
+def read_formula(text: str, names: SceneNames, scope: Scope) -> Formula:
     """Read a formula.
 
     Parameters
@@ -79,11 +79,11 @@ def read_formula(text: str, names: Names, scope: Scope) -> Formula:
     FormulaError
         With column and hint.
     """
-    return _Reader(text, names, scope).read()
+    return _FormulaReader(text, names, scope).read()
 
 
-class _Reader:
-    def __init__(self, text: str, names: Names, scope: Scope) -> None:
+class _FormulaReader:
+    def __init__(self, text: str, names: SceneNames, scope: Scope) -> None:
         self.text = FormulaText(text)
         self.names = names
         self.scope = scope

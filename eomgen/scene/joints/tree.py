@@ -71,7 +71,7 @@ def twist_transform(rotation: Array, position: Array) -> Array:
     return np.block([[R, np.zeros((3, 3))], [-R @ skew(position), R]])
 
 
-class Link(NamedTuple):
+class JointEdge(NamedTuple):
     """A joint in the view of the tree: names of joint, parent and child."""
 
     name: str
@@ -80,8 +80,8 @@ class Link(NamedTuple):
 
 
 def ordered(
-    links: Sequence[Link], bodies: Mapping[str, str], refused: Collection[str], complete: bool, report: Report
-) -> list[Link]:
+    links: Sequence[JointEdge], bodies: Mapping[str, str], refused: Collection[str], complete: bool, report: Report
+) -> list[JointEdge]:
     """Return the joints with parents before children, in the user's order otherwise; report faults of the tree.
 
     Parameters
@@ -96,7 +96,7 @@ def ordered(
         Whether every joint and body could be read; if not, missing joints are not reported.
     """
     known = dict.fromkeys([*bodies, *refused])
-    carrier: dict[str, Link] = {}
+    carrier: dict[str, JointEdge] = {}
     for link in links:
         key = key_of("joints", link.name)
         if link.parent != BASE and link.parent not in known:
@@ -119,14 +119,16 @@ def ordered(
     return order
 
 
-def _parents_first(links: Sequence[Link], carrier: Mapping[str, Link], known: Collection[str]) -> list[Link]:
+def _parents_first(
+    links: Sequence[JointEdge], carrier: Mapping[str, JointEdge], known: Collection[str]
+) -> list[JointEdge]:
     children: dict[str, list[int]] = {}
     for number, link in enumerate(links):
         if carrier.get(link.child) is link and link.child in known and link.child not in (BASE, link.parent):
             children.setdefault(link.parent, []).append(number)
     ready = list(children.get(BASE, []))
     heapq.heapify(ready)
-    order: list[Link] = []
+    order: list[JointEdge] = []
     while ready:
         link = links[heapq.heappop(ready)]
         order.append(link)
@@ -135,7 +137,9 @@ def _parents_first(links: Sequence[Link], carrier: Mapping[str, Link], known: Co
     return order
 
 
-def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Mapping[str, str], report: Report) -> None:
+def _report_lost(
+    order: Sequence[JointEdge], carrier: Mapping[str, JointEdge], bodies: Mapping[str, str], report: Report
+) -> None:
     """Report cycles, and bodies without a joint together with the bodies carried by them."""
     reached = {link.child for link in order}
     end_of: dict[str, str] = {}

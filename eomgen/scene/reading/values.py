@@ -17,9 +17,9 @@ from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, qua
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, Vector
 from eomgen.formula.substitution import substituted
 from eomgen.formula.units.parser import read_unit
-from eomgen.scene.design_poses import Axes, DesignPoses, Placement, UnknownPoseError
+from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, UnknownPoseError
 from eomgen.scene.formula.namespaces import known_there, read_included
-from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, Names, Scope
+from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.kinds import Refused, Rotations
@@ -132,7 +132,7 @@ class Values:
 
     def __init__(
         self,
-        names: Names,
+        names: SceneNames,
         parameters: Mapping[str, float],
         report: Report,
         refused: Collection[str] = (),
@@ -399,7 +399,7 @@ def read_placement(
         values.report.add(f"{key}.in", f"in needs a position, in the axes of {given_in}", "position = [0, 0, 0]")
         return position, axes
     try:
-        _, position, axes = values.design.placed(Placement(given_in, position, axes), body)
+        _, position, axes = values.design.placed(FramePlacement(given_in, position, axes), body)
     except UnknownPoseError as error:
         if error.fault:
             values.report.add(f"{key}.in", f"the design position is not known: {error.fault}", error.hint)

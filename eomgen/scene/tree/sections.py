@@ -21,7 +21,7 @@ from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.cosserat_reading import check_keys, is_exact, read_cosserat
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point
-from eomgen.scene.design_poses import DesignPoses, Placement
+from eomgen.scene.design_poses import DesignPoses, FramePlacement
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.inertia import Inertia, tensor
@@ -32,7 +32,7 @@ from eomgen.scene.joints.constraint_reading import check_closings, read_constrai
 from eomgen.scene.joints.model import Constraint, Joint, Reaction
 from eomgen.scene.joints.moved_inertia import check_motion
 from eomgen.scene.joints.reading import read_joint, read_reaction
-from eomgen.scene.joints.tree import Link, check_mimics, ordered
+from eomgen.scene.joints.tree import JointEdge, check_mimics, ordered
 from eomgen.scene.joints.unresisted import unresisted_motions
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import RELATIONS
@@ -71,7 +71,7 @@ def check_inertias(bodies: Iterable[Body], values: Values) -> None:
 
 
 @dataclass(frozen=True)
-class Tree:
+class TreeSections:
     """The joint tree of a scene.
 
     Attributes
@@ -172,9 +172,9 @@ class _Joints(Section):
 
     def _design(self, read: Mapping[str, Joint], entries: Mapping[str, joints.Joint], reading: Reading) -> DesignPoses:
         """Return the poses of the bodies with every joint at zero."""
-        placements: dict[str, Placement] = {}
+        placements: dict[str, FramePlacement] = {}
         for name, joint in read.items():
-            given = Placement(entries[name].given_in or joint.parent, joint.position, joint.orientation)
+            given = FramePlacement(entries[name].given_in or joint.parent, joint.position, joint.orientation)
             placements.setdefault(joint.child, given)
         return DesignPoses(placements, reading.names.exact_beams, reading.document.table("base") is not None)
 
@@ -195,7 +195,7 @@ class _Joints(Section):
         bodies, of_nodes = reading.items["bodies"], reading.kept(BeamNodes).joints()
         read = {name: joint for name, joint in reading.items["joints"].items() if joint.child not in of_nodes}
         joints = reading.items["joints"] = {**read, **of_nodes}
-        links = [Link(joint.name, joint.parent, joint.child) for joint in joints.values()]
+        links = [JointEdge(joint.name, joint.parent, joint.child) for joint in joints.values()]
         complete = not reading.refused["joints"] and not reading.broken
         sections = {name: "beams" if name in document.section("beams") else "bodies" for name in bodies}
         order = ordered(links, sections, reading.broken, complete, reading.report)
@@ -209,13 +209,13 @@ class _Joints(Section):
             if document.coordinates == "joint" and free and not reading.report.noted:
                 unresisted = unresisted_motions(tree, body_inertias(bodies.values(), values), sections, values)
             check_frames(tree, bodies, values)
-        reading.keep(Tree(tree, complete, unresisted))
+        reading.keep(TreeSections(tree, complete, unresisted))
 
     def notes(self, reading: Reading) -> Iterable[str]:
-        return reading.kept(Tree).unresisted
+        return reading.kept(TreeSections).unresisted
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
-        tree, bodies = reading.kept(Tree).joints, reading.items["bodies"]
+        tree, bodies = reading.kept(TreeSections).joints, reading.items["bodies"]
         return {
             "bodies": tuple(bodies[joint.child] for joint in tree if joint.child in bodies),
             "joints": tuple(tree),
@@ -270,7 +270,7 @@ class _Constraints(Section):
         return attached_constraint(read, reading.attach)
 
     def check(self, reading: Reading) -> None:
-        tree, beams = reading.kept(Tree), reading.document.section("beams")
+        tree, beams = reading.kept(TreeSections), reading.document.section("beams")
         if tree.complete:
             check_closings(reading.items["constraints"].values(), tree.joints, beams, reading.report)
         if reading.document.coordinates == "absolute":

@@ -178,7 +178,7 @@ class Apart(NamedTuple):
     kinds: Kinds
 
 
-class Comparisons:
+class ComparisonRuns:
     """Comparison runs of one run, and how far motions are apart."""
 
     def __init__(

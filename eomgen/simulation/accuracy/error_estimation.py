@@ -26,7 +26,7 @@ from eomgen.simulation.accuracy.comparison_runs import (
     Apart,
     AtRows,
     ComparedMotion,
-    Comparisons,
+    ComparisonRuns,
     NoEstimateError,
     counted,
     planned_steps,
@@ -121,7 +121,7 @@ class ErrorEstimation:
                 refused = f"the function of {names} may keep something, so no second run calls it"
                 raise NoEstimateError(f"{refused}; a class, or memory in the scene, can be had anew")
             rows, counts = trajectory.rows, statistics or {}
-            runs = Comparisons(run, library, rows, parameters, self.progress, events, counts, at_rows)
+            runs = ComparisonRuns(run, library, rows, parameters, self.progress, events, counts, at_rows)
             estimated = _by_tolerance if run.method.chooses_steps else _by_steps
             result = estimated(runs)
             if result.relative > NOTICED and _moves_between_rows(runs, library, rows, parameters):
@@ -136,7 +136,7 @@ class ErrorEstimation:
         return replace(result, seconds=spent, cost=spent / max(seconds, 1e-9))
 
 
-def _moves_between_rows(runs: Comparisons, library: Library, rows: Array, parameters: Array) -> bool:
+def _moves_between_rows(runs: ComparisonRuns, library: Library, rows: Array, parameters: Array) -> bool:
     """Return whether the motion is much larger than sparse rows show, and take its size from the rows of all steps.
 
     A state that oscillates at a multiple of the rows' frequency seems to be at rest there.
@@ -159,7 +159,7 @@ def no_estimate(run: Run, reason: str = "it was switched off") -> ErrorEstimate:
     return ErrorEstimate.missing(reason, model.nq, model.nv, model.nz, len(model.multipliers))
 
 
-def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
+def _by_tolerance(runs: ComparisonRuns) -> ErrorEstimate:
     """Estimate errors by a run at a smaller tolerance, or at a larger one if no smaller tolerance can be taken.
 
     Errors follow tolerances only roughly: at a corner, or with few steps, a tenth of the tolerance makes from a
@@ -200,7 +200,7 @@ def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
     raise NoEstimateError(f"runs at other tolerances do not come to the end{reason}")
 
 
-def _that_bounds(runs: Comparisons, *, bound: bool) -> float:
+def _that_bounds(runs: ComparisonRuns, *, bound: bool) -> float:
     """Return a multiple of the step whose longest adaptive step is shorter than the intervals between jumps, samples or
     rows of inputs, or, without such bounds, than the steps of the run; 0 if the number of steps would be too large.
     """
@@ -213,7 +213,7 @@ def _that_bounds(runs: Comparisons, *, bound: bool) -> float:
     return multiple if runs.span.steps / multiple <= _MOST_STEPS else 0.0
 
 
-def _largest_step(runs: Comparisons) -> float:
+def _largest_step(runs: ComparisonRuns) -> float:
     """Return the largest step of the method, s; if steps are not counted, the step of the grid."""
     return float(runs.own.statistics.get("largest_step", runs.step))
 
@@ -226,7 +226,7 @@ def _known(gain: float, order: float) -> Array:
     return np.full((1, 1), gain)
 
 
-def _by_steps(runs: Comparisons) -> ErrorEstimate:
+def _by_steps(runs: ComparisonRuns) -> ErrorEstimate:
     order = float(runs.run.method.order)
     halvings = runs.own.statistics.get("halvings", 0)
     if runs.span.steps == 1 or (halvings and runs.span.steps < _FEW_STEPS):
@@ -261,7 +261,7 @@ def _by_steps(runs: Comparisons) -> ErrorEstimate:
     return result
 
 
-def _by_prime_parts(runs: Comparisons, twice: ComparedMotion) -> ErrorEstimate | None:
+def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimate | None:
     """Estimate errors as the largest of the estimates by runs at a third, a fifth and twice the step; None if a run at
     shorter steps does not hold.
 
@@ -296,11 +296,11 @@ def _largest_of(differing: Sequence[tuple[Apart, float]]) -> Apart:
     return Apart(apart.t, kinds)
 
 
-def _smaller(runs: Comparisons) -> str:
+def _smaller(runs: ComparisonRuns) -> str:
     return f"a step smaller than {0.25 * runs.step:.2g} s"
 
 
-def _by_much_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
+def _by_much_shorter_steps(runs: ComparisonRuns, order: float) -> ErrorEstimate:
     """Estimate errors by a run at a quarter of the step, or at the largest smaller fraction that takes different steps.
 
     For a run of a single step, which has no longer steps, and for a run whose steps were all halved, which equals the
@@ -321,7 +321,7 @@ def _by_much_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
     raise NoEstimateError(f"its steps were halved, and runs at up to {least} are the same run", _smaller(runs))
 
 
-def _by_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
+def _by_shorter_steps(runs: ComparisonRuns, order: float) -> ErrorEstimate:
     """Estimate errors by the first run whose parts of steps are all shorter, if steps end at events or samples.
 
     If the error matters, the next shorter run shows the order.
@@ -351,7 +351,7 @@ def _by_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
     return replace(result, passed_over=passed_over)
 
 
-def _refinement(runs: Comparisons, multiples: tuple[float, float, float]) -> float:
+def _refinement(runs: ComparisonRuns, multiples: tuple[float, float, float]) -> float:
     """Return the ratio of steps by which differences between three runs show an order: 2 if steps are doubled.
 
     If parts of steps grow by other ratios r and s, the differences grow by r^p (s^p - 1) / (r^p - 1).
@@ -362,7 +362,7 @@ def _refinement(runs: Comparisons, multiples: tuple[float, float, float]) -> flo
     return float(((third - second) / (second - first)) ** (1.0 / order))
 
 
-def _passed_over(runs: Comparisons, other: ComparedMotion) -> str:
+def _passed_over(runs: ComparisonRuns, other: ComparedMotion) -> str:
     """Return a sentence on the first event that another run counts differently; empty if all counts agree.
 
     An event near the end of the run may be in only one of the two runs, because of errors as large as the differences
@@ -385,7 +385,7 @@ def _passed_over(runs: Comparisons, other: ComparedMotion) -> str:
     return ""
 
 
-def _doubtful(runs: Comparisons, result: ErrorEstimate, near: Apart) -> bool:
+def _doubtful(runs: ComparisonRuns, result: ErrorEstimate, near: Apart) -> bool:
     """Return whether longer steps tell too little, so that a shorter one has to.
 
     An angle that turns by more than half a turn within a step is sampled in the same way by longer steps.

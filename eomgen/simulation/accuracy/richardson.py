@@ -16,7 +16,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName
 from eomgen.results.error_estimate import NONE, OWN, ErrorEstimate, Largest
-from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, Apart, Comparisons
+from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, Apart, ComparisonRuns
 from eomgen.simulation.accuracy.motion_size import Kinds, shares
 
 #: Differences above this part of the motion are too large to follow powers of the step.
@@ -62,7 +62,7 @@ def gain_of_longer(order: float) -> float:
     return 1.0 / (math.pow(2.0, order) - 1.0)
 
 
-def estimate(runs: Comparisons, pair: Pair, declared: float) -> ErrorEstimate:
+def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate:
     """Return the estimate from differences; ``declared`` is the order of the method, NaN if the method chooses its
     steps."""
     size = runs.size
@@ -120,13 +120,13 @@ def estimate(runs: Comparisons, pair: Pair, declared: float) -> ErrorEstimate:
     )
 
 
-def _since(runs: Comparisons) -> str:
+def _since(runs: ComparisonRuns) -> str:
     """Return the first compared time of a resumed run, in words; empty for a run compared from its start."""
     first, start = float(runs.span.rows[0, 0]), runs.run.grid.start
     return f" from t = {first:.6g} s on, where the state is taken for exact" if first > start + 0.5 * runs.step else ""
 
 
-def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest | None:
+def _largest_velocity(runs: ComparisonRuns, errors: Array, times: Array) -> Largest | None:
     """Return the largest error of the velocities, (n, nv), relative to the largest velocity of the same unit, for an
     elastic coordinate of a beam relative to the largest velocity of the coordinate; None if no velocity is above
     rounding.
@@ -160,7 +160,7 @@ def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest
     return Largest(model.v_names[column], error, unit, time, float(share[row, place]), measure)
 
 
-def _largest_output(runs: Comparisons, errors: Kinds, times: Array) -> Largest | None:
+def _largest_output(runs: ComparisonRuns, errors: Kinds, times: Array) -> Largest | None:
     """Return the largest error of the outputs relative to their ranges; None without outputs, or if all coordinates
     rest, so that ranges are rounding."""
     if runs.size.still:

@@ -52,7 +52,7 @@ _PLACES, _MODES = 16, 8
 _RANK = 1e-10
 
 
-class _Place(NamedTuple):
+class _ExaminedState(NamedTuple):
     """A state (q, v, z) at which a run starts or continues, in words, with the parameters p (np,) in force; the
     previous state with its parameters; and whether formulas jump there in time."""
 
@@ -91,7 +91,7 @@ def unresolved_motion(run: Run, rows: Array, step: float, events: Events | None,
     accelerations = rows[:, first : first + run.model.nv]
     for place in _places(run, rows, events, acting, jumps):
         try:
-            result = _Modes(run, place, step, accelerations).largest()
+            result = _UnresolvedModes(run, place, step, accelerations).largest()
         except (EomgenError, np.linalg.LinAlgError, ValueError):  # states at which the equations give no numbers
             continue
         if result is not None:
@@ -112,34 +112,34 @@ def _sentence(words: str, swing: _Swing, run: Run, step: float) -> str:
     return f"{text}; try: {finer}, or a start in which stiff parts are in balance"
 
 
-def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: Array) -> list[_Place]:
+def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: Array) -> list[_ExaminedState]:
     model = run.model
     ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
     t, q, v, _, _, z = np.split(rows, ends, axis=1)
     times, result = t[:, 0], []
     if times[0] == run.grid.start:
-        result.append(_Place("the start", float(times[0]), q[0], v[0], z[0], run.parameters))
+        result.append(_ExaminedState("the start", float(times[0]), q[0], v[0], z[0], run.parameters))
     if events is not None:
         held = run.parameters
         for record in [item for item in events if item.t in acting and item.t < run.grid.end][:_PLACES]:
             words = f"the event {record.name} at t = {record.t:.6g} s"
             before = record.q_before, record.v_before, record.z_before, held
             held = parameters_with(events, model, run.parameters, record.modes)
-            result.append(_Place(words, record.t, record.q, record.v, record.z, held, before))
+            result.append(_ExaminedState(words, record.t, record.q, record.v, record.z, held, before))
     for jump in np.setdiff1d(jumps, acting)[:_PLACES]:
         row = int(np.argmin(np.abs(times - jump)))
         if 0 < row < len(times) - 1 and abs(times[row] - jump) < 1e-6 * run.settings["step"]:
             state = q[row], v[row], z[row], parameters_over(events, model, run.parameters, times[row])
-            result.append(_Place(f"the jump at t = {jump:.6g} s", float(jump), *state, before=state, jump=True))
+            result.append(_ExaminedState(f"the jump at t = {jump:.6g} s", float(jump), *state, before=state, jump=True))
     return result
 
 
 @dataclass(frozen=True)
-class _Modes:
+class _UnresolvedModes:
     """Modes about a state of a run in steps that do not resolve all modes; accelerations (n, nv) of recorded rows."""
 
     run: Run
-    place: _Place
+    place: _ExaminedState
     step: float
     accelerations: Array
 

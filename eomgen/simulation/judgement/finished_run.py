@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from eomgen.analysis.state_warnings import Bending, largest_bending
+from eomgen.analysis.state_warnings import LargestBending, largest_bending
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.compiled.initial_state import InitialState
@@ -30,7 +30,7 @@ from eomgen.simulation.judgement.instability import Growth, at_rest, unstable_gr
 from eomgen.simulation.judgement.invariants import (
     APART,
     REPORTED_ENERGY,
-    Balance,
+    EnergyBalance,
     Violation,
     energy_balance,
     largest_stretch,
@@ -71,7 +71,7 @@ def untold_between_rows(states: States, factors: Sequence[Factor]) -> bool:
 _SMALL = 0.01
 
 
-class Beginning(NamedTuple):
+class RunStart(NamedTuple):
     """Start of a run.
 
     Attributes
@@ -120,7 +120,7 @@ class FinishedRun:
         wall: float,
         writer: NamesCheckpoint | None = None,
         estimation: ErrorEstimation | None = None,
-        beginning: Beginning | None = None,
+        beginning: RunStart | None = None,
     ) -> None:
         self.run = run
         self.stepper = stepper
@@ -251,7 +251,7 @@ class FinishedRun:
         return unstable_growth(self.last_run, self.stepper.library, self.trajectory)
 
     @cached_property
-    def balance(self) -> Balance:
+    def balance(self) -> EnergyBalance:
         balance = energy_balance(
             self.states.t,
             self.energy,
@@ -263,10 +263,10 @@ class FinishedRun:
         off = balance.error is not None and balance.error > REPORTED_ENERGY
         working = off and (self._works_between_rows or any(np.any(self.energy[one]) for one in ("power", "base_power")))
         if working and self.rows_are_sparse and untold_between_rows(self.states, self.run.model.factors):
-            return Balance(None, APART)
+            return EnergyBalance(None, APART)
         if working and self._small_error and self.unseen_law is None:  # then the power at the rows is off
-            return Balance(None, APART)
-        return Balance(0.0) if off and self.at_rest else balance
+            return EnergyBalance(None, APART)
+        return EnergyBalance(0.0) if off and self.at_rest else balance
 
     @property
     def _small_error(self) -> bool:
@@ -325,7 +325,7 @@ class FinishedRun:
         return max(filter(None, result), key=lambda one: one.share, default=None)
 
     @cached_property
-    def bending(self) -> Bending | None:
+    def bending(self) -> LargestBending | None:
         return largest_bending(self.run.model, self.states.t, self.states.q)
 
     @cached_property

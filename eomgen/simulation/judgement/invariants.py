@@ -47,7 +47,7 @@ _EXPLODED = 1e3
 _KNOWN = 0.5
 
 
-class Balance(NamedTuple):
+class EnergyBalance(NamedTuple):
     """How far the energy of a run is out of balance.
 
     Attributes
@@ -77,7 +77,7 @@ def energy_balance(
     conservative: bool = False,
     sparse: bool = False,
     epsilon: float = 0.0,
-) -> Balance:
+) -> EnergyBalance:
     """Return the balance of energy over rows.
 
     Parameters
@@ -95,35 +95,35 @@ def energy_balance(
         Last place of the numbers that energies are computed in.
     """
     if not all(name in energy for name in ("kinetic", "potential", "total", "power", "base_power")):
-        return Balance(None, "the model was built without the term energy")
+        return EnergyBalance(None, "the model was built without the term energy")
     kinetic, potential, total = energy["kinetic"], energy["potential"], energy["total"]
     finite = np.isfinite(total) & np.isfinite(energy["power"]) & np.isfinite(energy["base_power"])
     if not finite.all():
-        return Balance(None, "the energy is beyond the finite numbers", float(t[finite.argmin()]))
+        return EnergyBalance(None, "the energy is beyond the finite numbers", float(t[finite.argmin()]))
     highest, lowest, fastest = potential.max(), potential.min(), kinetic.max()
     moving = float(highest - lowest + fastest)
     if len(t) < (2 if conservative else _ROWS):
         if len(t) > 1 and (gained := _out_of_nothing(t, energy, moving)):
-            return Balance(gained, gain=gained)
-        return Balance(None, f"{len(t)} row{'s' * (len(t) != 1)} tell too little of the work in between")
+            return EnergyBalance(gained, gain=gained)
+        return EnergyBalance(None, f"{len(t)} row{'s' * (len(t) != 1)} tell too little of the work in between")
     floor = max(1e-9, 100.0 * epsilon) * (max(abs(highest), abs(lowest)) + fastest)
     if conservative:
-        return _shares(total - total[0], moving) if moving > floor else Balance(0.0)
+        return _shares(total - total[0], moving) if moving > floor else EnergyBalance(0.0)
     rate = energy["power"] + energy["base_power"]
     known = _smooth_intervals(t, jumps)
     spans = t[1:] - t[:-1]
     if spans[known].sum() < _KNOWN * (t[-1] - t[0]):
-        return Balance(None, "forces jump, or states are sampled, next to most rows")
+        return EnergyBalance(None, "forces jump, or states are sampled, next to most rows")
     pieces = 0.5 * spans * (rate[1:] + rate[:-1])
     work = _sums(pieces, known)
     swing = moving + np.abs(work).max()
     if swing <= floor:
-        return Balance(0.0)
+        return EnergyBalance(0.0)
     off = _sums(total[1:] - total[:-1], known) - work
     error, noticed = np.abs(off).max(), REPORTED_ENERGY * swing
     uncertain = _MARGIN * _off_by_every_second_row(t, rate, pieces, known)
     if (error <= uncertain and uncertain > noticed) or (error > noticed and sparse and _is_pulse(off)):
-        return Balance(None, APART)
+        return EnergyBalance(None, APART)
     return _shares(off, swing)
 
 
@@ -136,8 +136,8 @@ def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> flo
     return float(gain / moving) if gain > _EXPLODED * known else 0.0
 
 
-def _shares(off: Array, swing: float) -> Balance:
-    return Balance(float(np.abs(off).max() / swing), gain=float(off.max() / swing))
+def _shares(off: Array, swing: float) -> EnergyBalance:
+    return EnergyBalance(float(np.abs(off).max() / swing), gain=float(off.max() / swing))
 
 
 def same_time(t: Array) -> float:

@@ -22,7 +22,7 @@ from eomgen.lie import product
 from eomgen.lie.numeric import rotated
 from eomgen.results.finding import NOTE, Finding
 from eomgen.simulation.accuracy.motion_size import reach_of
-from eomgen.simulation.judgement.finished_run import Beginning, Check, FinishedRun
+from eomgen.simulation.judgement.finished_run import Check, FinishedRun, RunStart
 from eomgen.simulation.stepping.run import Run
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, largest_cancellation, relative_error
 from eomgen.system.description import BASE, WORLD
@@ -245,7 +245,7 @@ def _too_fast(run: FinishedRun, decay: Fastest | None) -> Iterator[Finding]:
         yield Finding(value=decay.rate, time=run.run.grid.start, text=text, hint=hint)
 
 
-def _beginning_of(run: FinishedRun) -> Beginning:
+def _beginning_of(run: FinishedRun) -> RunStart:
     if run.beginning is None:
         raise ValueError("a check of the start needs the fact begun")
     return run.beginning

@@ -83,7 +83,7 @@ def run_chunks(
     writer : CheckpointWriter, optional
         Writes checkpoints of good states between chunks, and of the last good state unless a step failed.
     """
-    recorder, pace = _Recorder(stepper, grid, record_every, inputs), _Pace(stepper)
+    recorder, pace = _Recorder(stepper, grid, record_every, inputs), _ChunkSize(stepper)
     status, failure, last_row = 0, None, None
     modes = stepper.modes
     at_once = writer is None and pace.chunk >= grid.whole - recorder.done  # too short for Ctrl-C to be useful
@@ -134,7 +134,7 @@ def run_chunks(
     return Trajectory(rows, status, stopped, done, failure, middle, end, events, modes)
 
 
-class _Pace:
+class _ChunkSize:
     """Number of steps of the next chunk, by the time that a step took before."""
 
     def __init__(self, stepper: Stepper) -> None:

@@ -31,7 +31,7 @@ _SLOW_SHARE, _SLOW = 0.5, 1.0
 
 
 @dataclass(frozen=True)
-class Controllers:
+class CallerControllers:
     """The functions of a run, in the order of their indices in compiled code.
 
     Attributes
@@ -74,7 +74,7 @@ def called_by(layout: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return [item for item in layout["method"].get("samples", {}).get("controllers", ()) if not item["function"]]
 
 
-def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str, Any]) -> Controllers | None:
+def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str, Any]) -> CallerControllers | None:
     """Check the functions that are given for the sampled controllers of a stepper; None if none are needed.
 
     Raises
@@ -108,7 +108,7 @@ def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str
             problems.append(Problem(f"controller {row['name']}", fault, hint))
     if problems:
         raise UsageError(problems)
-    return Controllers(tuple(rows), tuple((given or {})[name] for name in names)) if rows else None
+    return CallerControllers(tuple(rows), tuple((given or {})[name] for name in names)) if rows else None
 
 
 class BoundControllers:

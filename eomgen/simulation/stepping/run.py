@@ -9,7 +9,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.integrators.families.register import Method
 from eomgen.integrators.stepper_layout import default_settings
-from eomgen.simulation.stepping.controllers import Controllers
+from eomgen.simulation.stepping.controllers import CallerControllers
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, Signal, jumps_known, read_signals
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.toolchain.library import Library
@@ -48,7 +48,7 @@ class Run:
     every: int
     corrections: Sequence[str] = ()
     begun: str = SCENE_START
-    controllers: Controllers | None = None
+    controllers: CallerControllers | None = None
     bounded_for: str = ""
 
     @property
@@ -80,7 +80,7 @@ def stored_run(
     library: Library,
     end: float,
     inputs: Mapping[str, Signal],
-    controllers: Controllers | None = None,
+    controllers: CallerControllers | None = None,
 ) -> Run:
     """Return the run that a checkpoint or a solution describes, up to an end in s, with all its inputs."""
     settings = {name: float(data["settings"][name]) for name in default_settings(library.layout["method"])}

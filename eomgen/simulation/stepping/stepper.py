@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_kinds
-from eomgen.simulation.stepping.controllers import Controllers
+from eomgen.simulation.stepping.controllers import CallerControllers
 from eomgen.toolchain.library import LaneLibrary, Library
 
 Log = NDArray[Any]
@@ -84,7 +84,7 @@ class Stepper:
         library: Library,
         settings: Mapping[str, float],
         parameters: Array,
-        controllers: Controllers | None = None,
+        controllers: CallerControllers | None = None,
     ) -> None:
         ffi, self._lib = library.ffi, library.lib
         self._ffi = ffi

@@ -46,12 +46,13 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
     that are stepped without whole turns; ``wrapped``: the step is called by a step that handles turns or angles;
     ``begin``: start of a run; ``remembers``: a state contains the inputs and parameters of its accelerations;
     ``rotations``: runs of the configuration that are rotations or poses; ``blocks`` of a state, with sizes;
-    ``kernels``: functions on the groups; ``number, call, copy_state, finite``: see ``Calls``. With constraints also
-    ``un``: the unknowns; ``nl, nh``: numbers of rows, and of holonomic rows; ``ni``: number of independent components;
+    ``kernels``: functions on the groups; ``number, call, copy_state, finite``: see ``FunctionCalls``. With constraints
+    also ``un``: the unknowns; ``nl, nh``: numbers of rows, and of holonomic rows;
+    ``ni``: number of independent components;
     ``point``: arguments.
     """
     prefix, sizes, method = program.prefix, program.sizes, program.method
-    calls = Calls(program)
+    calls = FunctionCalls(program)
     wrapped = bool(method["turning"] or program.angles)
     names: dict[str, Any] = {
         "P": prefix,
@@ -155,7 +156,7 @@ def _good_settings(program: StepperProgram) -> str:
     def text(side: str | float) -> str:
         if isinstance(side, str):
             return " + ".join(f"s->{name}" for name in side.split(" + "))
-        return str(side) if isinstance(side, int) else Calls.number(side)
+        return str(side) if isinstance(side, int) else FunctionCalls.number(side)
 
     return " && ".join(
         f"{program.prefix}_finite(&s->{bound['left']}, 1)"
@@ -372,7 +373,7 @@ POINT = {
 }  # fmt: skip  # a table
 
 
-class Calls:
+class FunctionCalls:
     """Calls of functions, as texts: a stepper never assumes the arguments or results of a function."""
 
     def __init__(self, program: StepperProgram) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-from eomgen.codegen.scheduling.stretches import Stretch, ranges, stretches
+from eomgen.codegen.scheduling.stretches import RowStretch, ranges, stretches
 
 
 def place(start: int, step: int, counter: str = "i") -> str:
@@ -82,7 +82,7 @@ class Lookup:
                 self.ranges = [(size, f"{first}[@ % {period}] + {by}[@ % {period}] * (@ / {period})")]
                 return
 
-    def _periodic(self, stretch: Stretch) -> str:
+    def _periodic(self, stretch: RowStretch) -> str:
         """Return the text of a stretch as an expression of @."""
         at = f"(@ - {stretch.start})" if stretch.start else "@"
         first = self.values[stretch.start : stretch.start + stretch.period]
@@ -134,7 +134,7 @@ def nonzeros(places: Sequence[Sequence[int]]) -> list[dict[str, Any]]:
     ----------
     places : row and column of each
     """
-    whole = Stretch(0, len(places), 1)
+    whole = RowStretch(0, len(places), 1)
     parts = stretches([range(len(places)), *zip(*places, strict=True)], [True] * 3) if len(places) >= _LONG else [whole]
     if 2 * sum(stretch.period for stretch in parts) > len(places):
         parts = [whole]

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
-from eomgen.codegen.program import Expression, Part, Program, ProgramFunction, Statement
+from eomgen.codegen.program import Expression, FunctionPart, Program, ProgramFunction, Statement
 
 #: Operations of the engine; the position is the code. An operation has a target and one or two operands.
 OPERATIONS = (
@@ -31,7 +31,7 @@ _LONG_COPY = 32
 
 
 @dataclass
-class Tape:
+class TapeCode:
     """Code and constants of all functions of a Program.
 
     Attributes
@@ -52,13 +52,13 @@ class Tape:
         return struct.pack(f"={len(self.numbers)}d", *self.numbers)
 
 
-def on_tape(program: Program) -> tuple[Program, Tape]:
+def on_tape(program: Program) -> tuple[Program, TapeCode]:
     """Return a Program whose long functions run on the engine, and the code of these functions.
 
     A function of few operations keeps its statements, and so do functions with too many registers and the state of the
     base, whose result is a struct.
     """
-    tape = Tape()
+    tape = TapeCode()
     functions = tuple(_coded(program, function, tape) or function for function in program.functions)
     return replace(program, functions=functions), tape
 
@@ -71,7 +71,7 @@ def literal(data: bytes) -> str:
     return "\n".join(f'    "{row}"' for row in rows)
 
 
-def _coded(program: Program, function: ProgramFunction, tape: Tape) -> ProgramFunction | None:
+def _coded(program: Program, function: ProgramFunction, tape: TapeCode) -> ProgramFunction | None:
     """Return a function as runs of the engine, or None if the function remains C."""
     if function.operations < _LEAST_OPERATIONS or function.name == "base" or function.same_as:
         return None
@@ -85,7 +85,7 @@ def _coded(program: Program, function: ProgramFunction, tape: Tape) -> ProgramFu
     tape.numbers += made.numbers
     inputs = tuple(block for block in function.inputs if any(block in part.inputs for part in function.parts))
     outputs = tuple(range(len(function.outputs)))
-    part = Part((head, *statements), inputs, outputs, workspace=True, operations=function.operations)
+    part = FunctionPart((head, *statements), inputs, outputs, workspace=True, operations=function.operations)
     return replace(function, parts=(part,), workspace=made.registers)
 
 

@@ -24,7 +24,7 @@ from eomgen.codegen.targets.c.naming import NAMES, CNames, comment, local_names
 from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folded, indented, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
 from eomgen.codegen.targets.c.stepper import stepper_names
-from eomgen.codegen.targets.c.tape_code import OPERATIONS, Tape, literal
+from eomgen.codegen.targets.c.tape_code import OPERATIONS, TapeCode, literal
 from eomgen.codegen.targets.c.templates import TemplateBytecode, environment, stepper_template
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.stepper_layout import STEPPER_CDEF
@@ -57,7 +57,7 @@ class _Context:
     tape : code of the functions that the tape engine evaluates
     """
 
-    def __init__(self, program: Program, file_limit: int, *, apart: bool = False, tape: Tape | None = None) -> None:
+    def __init__(self, program: Program, file_limit: int, *, apart: bool = False, tape: TapeCode | None = None) -> None:
         self.program = program
         self.tape = tape
         self.apart = apart
@@ -178,7 +178,7 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
 
 
 def written_library(
-    program: Program, bytecode: Path, *, apart: bool = False, tape: Tape | None = None
+    program: Program, bytecode: Path, *, apart: bool = False, tape: TapeCode | None = None
 ) -> Iterator[tuple[str, str]]:
     """Yield the files of ``generate_files`` and ``generate_interface``, each as soon as written, headers before the
     sources that include them.

@@ -12,12 +12,12 @@ from eomgen.base.data import dataclass
 from eomgen.products.ensembles.lane_code.source import (
     Array,
     Constant,
+    LaneSource,
+    LaneStructure,
     Pointer,
     Real,
     Region,
     Routine,
-    Source,
-    Structure,
     Truths,
     Type,
     Variable,
@@ -70,7 +70,7 @@ class Place:
 class Expressions(ABC):
     """Expressions of one function; ``RoutineText`` knows the meaning of names and the active lanes."""
 
-    def __init__(self, source: Source, routine: Routine, outputs: Mapping[str, list[int]]) -> None:
+    def __init__(self, source: LaneSource, routine: Routine, outputs: Mapping[str, list[int]]) -> None:
         self.source, self.routine, self.outputs = source, routine, outputs
         self.called: list[str] = []
         self.functions: set[str] = set()
@@ -110,7 +110,7 @@ class Expressions(ABC):
         match kind, value.type:
             case (Real(), Real()) | (Wholes(), Wholes()) | (Constant(), Constant()) | (Whole(), Whole()):
                 return value.text
-            case Structure(), Structure():
+            case LaneStructure(), LaneStructure():
                 return value.text
             case Real(), Constant() | Whole():
                 return f"EG_WIDE((double)({value.text}))"
@@ -154,7 +154,7 @@ class Expressions(ABC):
         elif all(isinstance(each, Whole) for each in kinds):
             kind = Whole()
         else:
-            kind = one.type if isinstance(one.type, Structure | Pointer) else other.type
+            kind = one.type if isinstance(one.type, LaneStructure | Pointer) else other.type
         return self.to(one, kind, node), self.to(other, kind, node), kind
 
     # -- values --------------------------------------------------------------------------------------------------------
@@ -314,7 +314,7 @@ class Expressions(ABC):
                 self.region = outer
             else:
                 values.append(self._for_all(branch))
-        if any(isinstance(value.type, Pointer | Array | Structure) for value in values):
+        if any(isinstance(value.type, Pointer | Array | LaneStructure) for value in values):
             raise no_lanes(f"an address of its own in each lane: {written(node)}", node)
         one, other, kind = self._common(values[0], values[1], node)
         if isinstance(kind, Whole):
@@ -370,10 +370,10 @@ class Expressions(ABC):
         else:
             place = self.place(node.name)
             kind, region, text = place.type, place.region, f"{place.text}.{node.field.name}"
-            if place.lanes and isinstance(kind, Structure):
+            if place.lanes and isinstance(kind, LaneStructure):
                 member = self.source.structures[kind.name][node.field.name]
                 return Place(text if isinstance(member, Array) else f"&{text}", member, None, place.lanes)
-        if not isinstance(kind, Structure):
+        if not isinstance(kind, LaneStructure):
             raise no_lanes(f"a member of {kind}", node)
         return Place(text, self.source.structures[kind.name][node.field.name], region)
 
@@ -390,10 +390,10 @@ class Expressions(ABC):
             return Place(f"{place.text} + {index.text}", kind, None, place.lanes)
         if isinstance(index.type, Whole) and not place.lanes:
             return Place(f"{place.text}[{index.text}]", kind, region)
-        if place.lanes or not isinstance(kind, Real | Wholes | Constant | Whole | Structure):
+        if place.lanes or not isinstance(kind, Real | Wholes | Constant | Whole | LaneStructure):
             raise no_lanes(f"an element of its own in each lane: {written(node)}", node)
         lanes = self.to(index, Wholes(), node)
-        if isinstance(kind, Structure):  # the distance of members is the number of vectors of the structure
+        if isinstance(kind, LaneStructure):  # the distance of members is the number of vectors of the structure
             apart = f"(int64_t)(sizeof({spelled(kind)}) / sizeof(eg_wide))"
             return Place(f"{place.text}[0]", kind, None, f"({lanes} * {apart})")
         if isinstance(kind, Constant | Whole):
@@ -527,7 +527,7 @@ class Expressions(ABC):
     def listed(self, node: Any, kind: Type) -> str:
         """Return the values that a variable begins with."""
         members: list[Type]
-        if isinstance(kind, Structure):
+        if isinstance(kind, LaneStructure):
             members = list(self.source.structures[kind.name].values())
         else:
             members = [element(kind)] * len(node.exprs)

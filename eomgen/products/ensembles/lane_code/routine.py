@@ -11,13 +11,13 @@ from eomgen.products.ensembles.lane_code.expressions import Expressions, Place, 
 from eomgen.products.ensembles.lane_code.source import (
     Array,
     Constant,
+    LaneSource,
+    LaneStructure,
     Loop,
     Pointer,
     Real,
     Region,
     Routine,
-    Source,
-    Structure,
     Type,
     Variable,
     Void,
@@ -46,7 +46,7 @@ class RoutineText(Expressions):
     """
 
     def __init__(
-        self, source: Source, routine: Routine, outputs: Mapping[str, list[int]], *, whole: bool = False
+        self, source: LaneSource, routine: Routine, outputs: Mapping[str, list[int]], *, whole: bool = False
     ) -> None:
         super().__init__(source, routine, outputs)
         self._whole, self.stores, self.parts = whole, 0, False
@@ -206,7 +206,9 @@ class RoutineText(Expressions):
         self._line(f"{declared(node.name, kind)} = {text};")
 
     def _static(self, node: Any, kind: Type) -> None:
-        if isinstance(kind, Structure) or node.name in self.routine.widened:  # vectors are no constants of the language
+        if (
+            isinstance(kind, LaneStructure) or node.name in self.routine.widened
+        ):  # vectors are no constants of the language
             kind = in_lanes(kind)
             self.variables[-1][node.name] = Variable(kind, self.region)
             text = "{{0}}" if node.init is None else self.listed(node.init, kind)
@@ -274,7 +276,7 @@ class RoutineText(Expressions):
             return f"eg_scatter_{kind}({self.mask()}, {place.text}, {place.lanes}, {text})"
         if own:
             return f"{place.text} = {text}"
-        if isinstance(place.type, Structure):
+        if isinstance(place.type, LaneStructure):
             given = f"{spelled(place.type)} eg_given = {text}"
             return f"{{ {given}; eg_merge({self.mask()}, &{place.text}, &eg_given, sizeof eg_given); }}"
         pick = "eg_pick" if isinstance(place.type, Real) else "eg_pick_wholes"

@@ -47,7 +47,7 @@ class Truths(Type):
 
 
 @dataclass(frozen=True)
-class Structure(Type):
+class LaneStructure(Type):
     """A structure, by name; all members are of lanes."""
 
     name: str
@@ -86,7 +86,7 @@ def spelled(kind: Type) -> str:
             return "long"
         case Wholes() | Truths():
             return "eg_wholes"
-        case Structure(name) | Other(name):
+        case LaneStructure(name) | Other(name):
             return name
         case Pointer(Array(of, size)):
             return f"{spelled(of)} (*)[{size}]"
@@ -195,7 +195,7 @@ class Routine:
 
 
 @dataclass
-class Source:
+class LaneSource:
     """Declarations of a file."""
 
     structures: dict[str, dict[str, Type]] = field(default_factory=dict)
@@ -211,9 +211,9 @@ class Source:
     texts: list[str] = field(default_factory=list)
 
 
-def read(tree: Any, outputs: Mapping[str, list[int]]) -> Source:
+def read(tree: Any, outputs: Mapping[str, list[int]]) -> LaneSource:
     """Return the declarations of a parsed file; ``outputs`` names functions of the model."""
-    source = Source(names={"real": Real(), "eomgen_real": Real()})
+    source = LaneSource(names={"real": Real(), "eomgen_real": Real()})
     for item in tree.ext:
         if isinstance(item, c_ast.Typedef):
             _read_type(item, source)
@@ -229,7 +229,7 @@ def read(tree: Any, outputs: Mapping[str, list[int]]) -> Source:
     return source
 
 
-def type_of(node: Any, source: Source) -> Type:
+def type_of(node: Any, source: LaneSource) -> Type:
     """Return the type of a declarator; whole numbers are the same in all lanes."""
     match node:
         case c_ast.TypeDecl():
@@ -254,7 +254,7 @@ def type_of(node: Any, source: Source) -> Type:
         case c_ast.Enum():
             return Whole()
         case c_ast.Struct():
-            return Structure(node.name)
+            return LaneStructure(node.name)
     raise no_lanes(f"a declaration of {type(node).__name__}", node)
 
 
@@ -275,7 +275,7 @@ def written(node: Any) -> str:
     return str(CGenerator().visit(node))
 
 
-def _read_type(item: Any, source: Source) -> None:
+def _read_type(item: Any, source: LaneSource) -> None:
     kind = item.type.type if isinstance(item.type, c_ast.TypeDecl) else None
     if isinstance(kind, c_ast.Enum):
         source.texts.append(written(item) + ";")
@@ -286,7 +286,7 @@ def _read_type(item: Any, source: Source) -> None:
         if not item.name.endswith("_settings"):  # whole numbers of settings belong to the method
             members = {name: in_lanes(member) for name, member in members.items()}
         source.structures[item.name] = members
-        source.names[item.name] = Structure(item.name)
+        source.names[item.name] = LaneStructure(item.name)
         lines = [f"    {declared(name, member)};" for name, member in members.items()]
         tag = kind.name or ""
         source.texts.append("\n".join([f"typedef struct {tag} {{", *lines, f"}} {item.name};"]))
@@ -294,7 +294,7 @@ def _read_type(item: Any, source: Source) -> None:
         source.names[item.name] = type_of(item.type, source)
 
 
-def _parameters(node: Any, source: Source) -> list[tuple[str, Type]]:
+def _parameters(node: Any, source: LaneSource) -> list[tuple[str, Type]]:
     result = []
     for parameter in node.args.params if node.args else []:
         kind = type_of(parameter.type, source)
@@ -306,14 +306,14 @@ def _parameters(node: Any, source: Source) -> list[tuple[str, Type]]:
     return result
 
 
-def _read_foreign(item: Any, source: Source) -> None:
+def _read_foreign(item: Any, source: LaneSource) -> None:
     """Register a function of numbers and arrays of numbers that returns a whole number."""
     kinds = [kind for _, kind in _parameters(item.type, source)]
     if type_of(item.type.type, source) == Whole() and all(kind in (Real(), Pointer(Real())) for kind in kinds):
         source.foreign[item.name] = kinds
 
 
-def _read_routine(item: Any, source: Source) -> None:
+def _read_routine(item: Any, source: LaneSource) -> None:
     signature = item.decl.type
     result = type_of(signature.type, source)
     if isinstance(result, Pointer) and isinstance(result.to, Other):  # texts of messages
@@ -323,7 +323,7 @@ def _read_routine(item: Any, source: Source) -> None:
     source.routines[item.decl.name] = routine
 
 
-def _read_table(item: Any, source: Source) -> None:
+def _read_table(item: Any, source: LaneSource) -> None:
     if item.name is None:  # a structure without a name for the type
         return
     kind = type_of(item.type, source)
@@ -371,7 +371,7 @@ def declared(name: str, kind: Type, *, constant: bool = False) -> str:
     return f"{'const ' if constant else ''}{text}{'' if text.endswith('*') else ' '}{name}{sizes}"
 
 
-class _References(c_ast.NodeVisitor):  # type: ignore[misc]
+class _UseCounts(c_ast.NodeVisitor):  # type: ignore[misc]
     """Counts of the uses of names, and of the uses within loops that begin with an assignment."""
 
     def __init__(self) -> None:
@@ -414,7 +414,7 @@ class _References(c_ast.NodeVisitor):  # type: ignore[misc]
 
 
 def _counters(item: Any) -> frozenset[str]:
-    result = _References()
+    result = _UseCounts()
     result.visit(item.body)
     return frozenset(
         name

@@ -19,7 +19,7 @@ from eomgen.codegen.targets.c.templates import environment
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import MOST, STOPPED
 from eomgen.products.ensembles.lane_code.routine import RoutineText
-from eomgen.products.ensembles.lane_code.source import NotInLanes, Pointer, Source, Type, Void, read, spelled
+from eomgen.products.ensembles.lane_code.source import LaneSource, NotInLanes, Pointer, Type, Void, read, spelled
 from eomgen.toolchain.builder import REFUSED, Preprocess
 from eomgen.toolchain.library import LaneLibrary, Library
 
@@ -62,7 +62,7 @@ def translated(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping
     raise NotInLanes("the variables that differ from lane to lane were not determined")
 
 
-def _reached(source: Source, roots: Collection[str], outputs: Mapping[str, list[int]]) -> dict[str, RoutineText]:
+def _reached(source: LaneSource, roots: Collection[str], outputs: Mapping[str, list[int]]) -> dict[str, RoutineText]:
     waiting, made = list(reversed(list(roots))), dict[str, RoutineText]()
     while waiting:
         name = waiting.pop()
@@ -73,7 +73,7 @@ def _reached(source: Source, roots: Collection[str], outputs: Mapping[str, list[
     return made
 
 
-def _known(source: Source) -> list[tuple[str, frozenset[str], list[tuple[str, Type]]]]:
+def _known(source: LaneSource) -> list[tuple[str, frozenset[str], list[tuple[str, Type]]]]:
     return [
         (
             name,
@@ -84,7 +84,7 @@ def _known(source: Source) -> list[tuple[str, frozenset[str], list[tuple[str, Ty
     ]
 
 
-def _file(source: Source, made: Mapping[str, RoutineText], outputs: Mapping[str, list[int]]) -> str:
+def _file(source: LaneSource, made: Mapping[str, RoutineText], outputs: Mapping[str, list[int]]) -> str:
     functions = sorted({name for routine in made.values() for name in routine.functions})
     order = [name for name in source.routines if name in made]
     parts = [*source.texts]
@@ -101,7 +101,7 @@ def _file(source: Source, made: Mapping[str, RoutineText], outputs: Mapping[str,
     return "\n\n".join(parts) + "\n"
 
 
-def _both(source: Source, text: RoutineText, outputs: Mapping[str, list[int]]) -> str:
+def _both(source: LaneSource, text: RoutineText, outputs: Mapping[str, list[int]]) -> str:
     """Return the text of a function; of a long one without branches a second text for all lanes active, too."""
     if text.parts or text.called or text.functions or text.stores < _MANY_STORES or not _is_void(text):
         return text.text
@@ -151,7 +151,7 @@ def _each(name: str, kinds: Sequence[Type]) -> str:
     return "\n".join(lines)
 
 
-def _masked(name: str, source: Source, sizes: list[int]) -> str:
+def _masked(name: str, source: LaneSource, sizes: list[int]) -> str:
     """Return the function of a model that does not change other lanes."""
     kinds = source.functions[name]
     declared = [f"{spelled(kind)}{'' if spelled(kind).endswith('*') else ' '}x{i}" for i, kind in enumerate(kinds)]

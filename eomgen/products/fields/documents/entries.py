@@ -15,7 +15,7 @@ from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.products.fields.documents.document import DATA_KINDS, OPERATOR_KINDS, Chains, Parameter, Run
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import Names, Scope
+from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
@@ -25,7 +25,7 @@ KIND = "hamiltonian"
 OF_PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 
 
-class Entries:
+class FieldEntries:
     """The entries of a file, and the report of faults."""
 
     def __init__(self, data: Mapping[str, Any], report: Report) -> None:
@@ -83,7 +83,7 @@ class Entries:
         """
         if isinstance(value, str):
             values = {item.name: item.value for item in known}
-            formula = self.formula(key, value, Names(parameters=dict.fromkeys(values, True)), OF_PARAMETERS)
+            formula = self.formula(key, value, SceneNames(parameters=dict.fromkeys(values, True)), OF_PARAMETERS)
             if formula is None:
                 return math.nan, None
             try:
@@ -98,7 +98,7 @@ class Entries:
             return math.nan, None
         return float(value), None
 
-    def formula(self, key: str, text: object, names: Names, scope: Scope) -> Formula | None:
+    def formula(self, key: str, text: object, names: SceneNames, scope: Scope) -> Formula | None:
         """Return a formula; None for a value that is none, which is reported."""
         if isinstance(text, int | float) and not isinstance(text, bool):
             return Number(float(text))
@@ -142,7 +142,7 @@ def cell_formula(where: str, text: str, names: Iterable[str]) -> Formula:
     DescriptionError
     """
     try:
-        return read_formula(text, Names(states=tuple(names)), _SCOPE)
+        return read_formula(text, SceneNames(states=tuple(names)), _SCOPE)
     except FormulaError as error:
         raise DescriptionError(Problem(where, error.what, error.hint)) from None
 

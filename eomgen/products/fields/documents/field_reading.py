@@ -32,8 +32,8 @@ from eomgen.products.fields.documents.document import (
     Parameter,
     Table,
 )
-from eomgen.products.fields.documents.entries import KIND, Entries, cell_formula, check_keys
-from eomgen.scene.formula.scope import Names, Scope
+from eomgen.products.fields.documents.entries import KIND, FieldEntries, cell_formula, check_keys
+from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import read_text, shown_file
@@ -110,7 +110,7 @@ def fields_from_data(
     return result
 
 
-class _FieldReader(Entries):
+class _FieldReader(FieldEntries):
     def __init__(self, data: Mapping[str, Any], report: Report, folder: Path) -> None:
         super().__init__(data, report)
         self.folder = folder
@@ -257,7 +257,7 @@ class _FieldReader(Entries):
             radius, _ = self.number(f"{key}.smoothing", value, self.known)
             if radius < 0.0:
                 self.report.add(f"{key}.smoothing", f"the radius is {radius:.6g}", "a radius from 0 on")
-            return Operator(name, "smoothing", self.formula(key, radius, Names(), _WAVES) or ZERO, of=of)
+            return Operator(name, "smoothing", self.formula(key, radius, SceneNames(), _WAVES) or ZERO, of=of)
         if kind == "difference":
             if value not in self.axes:
                 self.report.add(f"{key}.difference", f"there is no axis {_said(value)}", f"one of {listed(self.axes)}")
@@ -313,10 +313,10 @@ class _FieldReader(Entries):
                 made.append((name, result))
         return tuple(made)
 
-    def names(self, own: Sequence[str], more: Iterable[str]) -> Names:
+    def names(self, own: Sequence[str], more: Iterable[str]) -> SceneNames:
         """Return the names for a formula: parameters, predefined variables, and further names."""
         values = dict.fromkeys((VOLUME, *(item.name for item in self.known)), True)
-        return Names(parameters=values, states=(*own, *more))
+        return SceneNames(parameters=values, states=(*own, *more))
 
     # -- data --------------------------------------------------------------------------------------------------------
 

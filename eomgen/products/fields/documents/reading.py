@@ -27,9 +27,9 @@ from eomgen.products.fields.documents.document import (
     Run,
     Term,
 )
-from eomgen.products.fields.documents.entries import Entries, check_keys
+from eomgen.products.fields.documents.entries import FieldEntries, check_keys
 from eomgen.scene.formula.namespaces import mapped
-from eomgen.scene.formula.scope import Names, Scope
+from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
@@ -88,13 +88,13 @@ def hamiltonian_from_data(
         of_copies: dict[str, str] = {}
         data = repeated(data, report, of_copies, SECTIONS)
         report.lines = {**report.lines, **of_copies}
-    result = _Reader(data, report).read()
+    result = _HamiltonianReader(data, report).read()
     report.raise_problems()
     assert result is not None  # without problems there is a system
     return result
 
 
-class _Reader(Entries):
+class _HamiltonianReader(FieldEntries):
     def __init__(self, data: Mapping[str, Any], report: Report) -> None:
         super().__init__(data, report)
         self.defined: dict[str, tuple[Formula, int]] = {}
@@ -110,7 +110,7 @@ class _Reader(Entries):
         values = {item.name: item.value for item in parameters}
         states = tuple(state for item in coordinates for state in (item.name, item.momentum))
         self.check_names([*values, *states, *self.section("definitions")])
-        names = Names(
+        names = SceneNames(
             parameters=dict.fromkeys(values, True), states=dict.fromkeys((*states, *self.section("definitions")))
         )
         self.definitions(states, values)
@@ -136,7 +136,7 @@ class _Reader(Entries):
             ).encode(),
         )
 
-    def formula(self, key: str, text: object, names: Names, scope: Scope) -> Formula | None:
+    def formula(self, key: str, text: object, names: SceneNames, scope: Scope) -> Formula | None:
         """Return a formula with definitions replaced by their formulas; None for a fault, which is reported."""
         return self.expanded(key, super().formula(key, text, names, scope))[0]
 
@@ -166,7 +166,7 @@ class _Reader(Entries):
         known = dict.fromkeys(states)
         for name, text in self.section("definitions").items():
             key = f"definitions.{name}"
-            names = Names(parameters=dict.fromkeys(values, True), states=known)
+            names = SceneNames(parameters=dict.fromkeys(values, True), states=known)
             formula, count = self.expanded(key, super().formula(key, text, names, _OF_STATES))
             self.defined[name] = (formula or ZERO, max(count, 1))
             known[name] = None
@@ -232,7 +232,7 @@ class _Reader(Entries):
                 self.report.add(key, f"the name {name} is given twice", hint)
             seen.add(name)
 
-    def terms(self, names: Names, momenta: set[str]) -> list[Term]:
+    def terms(self, names: SceneNames, momenta: set[str]) -> list[Term]:
         """Return the summands of H, each of momenta alone, coordinates alone, or both."""
         entry = self.data.get("hamiltonian")
         if entry is None or entry in ("", {}):
@@ -247,7 +247,7 @@ class _Reader(Entries):
                 made += [Term(name or "hamiltonian", part, _dependence(part, momenta)) for part in summands(formula)]
         return made
 
-    def outputs(self, names: Names) -> list[Output]:
+    def outputs(self, names: SceneNames) -> list[Output]:
         made = []
         for name, entry in self.section("outputs").items():
             key = f"outputs.{name}"

@@ -166,7 +166,7 @@ def random_vibration(
     given = checked_options(options, variables, [one.name for one in processes])
     span = span_of(model, at, step, number_of("t_start", given.get("t_start", 0.0)))
     check_output(model, output)
-    study = _Study(RunResponse(model, variables, output, span, given), seed)
+    study = _VibrationStudy(RunResponse(model, variables, output, span, given), seed)
     try:
         forms = study.expansions(projected, whole, pairs)
     except CrossedJump as error:
@@ -217,7 +217,7 @@ def random_vibration(
 
 
 @dataclass
-class _Study:
+class _VibrationStudy:
     """Results of the study, step by step.
 
     Attributes

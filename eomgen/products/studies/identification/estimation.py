@@ -49,7 +49,7 @@ class Combination:
 
 
 @dataclass(frozen=True)
-class Structure:
+class DependentColumns:
     """Independent columns, and the dependent columns as their combinations.
 
     Attributes
@@ -68,7 +68,7 @@ class Structure:
         return tuple(k for k, row in zip(self.kept, self.coefficients, strict=True) if np.any(row))
 
 
-def structure(J: Array, order: Sequence[int] | None = None) -> Structure:
+def structure(J: Array, order: Sequence[int] | None = None) -> DependentColumns:
     """Return the independent columns of J (rows, n), from the left or in another order."""
     places = range(J.shape[1]) if order is None else order
     norms = np.linalg.norm(J, axis=0)
@@ -89,10 +89,10 @@ def structure(J: Array, order: Sequence[int] | None = None) -> Structure:
     unit = J / safe
     solved = np.linalg.lstsq(unit[:, kept], unit[:, others], rcond=None)[0]
     solved[np.abs(solved) < _SMALL] = 0.0
-    return Structure(tuple(kept), tuple(others), solved * safe[others] / safe[kept][:, np.newaxis])
+    return DependentColumns(tuple(kept), tuple(others), solved * safe[others] / safe[kept][:, np.newaxis])
 
 
-def form_of(structure: Structure, other: int, x: Array, J: Array, change: Callable[[Array], float]) -> str:
+def form_of(structure: DependentColumns, other: int, x: Array, J: Array, change: Callable[[Array], float]) -> str:
     """Return the form in which inseparable unknowns are determined: sum, product or first order.
 
     Parameters
@@ -123,7 +123,7 @@ def form_of(structure: Structure, other: int, x: Array, J: Array, change: Callab
     return next((form for form in ("product", "sum") if left[form] <= _LEFT * alone), "first order")
 
 
-def words(structure: Structure, kept: int, names: Sequence[str], x: Array, form: str) -> tuple[str, float]:
+def words(structure: DependentColumns, kept: int, names: Sequence[str], x: Array, form: str) -> tuple[str, float]:
     """Return a combination in words, and the value of the combination."""
     row = structure.coefficients[structure.kept.index(kept)]
     if form == "product":

@@ -29,7 +29,7 @@ _ROUNDED = 1e-6
 
 
 @dataclass(frozen=True)
-class Rows:
+class CubicInterpolation:
     """Values at times from values at the ends of steps: a cubic through the four nearest ends, of order 4 in the step.
 
     Attributes
@@ -46,7 +46,7 @@ class Rows:
     ends: Array | None
 
     @classmethod
-    def of(cls, t: Array, start: float, step: float) -> Rows:
+    def of(cls, t: Array, start: float, step: float) -> CubicInterpolation:
         """Return the rows for times (n,) of a run from ``start``, s."""
         position = (t - start) / step
         near = np.rint(position)
@@ -105,7 +105,7 @@ class Experiment:
             fault = f"{data.name} begins at t = {data.t[0]:.9g} s, before the run at {self._start:.9g} s"
             raise UsageError(Problem("t_start", fault, f"t_start = {data.t[0]:.9g}, or none"))
         self.step, self._initial, self._given = step, initial.state, initial.given
-        self._rows = Rows.of(data.t, self._start, step)
+        self._rows = CubicInterpolation.of(data.t, self._start, step)
         self._parameters = tuple(parameters)
         known = [*(f"q{name[1:]}" for name in model.v_names), *model.v_names, *model.z_names]
         for name in states:
@@ -223,7 +223,7 @@ class Experiment:
 
 
 @dataclass(frozen=True)
-class Unknowns:
+class ExperimentUnknowns:
     """Unknowns of several runs in one row: parameters, then the states of each run.
 
     Attributes
@@ -308,7 +308,7 @@ class Unknowns:
 _EFFECT = 1e-9
 
 
-def bounds_of(unknowns: Unknowns, bounds: Mapping[str, tuple[float, float]] | None) -> tuple[Array, Array]:
+def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, float]] | None) -> tuple[Array, Array]:
     names, x = unknowns.names, unknowns.start
     low, high = np.full(len(names), -np.inf), np.full(len(names), np.inf)
     if bounds is not None and not isinstance(bounds, Mapping):
@@ -341,7 +341,7 @@ def bounds_of(unknowns: Unknowns, bounds: Mapping[str, tuple[float, float]] | No
     return low, high
 
 
-def _within(unknowns: Unknowns, name: str, place: int, first: float, last: float) -> str:
+def _within(unknowns: ExperimentUnknowns, name: str, place: int, first: float, last: float) -> str:
     """Return the start of a search within bounds."""
     inside = 0.5 * (first + last) if np.isfinite(first + last) else first + 1.0 if np.isfinite(first) else last - 1.0
     if place < len(unknowns.parameters):
@@ -376,7 +376,7 @@ def deviations_of(labels: Sequence[str], given: Mapping[str, float] | float | No
 
 
 def check_effect(
-    unknowns: Unknowns, predict: Callable[[Array], tuple[Array, Array] | None], x: Array, sigma: Array | None
+    unknowns: ExperimentUnknowns, predict: Callable[[Array], tuple[Array, Array] | None], x: Array, sigma: Array | None
 ) -> None:
     """Raise UsageError for an unknown without effect on the measurements at the start of the search."""
     first = predict(x)

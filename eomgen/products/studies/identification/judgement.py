@@ -12,9 +12,9 @@ from eomgen.base.data import dataclass
 from eomgen.errors import EomgenError
 from eomgen.products.studies.identification.estimation import (
     Combination,
+    DependentColumns,
     Fit,
     Predictions,
-    Structure,
     autocorrelation,
     correlation,
     covariance,
@@ -22,7 +22,7 @@ from eomgen.products.studies.identification.estimation import (
     structure,
     words,
 )
-from eomgen.products.studies.identification.experiment import Unknowns
+from eomgen.products.studies.identification.experiment import ExperimentUnknowns
 from eomgen.products.studies.identification.result import Column, Estimate, Identification, Record
 
 #: Number of combinations, and of members of a combination, written out in the message.
@@ -51,8 +51,8 @@ class Judgement:
     given : whether the deviations of the columns are given
     """
 
-    unknowns: Unknowns
-    finer: Unknowns
+    unknowns: ExperimentUnknowns
+    finer: ExperimentUnknowns
     fit: Fit
     predict: Predictions
     limits: tuple[Array, Array]
@@ -67,7 +67,9 @@ class Judgement:
         on_bound = self._on_bound()
         free = [k for k in range(count) if not on_bound[k]]
         parts = structure(weighted[:, free])
-        parts = Structure(tuple(free[k] for k in parts.kept), tuple(free[k] for k in parts.others), parts.coefficients)
+        parts = DependentColumns(
+            tuple(free[k] for k in parts.kept), tuple(free[k] for k in parts.others), parts.coefficients
+        )
         kept = list(parts.kept)
         freedom = len(unknowns.data) - len(kept)
         cov = covariance(fit.J[:, kept], sigma) if kept else np.zeros((0, 0))
@@ -122,7 +124,9 @@ class Judgement:
         near = _ON_BOUND * np.maximum(np.abs(x), np.finfo(float).tiny)
         return [bool(bound) for bound in (x - low <= near) | (high - x <= near)]
 
-    def _combinations(self, parts: Structure, weighted: Array, spread: Array, times: float) -> tuple[Combination, ...]:
+    def _combinations(
+        self, parts: DependentColumns, weighted: Array, spread: Array, times: float
+    ) -> tuple[Combination, ...]:
         if not parts.mixed:
             return ()
         x, names = self.fit.x, self.unknowns.names

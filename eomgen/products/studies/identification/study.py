@@ -17,8 +17,8 @@ from eomgen.pipeline.pipeline import built_for_run
 from eomgen.products.studies.identification.estimation import Predictions, fit
 from eomgen.products.studies.identification.experiment import (
     Experiment,
+    ExperimentUnknowns,
     RunStart,
-    Unknowns,
     bounds_of,
     check_effect,
     deviations_of,
@@ -156,12 +156,12 @@ def identify(
         _check_start(model, one, parameters, states)
     begun = [RunStart(start, initial_state(model, start, p, asked=True)) for start in starts]
 
-    def at(h: float) -> Unknowns:
+    def at(h: float) -> ExperimentUnknowns:
         experiments = [
             Experiment(model, one, parameters, states, start, h, begins, options)
             for one, start in zip(runs, begun, strict=True)
         ]
-        return Unknowns(model, tuple(parameters), tuple(states), experiments, held)
+        return ExperimentUnknowns(model, tuple(parameters), tuple(states), experiments, held)
 
     unknowns = at(size)
     if not unknowns.names:
@@ -174,8 +174,8 @@ def identify(
 
 
 def _identified(
-    unknowns: Unknowns,
-    finer: Unknowns,
+    unknowns: ExperimentUnknowns,
+    finer: ExperimentUnknowns,
     bounds: Mapping[str, tuple[float, float]] | None,
     deviations: Mapping[str, float] | float | None,
     confidence: float,

@@ -18,7 +18,7 @@ from eomgen.compiled.arguments import check_name
 from eomgen.errors import Problem, UsageError
 from eomgen.products.studies.identification.estimation import (
     Combination,
-    Structure,
+    DependentColumns,
     autocorrelation,
     correlation,
     covariance,
@@ -42,7 +42,7 @@ _CONDITION = 100.0
 
 
 @dataclass(frozen=True)
-class Motion:
+class MeasuredMotion:
     """A measured motion with efforts.
 
     Attributes
@@ -127,7 +127,7 @@ class _Solution:
 
     x: Array
     deviations: Array
-    parts: Structure
+    parts: DependentColumns
     covariance: Array
     freedom: int
 
@@ -199,7 +199,7 @@ def _estimates(
 
 
 def _fitted(
-    model: Model, motions: Sequence[Motion], left: Array, deviations: Array
+    model: Model, motions: Sequence[MeasuredMotion], left: Array, deviations: Array
 ) -> tuple[tuple[Column, ...], tuple[Record, ...]]:
     """Return measurements, and efforts of each motion beside efforts at the estimates; left: (n, nv) residuals."""
     labels = efforts_of(model)
@@ -229,7 +229,9 @@ def _fitted(
     return columns, records
 
 
-def _notes(weighted: Array, parts: Structure, names: Sequence[str], combinations: Sequence[Combination]) -> list[str]:
+def _notes(
+    weighted: Array, parts: DependentColumns, names: Sequence[str], combinations: Sequence[Combination]
+) -> list[str]:
     whole = weighted.reshape(-1, weighted.shape[-1])[:, list(parts.kept)]
     notes = [f"only {one.text} is determined" for one in combinations if len(one.members) <= 4]
     mixed = {name for one in combinations for name in one.members}
@@ -280,7 +282,7 @@ def _check_columns(
         raise UsageError(Problem(f"{name}, column {shown(strange)}", "no joint has this effort", hint))
 
 
-def _motion(model: Model, data: Data, number: int, missing: str) -> Motion:
+def _motion(model: Model, data: Data, number: int, missing: str) -> MeasuredMotion:
     """Return a measured motion. Raises FileError, UsageError."""
     name, columns = columns_of(data, number)
     t = times_of(name, columns)
@@ -307,4 +309,4 @@ def _motion(model: Model, data: Data, number: int, missing: str) -> Motion:
         u = np.array(model.input_values(t[rows]))
         for label, values in driven.items():
             u[:, model.inputs.index(label)] = values[rows]
-    return Motion(name, t[rows], q, v, a, tau, u, len(t) - len(rows))
+    return MeasuredMotion(name, t[rows], q, v, a, tau, u, len(t) - len(rows))

@@ -8,7 +8,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.products.studies.ladders.runs import ROWS, Conditions
+from eomgen.products.studies.ladders.runs import ROWS, RunConditions
 from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, STEPS, Subject
 from eomgen.scene.scaling import DAMPING, GRAVITY, LENGTH, MASS, ORIGIN, RATIO, RATIO_LAST, STIFFNESS, TIME, UnitsOf
 
@@ -38,7 +38,7 @@ class Ladder:
     name: str
     scales: str
     values: tuple[float, ...]
-    conditions: Callable[[Subject, float], Conditions]
+    conditions: Callable[[Subject, float], RunConditions]
     applies: Callable[[Subject], str]
     against: str = OTHER
     methods: str = FEW
@@ -81,11 +81,11 @@ def _similar(*factors: str) -> Callable[[Subject], str]:
     return applies
 
 
-def _in_units(name: str) -> Callable[[Subject, float], Conditions]:
+def _in_units(name: str) -> Callable[[Subject, float], RunConditions]:
     return lambda subject, value: subject.in_units(UnitsOf(**{name: value}), subject.conditions())
 
 
-def _at_origin(subject: Subject, value: float) -> Conditions:
+def _at_origin(subject: Subject, value: float) -> RunConditions:
     shift = np.zeros(subject.model(OWN).nq)
     for factor in subject.model(OWN).factors:
         if factor.name.endswith(".position") or (subject.scene.coordinates == "absolute" and factor.q_size == 7):
@@ -99,19 +99,19 @@ def _movable(subject: Subject) -> str:
     return _with(ORIGIN)(subject) or subject.not_movable(_at_origin(subject, subject.extent))
 
 
-def _factor(name: str) -> Callable[[Subject, float], Conditions]:
+def _factor(name: str) -> Callable[[Subject, float], RunConditions]:
     return lambda subject, value: subject.conditions(model=FACTORS, parameters={name: value})
 
 
-def _step(subject: Subject, value: float) -> Conditions:
+def _step(subject: Subject, value: float) -> RunConditions:
     return subject.conditions(step=value * subject.period, steps=STEPS if value < 0.1 else 2 * ROWS)
 
 
-def _single(subject: Subject, value: float) -> Conditions:
+def _single(subject: Subject, value: float) -> RunConditions:
     return subject.conditions(model=SINGLE, step=value * subject.period)
 
 
-def _count(subject: Subject, value: float) -> Conditions:
+def _count(subject: Subject, value: float) -> RunConditions:
     span = STEPS * subject.fine
     return subject.conditions(step=span / value, steps=int(value))
 
@@ -127,7 +127,7 @@ def _angular(subject: Subject) -> Array:
     return np.array([unit == "rad/s" for unit in subject.model(OWN).v_units], dtype=bool)
 
 
-def _spin(subject: Subject, value: float) -> Conditions:
+def _spin(subject: Subject, value: float) -> RunConditions:
     q, v = subject.start
     turns = _angular(subject)
     fastest = float(np.max(np.abs(v[turns])))
@@ -151,23 +151,23 @@ def _has_angles(subject: Subject) -> str:
     return "" if _angles(subject) else "it has no angles as coordinates"
 
 
-def _turned(subject: Subject, value: float) -> Conditions:
+def _turned(subject: Subject, value: float) -> RunConditions:
     q, v = (np.array(x) for x in subject.start)
     q[_angles(subject)] += 2.0 * np.pi * value
     return subject.conditions(q=q, v=v)
 
 
-def _right_angles(subject: Subject, value: float) -> Conditions:
+def _right_angles(subject: Subject, value: float) -> RunConditions:
     q, v = (np.array(x) for x in subject.start)
     q[_angles(subject)] = 2.0 * np.pi * value + 1e-9
     return subject.conditions(q=q, v=v)
 
 
-def _late(subject: Subject, value: float) -> Conditions:
+def _late(subject: Subject, value: float) -> RunConditions:
     return subject.conditions(start=value)
 
 
-def _rho(subject: Subject, value: float) -> Conditions:
+def _rho(subject: Subject, value: float) -> RunConditions:
     return subject.conditions(given={"rho_inf": value})
 
 
@@ -179,7 +179,7 @@ def _has_data(subject: Subject) -> str:
     return "" if subject.data is not None else "the scene has no text whose numbers could be moved"
 
 
-def _nothing(subject: Subject, value: float) -> Conditions:
+def _nothing(subject: Subject, value: float) -> RunConditions:
     return subject.conditions()
 
 

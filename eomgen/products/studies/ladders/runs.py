@@ -31,7 +31,7 @@ ROWS, GRACE, COMPILING = 20, 5.0, 600.0
 
 
 @dataclass(frozen=True)
-class Conditions:
+class RunConditions:
     """Data of a run besides the method.
 
     Attributes
@@ -59,7 +59,7 @@ class Conditions:
     shift: Array | None = None
     given: Mapping[str, float] = field(default_factory=dict)
 
-    def varied(self, **changes: Any) -> Conditions:
+    def varied(self, **changes: Any) -> RunConditions:
         return replace(self, **changes)
 
 
@@ -85,7 +85,7 @@ class Ended:
 class Request(NamedTuple):
     """A run: conditions, method, and other options of ``simulate``."""
 
-    conditions: Conditions
+    conditions: RunConditions
     method: str
     more: Mapping[str, Any] = {}
 
@@ -99,7 +99,7 @@ def compile_stepper(model: Model, method: str) -> None:
             model.stepper(name)
 
 
-def simulated(model: Model, conditions: Conditions, method: str, **more: Any) -> Ended:
+def simulated(model: Model, conditions: RunConditions, method: str, **more: Any) -> Ended:
     """Return the end of a run under these conditions."""
     initial = None
     if conditions.q is not None and conditions.v is not None:
@@ -131,7 +131,7 @@ def simulated(model: Model, conditions: Conditions, method: str, **more: Any) ->
     return Ended(REACHED, said, _arrays(run, conditions), all(bool(np.all(np.isfinite(x))) for x in every))
 
 
-def _arrays(run: Solution, conditions: Conditions) -> dict[str, Array]:
+def _arrays(run: Solution, conditions: RunConditions) -> dict[str, Array]:
     q, v = run.q, run.v
     if conditions.shift is not None:
         q = q - conditions.shift
@@ -141,7 +141,7 @@ def _arrays(run: Solution, conditions: Conditions) -> dict[str, Array]:
     return {"t": run.t, "q": q, "v": v, **of_states}
 
 
-class Runner:
+class RunnerProcess:
     """A process that runs one request after another; a lost process is replaced.
 
     The server is forked at the first request, with all modules loaded so far, and keeps the modules that requests load.

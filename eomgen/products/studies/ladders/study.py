@@ -26,14 +26,14 @@ from eomgen.products.studies.ladders.result import FAILS, Cell, Extremes, verdic
 from eomgen.products.studies.ladders.runs import (
     REACHED,
     ROWS,
-    Conditions,
     Ended,
     Request,
-    Runner,
+    RunConditions,
+    RunnerProcess,
     compile_stepper,
     simulated,
 )
-from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, Structure, Subject
+from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, StructuralZeros, Subject
 
 #: Two references have to agree to this.
 AGREED = 1e-3
@@ -51,7 +51,7 @@ _DOUBLE = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
-class Reference:
+class ExpectedResult:
     """Expected result of a run.
 
     Attributes
@@ -66,7 +66,7 @@ class Reference:
     uncertainty: float = np.inf
 
 
-def reference(subject: Subject, conditions: Conditions, ended: Callable[[Request, float], Ended]) -> Reference:
+def reference(subject: Subject, conditions: RunConditions, ended: Callable[[Request, float], Ended]) -> ExpectedResult:
     """Return the first reference that a second method confirms.
 
     Parameters
@@ -88,9 +88,9 @@ def reference(subject: Subject, conditions: Conditions, ended: Callable[[Request
             continue
         apart = difference(subject, other.arrays, one.arrays, AGREED).worst
         if apart <= AGREED:
-            return Reference(name, dict(one.arrays), apart)
+            return ExpectedResult(name, dict(one.arrays), apart)
         tried.append(f"{name}: apart by {apart:.2g}")
-    return Reference("; ".join(tried))
+    return ExpectedResult("; ".join(tried))
 
 
 def _resolved(subject: Subject, request: Request, arrays: Mapping[str, Array]) -> bool:
@@ -221,7 +221,7 @@ def _angle(one: Array, two: Array) -> float:
     return float(np.max(4.0 * np.arcsin(np.minimum(0.5 * closest, 1.0))))
 
 
-def _pairs(subject: Subject, conditions: Conditions) -> Iterator[tuple[str, Request, Request]]:
+def _pairs(subject: Subject, conditions: RunConditions) -> Iterator[tuple[str, Request, Request]]:
     free = conditions.varied(given={})
     span = conditions.step * conditions.steps
     # Steps that resolve the fastest motion of the scene without factors.
@@ -310,7 +310,7 @@ def extremes(
     for method in (*methods, *(method for _, _, method in map(_cell_of, cells) if method)):
         if method != AUTO:
             canonical_name(method)
-    study = _Study(Subject(scene, reading), limit)
+    study = _LadderStudy(Subject(scene, reading), limit)
     wanted = [BY_NAME[name] for name in ladders] or list(LADDERS)
     chosen = [_cell_of(text) for text in cells] if cells else None
     journal = _journal(folder, _identity(study.subject), resume=resume)
@@ -336,12 +336,12 @@ def _cell_of(text: str) -> tuple[Ladder, float, str]:
         raise UsageError(Problem(f"--cell {text}", fault, f"--cell {name}:{BY_NAME[name].values[0]:g}")) from None
 
 
-class _Study:
+class _LadderStudy:
     def __init__(self, subject: Subject, limit: float) -> None:
         self.subject, self.limit = subject, limit
-        self.references: dict[str, Reference] = {}
-        self.structure: Structure | None = None
-        self.runner = Runner(
+        self.references: dict[str, ExpectedResult] = {}
+        self.structure: StructuralZeros | None = None
+        self.runner = RunnerProcess(
             lambda request: compile_stepper(subject.model(request.conditions.model), request.method),
             lambda request: simulated(
                 subject.model(request.conditions.model), request.conditions, request.method, **request.more
@@ -406,7 +406,7 @@ class _Study:
             result = self._judged(ladder, value, method, conditions, ended)
         return result
 
-    def _judged(self, ladder: Ladder, value: float, method: str, conditions: Conditions, ended: Ended) -> Cell:
+    def _judged(self, ladder: Ladder, value: float, method: str, conditions: RunConditions, ended: Ended) -> Cell:
         error, by = None, ""
         if ended.how == REACHED and ended.finite and ended.arrays is not None:
             held = self._reference(ladder, conditions, method)
@@ -420,7 +420,7 @@ class _Study:
 
     def _equations(self, ladder: Ladder, value: float, method: str) -> Cell:
         if self.structure is None:
-            self.structure = Structure(self.subject)
+            self.structure = StructuralZeros(self.subject)
         structure = self.structure
         began = time.perf_counter()
         ended, excess = structure.moved(value)
@@ -433,14 +433,14 @@ class _Study:
         said = said or plain.said
         return Cell(ladder.name, value, method, result, error, None, ladder.bound, said, ladder.against, took)
 
-    def _reference(self, ladder: Ladder, conditions: Conditions, method: str) -> Reference:
+    def _reference(self, ladder: Ladder, conditions: RunConditions, method: str) -> ExpectedResult:
         if ladder.against == SAME:
             key = f"same {method}"
             if key not in self.references:
                 own = self.subject.conditions(model=FACTORS)
                 ended = self.runner.ended(Request(own, method, {"error_estimate": False}), self.limit)
                 arrays = dict(ended.arrays) if ended.how == REACHED and ended.arrays is not None else None
-                self.references[key] = Reference(f"{method}, the scene as it is", arrays, 0.0)
+                self.references[key] = ExpectedResult(f"{method}, the scene as it is", arrays, 0.0)
             return self.references[key]
         if conditions.model == SINGLE:  # A reference in single precision would count its rounding as exact
             conditions = conditions.varied(model=OWN)
@@ -450,7 +450,7 @@ class _Study:
         return self.references[key]
 
 
-def _key(conditions: Conditions) -> str:
+def _key(conditions: RunConditions) -> str:
     return json.dumps(dataclasses.asdict(conditions), default=lambda array: array.tolist(), sort_keys=True)
 
 

@@ -23,7 +23,7 @@ from eomgen.integrators.families.register import BUILT_IN, check_needs, families
 from eomgen.lie.product import update
 from eomgen.pipeline import pipeline
 from eomgen.pipeline.model import Model
-from eomgen.products.studies.ladders.runs import REACHED, REFUSED, ROWS, Conditions, Ended
+from eomgen.products.studies.ladders.runs import REACHED, REFUSED, ROWS, Ended, RunConditions
 from eomgen.products.studies.method_facts import FineBy, Ladders, facts_of
 from eomgen.scene.load import data_of, from_data
 from eomgen.scene.scaling import (
@@ -219,14 +219,14 @@ class Subject:
         """A step at which methods are accurate, s."""
         return FINE * self.period
 
-    def conditions(self, **changes: Any) -> Conditions:
+    def conditions(self, **changes: Any) -> RunConditions:
         """Return the conditions of a short run at a fine step, with changes."""
         q, v = self.start
         model = self.model(str(changes.get("model", OWN)))
         q = np.concatenate([q, np.zeros(model.nq - len(q))]) if model.nq > len(q) else q
-        return Conditions(**{"model": OWN, "step": self.fine, "steps": STEPS, "q": q, "v": v, **changes})
+        return RunConditions(**{"model": OWN, "step": self.fine, "steps": STEPS, "q": q, "v": v, **changes})
 
-    def not_movable(self, conditions: Conditions) -> str:
+    def not_movable(self, conditions: RunConditions) -> str:
         """Return the reason for which the scene at another place is not the same scene: formulas with places in the
         world."""
         assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
@@ -244,7 +244,7 @@ class Subject:
     def _sizes_of_states(self, units: UnitsOf) -> Array:
         return np.array([units.size(unit) for unit in self.model(OWN).z_units])
 
-    def in_units(self, units: UnitsOf, conditions: Conditions) -> Conditions:
+    def in_units(self, units: UnitsOf, conditions: RunConditions) -> RunConditions:
         """Return the same conditions in other units."""
         model = self.model(OWN)
         sizes = (
@@ -297,7 +297,7 @@ _TERMS = ("mass", "coupling", "force", "inverse_dynamics", "constraint", "constr
 _SAFETY, _ROUNDING, _NEARBY, _STEP = 100.0, 1e-13, 1e-3, 1e-6
 
 
-class Structure:
+class StructuralZeros:
     """The equations of a scene at one state, and of scenes whose numbers are moved by a little."""
 
     def __init__(self, subject: Subject) -> None:

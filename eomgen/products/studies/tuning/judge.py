@@ -28,12 +28,12 @@ from eomgen.products.studies.work_precision.reference import (
     LARGEST_UNCERTAINTY,
     MOST_STEPS,
     TIGHT,
-    Reference,
+    RunReference,
     check_moves,
     hold,
     rank,
 )
-from eomgen.products.studies.work_precision.running import REACHED, Outcome, Runner
+from eomgen.products.studies.work_precision.running import REACHED, ComparedRun, Runner
 
 
 @dataclass(frozen=True)
@@ -218,10 +218,10 @@ class Judge:
     seconds: float
     say: Callable[[str], None]
     tried: dict[str, str] = field(default_factory=dict)
-    _held: dict[str, Reference] = field(default_factory=dict)
+    _held: dict[str, RunReference] = field(default_factory=dict)
     _served: tuple[Candidate, int] | None = None
 
-    def reference(self, condition: Condition = OWN) -> Reference:
+    def reference(self, condition: Condition = OWN) -> RunReference:
         """Return the motion under a condition.
 
         Raises
@@ -246,7 +246,7 @@ class Judge:
         motion = self.reference(condition).observation
         return {"q": motion.q[0], "v": motion.v[0]}
 
-    def _reference(self, condition: Condition) -> Reference:
+    def _reference(self, condition: Condition) -> RunReference:
         best: _Known | None = None
         apart = 0
         for candidate in self._order():
@@ -272,7 +272,7 @@ class Judge:
             raise NumericalError(Problem("error", f"{fault} cannot be told", hint))
         if not condition.label:
             self._served = best.candidate, best.level
-        return Reference(best.observation, best.described, "itself at half its accuracy", best.apart)
+        return RunReference(best.observation, best.described, "itself at half its accuracy", best.apart)
 
     def _order(self) -> list[Candidate]:
         """Return the candidates, most recently successful first."""
@@ -383,7 +383,7 @@ def verified(judge: Judge, run: Mapping[str, Any], condition: Condition) -> Veri
     return Verified(condition.label, error, judge.bar(condition), held.described, outcome.said)
 
 
-def under(judge: Judge, run: Mapping[str, Any], condition: Condition = OWN) -> Outcome:
+def under(judge: Judge, run: Mapping[str, Any], condition: Condition = OWN) -> ComparedRun:
     """Return the run of a configuration under a condition, from the start of the reference."""
     arguments = dict(condition.arguments)
     if "initial" in arguments:

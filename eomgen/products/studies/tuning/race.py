@@ -357,7 +357,7 @@ DEARER = 3.0
 
 
 @dataclass
-class Entries:
+class RaceEntries:
     """Enters contenders into a race.
 
     Attributes

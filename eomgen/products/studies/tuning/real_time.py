@@ -18,7 +18,7 @@ from eomgen.products.studies.tuning.result import with_settings
 from eomgen.products.studies.work_precision.axes import Configuration, candidates, one_of_each, reason
 from eomgen.products.studies.work_precision.formulations import Formulations
 from eomgen.products.studies.work_precision.observation import Observation, check_output, errors
-from eomgen.products.studies.work_precision.reference import Reference, reference
+from eomgen.products.studies.work_precision.reference import RunReference, reference
 from eomgen.products.studies.work_precision.running import REACHED, Grid, Runner, machine
 from eomgen.simulation.timing import Repeated, one_core
 
@@ -187,7 +187,7 @@ class _Work:
     """Measures the costs of configurations in each cycle."""
 
     runner: Runner
-    held: Reference
+    held: RunReference
     quantity: str
     measure: str
     bound: int | None

@@ -15,7 +15,7 @@ from eomgen.base.messages import shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, Verified, conditions, verified
-from eomgen.products.studies.tuning.race import Contender, Entries, Race, Tried
+from eomgen.products.studies.tuning.race import Contender, Race, RaceEntries, Tried
 from eomgen.products.studies.tuning.real_time import RealTime
 from eomgen.products.studies.tuning.real_time import real_time as in_real_time
 from eomgen.products.studies.tuning.result import Rival, Tuned
@@ -173,7 +173,7 @@ class _Tuning:
         judge = Judge(self.runner, judges, demand, JUDGE_SHARE * self.budget, self.say)
         near = conditions(self.runner, judge.reference().observation)
         race = Race(judge, demand.error, self.say, [next(near)], left_out=self.left_out)
-        entries = Entries(race, own, self._others(), self.axes, self.methods, self.defaults, self.say)
+        entries = RaceEntries(race, own, self._others(), self.axes, self.methods, self.defaults, self.say)
         contenders = entries.raced()
         self._enough(contenders, demand)
         winner, checks = self._verified(entries, contenders, near)
@@ -200,7 +200,7 @@ class _Tuning:
             raise NumericalError(Problem("error", fault, "a larger demand, a larger budget, or other methods"))
 
     def _verified(
-        self, entries: Entries, contenders: list[Contender], near: Iterator[Condition]
+        self, entries: RaceEntries, contenders: list[Contender], near: Iterator[Condition]
     ) -> tuple[Contender, tuple[Verified, ...]]:
         """Return the winner and the runs of its verification.
 

@@ -33,16 +33,16 @@ from eomgen.products.studies.verification.claims.rates import event_claims, rate
 from eomgen.products.studies.verification.differences import (
     BARS,
     LADDER,
+    EntrySizes,
     NonSmoothOperations,
     Remarks,
-    Sizes,
     complex_steps,
     differences,
     non_smooth_entries,
     sizes_of,
 )
 from eomgen.products.studies.verification.report import CheckReport, Disagreement, FormReport, Verdict
-from eomgen.products.studies.verification.states import States, draw
+from eomgen.products.studies.verification.states import CheckedStates, draw
 from eomgen.system.system import System
 from eomgen.system.terms import TERMS
 from eomgen.toolchain.profiles import STANDARD_PROFILE
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 
 
 def judged(
-    claim: Claim, engine: Engine, tape: Engine, system: System, states: States, rng: np.random.Generator
+    claim: Claim, engine: Engine, tape: Engine, system: System, states: CheckedStates, rng: np.random.Generator
 ) -> FormReport:
     """Return the report of a claim at states.
 
@@ -161,7 +161,7 @@ def _named(claim: Claim, place: object) -> str:
     return f"{of_row} along {claim.columns[column]}"
 
 
-def _largest(difference: Array, sizes: Sizes, chosen: Array) -> float | None:
+def _largest(difference: Array, sizes: EntrySizes, chosen: Array) -> float | None:
     """Return the largest difference of the chosen states, relative to the sizes of the states; None if no difference is
     finite."""
     relative = (np.abs(difference) / sizes.state)[chosen]
@@ -252,7 +252,7 @@ def check(
     return CheckReport(model.name, result.names, seed, reports, result.notes, tuple(corners))
 
 
-def _explained(report: FormReport, model: Model, states: States) -> FormReport:
+def _explained(report: FormReport, model: Model, states: CheckedStates) -> FormReport:
     """Return the report of a claim, with a warning if the inertia matrix is not positive definite."""
     if report.name != "mass.M, definite" or report.worst is None:
         return report

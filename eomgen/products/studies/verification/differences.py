@@ -157,7 +157,7 @@ _BRANCH = 1e-7
 
 
 @dataclass(frozen=True)
-class Sizes:
+class EntrySizes:
     """Sizes of entries by row and column (1 or S, R, C), of states (S, 1, 1), of the differentiated function (S, 1, 1),
     and the effect of rounding of arguments (S, R, C)."""
 
@@ -176,7 +176,7 @@ class Sizes:
         return np.asarray(BY_DIFFERENCES * self.entry + BY_DIFFERENCES_OF_LARGEST * self.state + self.exact)
 
 
-def sizes_of(claim: Claim, engine: Engine, state: Blocks, value: Array, rng: np.random.Generator) -> Sizes:
+def sizes_of(claim: Claim, engine: Engine, state: Blocks, value: Array, rng: np.random.Generator) -> EntrySizes:
     largest = np.max(np.abs(value), axis=(-2, -1), initial=0.0)
     if claim.size is not None:
         largest = np.maximum(largest, claim.size(engine, state))
@@ -192,7 +192,9 @@ def sizes_of(claim: Claim, engine: Engine, state: Blocks, value: Array, rng: np.
         with np.errstate(all="ignore"):
             change = np.abs(claim.value(engine, _rounded(engine, state, rng)) - value)
         condition = np.maximum(condition, np.where(np.isfinite(change), change, 0.0))
-    return Sizes(entry, whole, _of_source(claim, engine, state), np.where(condition < _BRANCH * whole, condition, 0.0))
+    return EntrySizes(
+        entry, whole, _of_source(claim, engine, state), np.where(condition < _BRANCH * whole, condition, 0.0)
+    )
 
 
 def _of_source(claim: Claim, engine: Engine, state: Blocks) -> Array:
@@ -263,7 +265,7 @@ def non_smooth_entries(
     value: Array,
     finite: Array,
     by_differences: Differences,
-    sizes: Sizes,
+    sizes: EntrySizes,
     remarks: Remarks,
 ) -> Array:
     """Return the entries near a kink or jump of a formula (S, R, C) that affects differences, and remark the

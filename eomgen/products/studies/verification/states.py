@@ -27,7 +27,7 @@ _STEPS = 60
 
 
 @dataclass(frozen=True)
-class States:
+class CheckedStates:
     """Blocks (S, size) with a name for each state, and the omissions."""
 
     blocks: dict[str, Array]
@@ -35,7 +35,7 @@ class States:
     notes: tuple[str, ...]
 
 
-def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> tuple[States, Space]:
+def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> tuple[CheckedStates, Space]:
     """Return states, beginning with the initial state, and the space of the states."""
     notes: list[str] = []
     motion, names = _motion(model, max(1, count // 2), notes)
@@ -57,7 +57,7 @@ def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> 
             f"around the motion {missing} of {count - len(motion)} states were not found: no finite or consistent ones"
         )
     blocks = {name: np.stack([state[name] for _, state in kept]) for name in kept[0][1]} if kept else {}
-    return States(blocks, tuple(name for name, _ in kept), tuple(notes)), _space(model, scales, length, rng)
+    return CheckedStates(blocks, tuple(name for name, _ in kept), tuple(notes)), _space(model, scales, length, rng)
 
 
 def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, Array]], list[str]]:

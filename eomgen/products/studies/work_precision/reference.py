@@ -50,7 +50,7 @@ class Solved:
 
 
 @dataclass(frozen=True)
-class Reference:
+class RunReference:
     """Reference of runs.
 
     Attributes
@@ -83,7 +83,7 @@ class Reference:
 
 
 @dataclass(frozen=True)
-class Effort:
+class ReferenceEffort:
     """Effort of a reference: limit in seconds, accuracy at which the refinement ends, and first number of steps between
     times."""
 
@@ -102,7 +102,7 @@ def reference(
     count: int = 2,
     first_steps: int = 8,
     **run: Any,
-) -> Reference:
+) -> RunReference:
     """Return the reference of a study, or of a single run of a study.
 
     Of the methods from order 4 on, methods with adaptive steps come first, then the highest orders; of
@@ -128,7 +128,7 @@ def reference(
         if any(candidate.family is one.family for one in solved):
             continue
         say(f"reference: {candidate.row.name}, {candidate.formulation}")
-        one, why = _solved(runner, candidate, Effort(seconds / count, settled, first_steps), run)
+        one, why = _solved(runner, candidate, ReferenceEffort(seconds / count, settled, first_steps), run)
         if one is None:
             tried.append(f"{candidate.row.name} on {candidate.formulation}: {why}")
             continue
@@ -143,10 +143,10 @@ def reference(
     if len(solved) == 1:
         hold(f"{first.described} and the same at half its accuracy", first.settled)
         known = {name: ErrorSize(*(first.settled,) * 3) for name in errors(first.observation, first.observation)}
-        return Reference(first.observation, first.described, "itself at half its accuracy", known)
+        return RunReference(first.observation, first.described, "itself at half its accuracy", known)
     apart = errors(solved[1].observation, first.observation)
     hold(f"{first.described} and {solved[1].described}", _of_motion(apart))
-    return Reference(first.observation, first.described, solved[1].described, apart)
+    return RunReference(first.observation, first.described, solved[1].described, apart)
 
 
 def hold(both: str, part: float) -> None:
@@ -179,7 +179,9 @@ def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, i
     )
 
 
-def _solved(runner: Runner, candidate: Candidate, effort: Effort, run: Mapping[str, Any]) -> tuple[Solved | None, str]:
+def _solved(
+    runner: Runner, candidate: Candidate, effort: ReferenceEffort, run: Mapping[str, Any]
+) -> tuple[Solved | None, str]:
     """Return a candidate's best run, or why there is none."""
     configuration = next(candidate.configurations(parameters=False, own={}))
     name = f"{candidate.row.name}, {candidate.formulation}"
@@ -203,7 +205,7 @@ def _halved(
     candidate: Candidate,
     configuration: Configuration,
     name: str,
-    effort: Effort,
+    effort: ReferenceEffort,
     run: Mapping[str, Any],
 ) -> tuple[Solved | None, str]:
     """Return the run at which halving the step has ended, extrapolated to step zero for methods of low order."""

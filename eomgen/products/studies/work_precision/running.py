@@ -88,7 +88,7 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ComparedRun:
     """Result of one run.
 
     Attributes
@@ -243,7 +243,7 @@ class Runner:
         dense: bool = False,
         timed: bool = True,
         estimated: bool = True,
-    ) -> Outcome:
+    ) -> ComparedRun:
         """Return the results of a configuration with a number of steps in a row of the grid, or with a tolerance.
 
         Parameters
@@ -294,17 +294,19 @@ class Runner:
                 )
             took = time.perf_counter() - began
             if not solution.success:
-                return Outcome(STOPPED, solution.message, stats=counts(solution.stats), seconds=took)
+                return ComparedRun(STOPPED, solution.message, stats=counts(solution.stats), seconds=took)
             observation = observed(model, solution)
             if len(solution.t) != recorded + 1 or not np.all(np.isfinite(observation.q)):
-                return Outcome(STOPPED, "its rows are not at the times of the grid, or not finite", seconds=took)
+                return ComparedRun(STOPPED, "its rows are not at the times of the grid, or not finite", seconds=took)
             repeated = Repeated(model, solution, self.method(configuration, tolerance), inputs) if timed else None
             said = solution.message.partition("; ")[2]
-            return Outcome(REACHED, said, observation, counts(solution.stats), repeated, took)
+            return ComparedRun(REACHED, said, observation, counts(solution.stats), repeated, took)
         except _TooLong:
-            return Outcome(TOO_LONG, f"more than {self.limit:g} s of computation", seconds=time.perf_counter() - began)
+            return ComparedRun(
+                TOO_LONG, f"more than {self.limit:g} s of computation", seconds=time.perf_counter() - began
+            )
         except EomgenError as error:
-            return Outcome(REFUSED, str(error))
+            return ComparedRun(REFUSED, str(error))
 
 
 def _shortened(own: Model, other: Model, initial: Mapping[str, Any]) -> dict[str, Any]:

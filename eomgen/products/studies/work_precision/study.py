@@ -15,7 +15,7 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.files import read_arrays, write_arrays
-from eomgen.base.journal import Journal as Lines
+from eomgen.base.journal import Journal
 from eomgen.base.json_text import finite
 from eomgen.base.messages import shown
 from eomgen.base.version import __version__
@@ -33,13 +33,13 @@ from eomgen.products.studies.work_precision.axes import (
 )
 from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
 from eomgen.products.studies.work_precision.observation import MEASURES, STATE, ErrorSize, check_output, with_arrays
-from eomgen.products.studies.work_precision.reference import Reference, reference
+from eomgen.products.studies.work_precision.reference import RunReference, reference
 from eomgen.products.studies.work_precision.result import NOT_BUILT, Point, Tradeoff
 from eomgen.products.studies.work_precision.running import (
     REACHED,
     REFUSED,
+    ComparedRun,
     Grid,
-    Outcome,
     Runner,
     ladder_grid,
     machine,
@@ -65,7 +65,7 @@ def identity(
     return json.dumps(own, sort_keys=True)
 
 
-class Journal:
+class PointJournal:
     """Existing points of a study, and the file for new points.
 
     Parameters
@@ -84,7 +84,7 @@ class Journal:
 
     def __init__(self, folder: Path | None, described: str, *, resume: bool) -> None:
         self._folder = folder
-        self._lines = Lines(
+        self._lines = Journal(
             folder,
             _POINTS,
             "points of a study",
@@ -99,7 +99,7 @@ class Journal:
         """Write a point."""
         self._lines.append({"key": key, "point": finite(point.to_dict())})
 
-    def keep_reference(self, held: Reference) -> None:
+    def keep_reference(self, held: RunReference) -> None:
         """Write the reference."""
         if self._folder is None:
             return
@@ -112,7 +112,7 @@ class Journal:
         }
         write_arrays(self._folder / _REFERENCE, observation.arrays, metadata)
 
-    def reference(self) -> Reference | None:
+    def reference(self) -> RunReference | None:
         """Return the reference of a continued study, if any."""
         if self._folder is None or not (self._folder / _REFERENCE).exists():
             return None
@@ -120,7 +120,7 @@ class Journal:
         factors = tuple(Factor(*factor) for factor in data["factors"])
         observation = with_arrays(arrays, factors, tuple(data["units"]), tuple(data["rows"]))
         uncertainty = {name: ErrorSize(**size) for name, size in data["uncertainty"].items()}
-        return Reference(observation, data["by"], data["held against"], uncertainty)
+        return RunReference(observation, data["by"], data["held against"], uncertainty)
 
 
 #: Called with points done and points known, and with a word on the present work.
@@ -248,15 +248,17 @@ def tradeoff(
         if not (math.isfinite(step) and step > 0.0):
             raise UsageError(Problem("steps", f"steps are positive numbers of seconds, which {step:g} is not", "1e-3"))
     variants = formulations(scene, reading, others="formulation" in chosen, fidelity="fidelity" in chosen)
-    study = _Study(variants, chosen, tuple(methods), t_end, tuple(steps), parameters, inputs, budget, repeats, progress)
+    study = _WorkPrecisionStudy(
+        variants, chosen, tuple(methods), t_end, tuple(steps), parameters, inputs, budget, repeats, progress
+    )
     study.absolute = "formulation" in axes
     study.announce = announce
     described = identity(variants, study.runner.grid, parameters, inputs)
-    journal = Journal(None if folder is None else Path(folder), described, resume=resume)
+    journal = PointJournal(None if folder is None else Path(folder), described, resume=resume)
     return study.result(tuple(outputs), measure, journal, began)
 
 
-class _Study:
+class _WorkPrecisionStudy:
     """The work of one call of ``tradeoff``."""
 
     def __init__(
@@ -292,7 +294,7 @@ class _Study:
         self.spent = 0.0
         self.done = 0
 
-    def result(self, outputs: tuple[str, ...], measure: str, journal: Journal, began: float) -> Tradeoff:
+    def result(self, outputs: tuple[str, ...], measure: str, journal: PointJournal, began: float) -> Tradeoff:
         """Return the study's result."""
         self.journal = journal
         every = self._candidates()
@@ -488,13 +490,13 @@ class _Study:
         self.journal.keep(key, point)
         return point
 
-    def _run(self, configuration: Configuration, kind: str, value: float) -> Outcome:
+    def _run(self, configuration: Configuration, kind: str, value: float) -> ComparedRun:
         if kind == TOLERANCE:
             return self.runner.run(configuration, tolerance=value)
         in_coarsest = max(1, round(self.coarsest / value))
         return self.runner.run(configuration, Fraction(in_coarsest, self.runner.grid.coarsest))
 
-    def _measured(self, ladder: _Ladder, value: float, outcome: Outcome) -> Point:
+    def _measured(self, ladder: _Ladder, value: float, outcome: ComparedRun) -> Point:
         point = Point(ladder.configuration, ladder.kind, value, outcome.ended, outcome.said, order=ladder.order)
         if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
             return replace(point, stats=outcome.stats)

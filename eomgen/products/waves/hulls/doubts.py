@@ -11,7 +11,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Number
 from eomgen.products.waves.hulls.section import Hull
-from eomgen.scene.document.notes import Facts, Note
+from eomgen.scene.document.notes import Note, SceneFacts
 from eomgen.scene.reading.values import Values
 
 #: Of a liquid, kg/m^3, below which a number is one of other units.
@@ -22,7 +22,7 @@ _DIFFRACTING = 0.2
 _APART = 4.0
 
 
-def doubtful_hulls(facts: Facts) -> Iterator[str]:
+def doubtful_hulls(facts: SceneFacts) -> Iterator[str]:
     """Yield a note on each property of hulls that is hardly intended."""
     for hull in facts.elements(Hull):
         for text in _doubts(hull, facts.places, facts.values):

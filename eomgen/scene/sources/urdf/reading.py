@@ -47,7 +47,7 @@ _GEOMETRY = ("visual", "collision", "material")
 
 
 @dataclass(frozen=True)
-class Link:
+class UrdfLink:
     """A link with mass properties in the link frame."""
 
     name: str
@@ -66,7 +66,7 @@ class Mimic:
 
 
 @dataclass(frozen=True)
-class Limit:
+class UrdfLimit:
     """Range of a joint's coordinate, and largest effort; zeros by default, as in the format."""
 
     lower: float
@@ -89,7 +89,7 @@ class Joint:
     damping: float
     written_type: str
     mimic: Mimic | None = None
-    limit: Limit | None = None
+    limit: UrdfLimit | None = None
     friction: float = 0.0
 
     @property
@@ -148,7 +148,7 @@ class Robot:
 
     name: str
     minor: int = 0
-    links: dict[str, Link] = field(default_factory=dict)
+    links: dict[str, UrdfLink] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)
     loops: dict[str, LoopJoint] = field(default_factory=dict)
     original: dict[str, str] = field(default_factory=dict)
@@ -173,10 +173,10 @@ def read_robot(root: Element, report: Report) -> Robot:
     if any(element.tag.startswith("xacro:") for element in root.everything()):
         report.add_at(root.line, "", "the file holds xacro macros", "xacro first, to make a URDF of it")
         report.raise_problems()
-    return _Reader(report).robot(root)
+    return _UrdfReader(report).robot(root)
 
 
-class _Reader:
+class _UrdfReader:
     def __init__(self, report: Report) -> None:
         self.report = report
         self.out = Robot("")
@@ -311,17 +311,17 @@ class _Reader:
         self.out.quaternions.append((origin.line, name))
         return rotation_matrix(np.array([w, x, y, z]) / length)
 
-    def link(self, name: str, element: Element) -> Link:
+    def link(self, name: str, element: Element) -> UrdfLink:
         key = f"links.{name}"
         inertial = element.first("inertial")
         if inertial is None:
-            return Link(name, element.line, NOTHING)
+            return UrdfLink(name, element.line, NOTHING)
         (mass,) = self.required(inertial, "mass", ("value",), key)
         if mass < 0.0:
             self.report.add_at(inertial.line, key, f"the mass {mass:.6g} is negative", "a positive number of kg")
         entries = self.required(inertial, "inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), key)
         orientation, center, _, _ = self.placement(inertial, key, name)
-        return Link(name, element.line, Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center))
+        return UrdfLink(name, element.line, Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center))
 
     def required(self, inertial: Element, tag: str, attributes: Sequence[str], key: str) -> list[float]:
         """Return numbers that mass properties need; zeros if missing, which is reported."""
@@ -401,14 +401,14 @@ class _Reader:
         (offset,) = self.numbers(result, "offset", key, (0.0,))
         return Mimic(result.get("joint"), multiplier, offset, result.line)
 
-    def limit(self, element: Element, key: str) -> Limit | None:
+    def limit(self, element: Element, key: str) -> UrdfLimit | None:
         limits = element.first("limit")
         if limits is None:
             return None
         for name in _OTHER_LIMITS:
             limits.get(name)
         lower, upper, effort = (self.numbers(limits, name, key, (0.0,))[0] for name in ("lower", "upper", "effort"))
-        return Limit(lower, upper, effort)
+        return UrdfLimit(lower, upper, effort)
 
     def end(self, element: Element, tag: str, key: str) -> str:
         """Return the name of a joint's parent or child link; empty without one."""

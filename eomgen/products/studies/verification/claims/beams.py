@@ -152,7 +152,7 @@ def section_claims(space: Space, engine: Engine, system: System, scene: object) 
     """Return the claims of the term ``section_loads``, as far as ``engine`` has the needed terms."""
     if "section_loads" not in engine or "poses" not in engine or not isinstance(scene, Scene):
         return []
-    beams = _Beams.of(space, scene)
+    beams = _BeamElements.of(space, scene)
     claims = [_balance(beams), _mean(beams), _strains(beams, system)]
     if {"jacobians", "force"} <= set(engine.functions):
         claims.append(_jumps(space, beams, engine, system, scene))
@@ -162,7 +162,7 @@ def section_claims(space: Space, engine: Engine, system: System, scene: object) 
 
 
 @dataclass(frozen=True)
-class _Beams:
+class _BeamElements:
     """The geometrically exact beams of a scene: elements in the order of the term, and the bodies at the ends."""
 
     beams: tuple[Cosserat, ...]
@@ -170,7 +170,7 @@ class _Beams:
     second: tuple[int, ...]
 
     @classmethod
-    def of(cls, space: Space, scene: Scene) -> _Beams:
+    def of(cls, space: Space, scene: Scene) -> _BeamElements:
         beams = tuple(item.beam for item in scene.elements if isinstance(item, CosseratBeam))
         number = {name: place for place, name in enumerate(space.bodies)}
         first = tuple(number[node] for beam in beams for node in beam.nodes[:-1])
@@ -207,7 +207,7 @@ def _ends(engine: Engine, state: Blocks) -> tuple[Array, Array]:
     return ends[..., 0, :], ends[..., 1, :]
 
 
-def _balance(beams: _Beams) -> Claim:
+def _balance(beams: _BeamElements) -> Claim:
     return Claim(
         "section_loads.load_at_ends",
         "equilibrium of each element",
@@ -220,7 +220,7 @@ def _balance(beams: _Beams) -> Claim:
     )
 
 
-def _mean(beams: _Beams) -> Claim:
+def _mean(beams: _BeamElements) -> Claim:
     def second(engine: Engine, state: Blocks) -> Array:
         twists, first = beams.twists(engine, state), _ends(engine, state)[0]
         along = [weight * _moved(place * twists, first) for place, weight in zip(_PLACES, _WEIGHTS, strict=True)]
@@ -238,7 +238,7 @@ def _mean(beams: _Beams) -> Claim:
     )
 
 
-def _strains(beams: _Beams, system: System) -> Claim:
+def _strains(beams: _BeamElements, system: System) -> Claim:
     """Stiffness of the sections times strains is the mean load at rest, if multipliers are zero."""
     numbers = {parameter.name: k for k, parameter in enumerate(system.parameters)}
 
@@ -270,7 +270,7 @@ def _strains(beams: _Beams, system: System) -> Claim:
     )
 
 
-def _jumps(space: Space, beams: _Beams, engine: Engine, system: System, scene: Scene) -> Claim:
+def _jumps(space: Space, beams: _BeamElements, engine: Engine, system: System, scene: Scene) -> Claim:
     """Forces of sections on the nodes, by virtual work, are the part of the beams in the generalized forces."""
     without = on_tape(pipeline.derive(_without_stiffness(scene), ["force"]))
     own = on_tape(system)
@@ -304,7 +304,7 @@ def _jumps(space: Space, beams: _Beams, engine: Engine, system: System, scene: S
     )
 
 
-def _halves(space: Space, beams: _Beams, system: System, scene: Scene) -> Claim:
+def _halves(space: Space, beams: _BeamElements, system: System, scene: Scene) -> Claim:
     """Doubled distributed loads, weight and inertia of elements increase the residual by the loads on halves."""
     twice = on_tape(pipeline.derive(_with_twice_the_loads(scene), ["residual"]))
     own = on_tape(system)

@@ -217,7 +217,7 @@ def _momentum(space: Space, engine: Engine, system: System, scene: object) -> li
         )
     rigid = isinstance(scene, Scene) and all(body.beam is None for body in scene.bodies)
     if isinstance(scene, Scene) and rigid and {"poses", "jacobians"} <= set(engine.functions):
-        bodies = _Bodies(system, scene, space.bodies)
+        bodies = _RigidBodies(system, scene, space.bodies)
         claims.append(
             Claim(
                 "centroidal_momentum.A",
@@ -234,7 +234,7 @@ def _momentum(space: Space, engine: Engine, system: System, scene: object) -> li
 
 
 @dataclass(frozen=True)
-class _Bodies:
+class _RigidBodies:
     """Rigid bodies of a scene in the order of the terms of bodies."""
 
     system: System
