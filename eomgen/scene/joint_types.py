@@ -373,6 +373,11 @@ def fault_of(row: Connection) -> str:
         return f"has {given[0]}, which only types in eomgen have"
     if not row.chain:
         return "has an empty chain: a joint type has at least one elementary motion"
+    return _fault_of_chain(row)
+
+
+def _fault_of_chain(row: Connection) -> str:
+    """Return the fault in the order of a chain's components, motions and directions; empty for a sound chain."""
     components = [k for motion in row.chain for k in motion.components]
     if sorted(components) != list(range(len(components))):
         return f"has the velocity components {components}, and each from 0 to {len(components) - 1} is needed once"
