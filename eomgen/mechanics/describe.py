@@ -277,6 +277,7 @@ def _drawing(scene: Scene) -> Drawing:
         )
         + tuple(_elements(scene)),
         wheels=tuple(item for item in drawn if isinstance(item, Wheel)),
+        shapes=scene.shapes,
     )
 
 

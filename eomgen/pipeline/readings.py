@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from eomgen.system.description import Description
 
 #: Endings of the files that eomgen itself reads; other distributions read further files, and may change.
-_OWN = (".toml", ".urdf", ".csv", ".txt", ".dat", ".tsv", ".c")
+_OWN = (".toml", ".urdf", ".csv", ".txt", ".dat", ".tsv", ".c", ".stl", ".obj")
 #: Bytes of a scene in a record at most: larger scenes take about as long to read from a record.
 _LARGEST = 4_000_000
 #: Types of the functions in requirements: eomgen's own and comparisons of Python, whose module is ``_operator``.
@@ -147,7 +147,7 @@ def _place(path: str | os.PathLike[str], options: Mapping[str, Any]) -> Path:
 
 
 def _same(scene: Scene, again: Scene) -> bool:
-    said = ("source", "notes", "metadata", "description")
+    said = ("source", "notes", "metadata", "description", "shapes")
     return again.digest == scene.digest and all(getattr(again, name) == getattr(scene, name) for name in said)
 
 

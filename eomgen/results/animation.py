@@ -184,6 +184,7 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
             or rod["name"] not in carriers.beam_of  # elements are drawn with the beam of these elements
         ],
         "tyres": [{**tyre, "center": points[tyre["center"]]} for tyre in scenery["tyres"]],
+        "shapes": [carriers.shape(shape, numbers) for shape in scenery.get("shapes", ())],
     }
 
 
@@ -232,6 +233,14 @@ class _Carriers:
             "axis": self.along[name],
             "ties": [self.place(name, link) for link in body["links"]],
         }
+
+    def shape(self, shape: Mapping[str, Any], numbers: Mapping[str, int]) -> dict[str, Any]:
+        """Return the data of a shape with its carrier, on a beam the nearest frame, and the number of its body."""
+        place = self.place(shape["body"], shape["origin"])
+        offset = np.array(place["position"]) - np.array(shape["origin"])
+        vertices = (np.array(shape["vertices"]) + offset).tolist() if offset.any() else shape["vertices"]
+        owner = numbers.get(self.beam_of.get(shape["body"], shape["body"]), -1)
+        return {**shape, "carrier": place["carrier"], "body": owner, "vertices": vertices}
 
     def exact_beam(self, first: Mapping[str, Any], beam: Mapping[str, Any]) -> dict[str, Any]:
         """Return the data of a geometrically exact beam: frames along the beam, its outline, and the number of frames

@@ -14,6 +14,7 @@ from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.results.beam_curves import axes_of, drawn_beams
+from eomgen.results.solids import drawn_shape
 from eomgen.system.description import BASE, WORLD, Description
 
 if TYPE_CHECKING:
@@ -173,6 +174,14 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         {"name": item.name, "center": item.center, "radius": number(f"tyres.{item.name}.radius", item.radius)}
         for item in drawing.wheels
     ]
+    shapes = []
+    for shape in drawing.shapes:
+        where = f"shapes.{shape.name}"
+        sizes = vector(where, shape.sizes)
+        if not all(size > 0.0 for size in sizes):
+            fault = f"cannot be drawn: a size is {min(sizes):.6g}"
+            raise NumericalError(Problem(where, fault, "other parameters"))
+        shapes += drawn_shape(shape, sizes, vector(f"{where}.position", shape.position))
     shown = _shown(description)
     for name in dict.fromkeys([*shown, *(end for item in drawing.lines for end in (item.first, item.second))]):
         links[points[name]["body"]].append(points[name]["position"])
@@ -203,6 +212,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         ],
         "rods": rods,
         "tyres": tyres,
+        **({"shapes": shapes} if shapes else {}),
         **({"beams": drawn_beams(description.exact_beams, nodes, _lengths(description))} if nodes else {}),
     }
 

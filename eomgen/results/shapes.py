@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 _SHOWN, _VISIBLE = 0.1, 0.03
 #: Colours of the initial shape, of the shape at rest, and of forces.
 _THIN, _THICK, _LOAD = "#999999", "#0B62C4", "#C8102E"
+#: Colour of shapes without a colour of their own.
+_BODY = "#8fb4de"
 #: Modes of a figure.
 _MODES = 6
 _AXES = "xyz"
@@ -170,18 +172,30 @@ class _Lines:
         curved = {axis["name"] for axis in seen.scenery.get("axes", ())}
         for axis in seen.scenery.get("axes", ()):
             self.lines.append(stations(axis, seen.poses[axis["name"]], q)[..., 4:])
+        #: Parts of the shapes of the scene with their vertices in the world, (n, vertices, 3).
+        self.solids = [(part, self._placed(part)) for part in seen.scenery.get("shapes", ())]
+        shaped = {part["body"] for part, _ in self.solids}
         for body in seen.scenery["bodies"]:
-            if body["name"] not in of_beams | curved:
+            if body["name"] not in of_beams | curved | shaped:
                 self.lines += [
                     np.stack([self.at(body["name"], end) for end in (body["hub"], tie)], axis=1)
                     for tie in body["links"]
                 ]
-        if not self.lines:
+        if not self.lines and not self.solids:
             self.lines = [self.at(name, [0.0, 0.0, 0.0])[:, np.newaxis] for name in model.bodies]
         #: All corners of all lines, (n, points, 3).
-        self.places = np.concatenate(self.lines, axis=1)
+        self.places = np.concatenate([*self.lines, *(places for _, places in self.solids)], axis=1)
         first = self.places[0]
         self.size = float(np.max(np.ptp(first, axis=0), initial=0.0)) or 1.0
+
+    def _placed(self, part: Mapping[str, Any]) -> Array:
+        """Return the vertices of a part of a shape in the world, (n, vertices, 3)."""
+        vertices = np.array(part["vertices"])
+        pose = self.seen.poses.get(part["body"])
+        if pose is None or part["body"] == WORLD:
+            return np.tile(vertices, (self.count, 1, 1))
+        turned: Array = np.einsum("nij,kj->nki", numeric.rotation_matrix(pose[:, :4]), vertices)
+        return turned + pose[:, np.newaxis, 4:]
 
     def at(self, body: str, position: Sequence[float]) -> Array:
         """Return a place of a body in the world, (n, 3)."""
@@ -228,6 +242,9 @@ def _planes(lines: _Lines) -> list[tuple[int, int]]:
 
 
 def _draw(axis: Any, lines: _Lines, row: int, plane: Sequence[int], label: str = "", **style: Any) -> None:
+    along = 3 - sum(plane)
+    for part, places in sorted(lines.solids, key=lambda item: _nearness(item[1][row], along)):
+        _fill(axis, part, places[row], plane, thin=style["color"] == _THIN, alpha=style.get("alpha", 1.0))
     for number, line in enumerate(lines.lines):
         x, y = line[row][:, plane[0]], line[row][:, plane[1]]
         axis.plot(x, y, label=label if number == 0 else "", solid_capstyle="round", **style)
@@ -235,7 +252,30 @@ def _draw(axis: Any, lines: _Lines, row: int, plane: Sequence[int], label: str =
     axis.set_xlabel(f"{_AXES[plane[0]]}, m")
     axis.set_ylabel(f"{_AXES[plane[1]]}, m")
     axis.grid(True, color="#e5e5e5", linewidth=0.6)
+    axis.set_axisbelow(True)
     axis.margins(0.08)
+
+
+def _nearness(places: Array, along: int) -> float:
+    """Return the mean nearness of places to the viewer of a plane, who sees x to the right and z up from negative y."""
+    return float(np.mean(places[:, along])) * (-1.0 if along == 1 else 1.0)
+
+
+def _fill(axis: Any, part: Mapping[str, Any], places: Array, plane: Sequence[int], *, thin: bool, alpha: float) -> None:
+    """Draw a part of a shape, (vertices, 3), as seen along the normal of the plane, the nearest faces last."""
+    from matplotlib.collections import PolyCollection  # noqa: PLC0415  # with the first figure
+
+    along = 3 - sum(plane)
+    faces = sorted(part["faces"], key=lambda face: _nearness(places[face], along))
+    normals = [np.cross(places[face[1]] - places[face[0]], places[face[2]] - places[face[1]]) for face in faces]
+    facing = [abs(normal[along]) / (float(np.linalg.norm(normal)) or 1.0) for normal in normals]
+    rgb = np.array([int((part["color"] or _BODY)[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
+    colors = [_THIN if thin else tuple(rgb * (0.6 + 0.4 * light)) for light in facing]
+    opacity = (0.15 if thin else 1.0) * alpha * part["opacity"]
+    polygons = [places[face][:, list(plane)] for face in faces]
+    edges = "none" if opacity < 1.0 else "face"
+    axis.add_collection(PolyCollection(polygons, facecolors=colors, edgecolors=edges, linewidths=0.3, alpha=opacity))
+    axis.plot(*places[:, list(plane)].T, alpha=0.0, linewidth=0.0)  # so that the axes reach the shape
 
 
 def _supports(axis: Any, lines: _Lines, plane: Sequence[int]) -> None:

@@ -487,3 +487,22 @@ class SectionMethods:
         least_interval: Value | None = ...,
         description: str | None = ...,
     ) -> Self: ...
+    def shape(
+        self,
+        name: str,
+        type: str,
+        body: str,
+        *,
+        position: Sequence[Value] | None = ...,
+        rotation: Rotations | None = ...,
+        axis: Sequence[Value] | None = ...,
+        given_in: str | None = ...,
+        size: Sequence[Value] | None = ...,
+        radius: Value | None = ...,
+        length: Value | None = ...,
+        width: Value | None = ...,
+        file: str | None = ...,
+        scale: Value | None = ...,
+        color: str | None = ...,
+        opacity: float | None = ...,
+    ) -> Self: ...

@@ -29,7 +29,7 @@ from eomgen.scene.design_poses import DesignPlace, DesignPoses, FramePlacement, 
 from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints.model import Constraint, Joint, Reaction
-from eomgen.system.description import FixedFrame, Point, Requirement, Simulation
+from eomgen.system.description import FixedFrame, Point, Requirement, Shape, Simulation
 from eomgen.system.motions import Motion
 from eomgen.system.signals import Input, Output, Parameter, SampledController, State
 
@@ -208,7 +208,7 @@ def _vector(components: Sequence[Formula]) -> str:
 #: Default, in world axes, m/s^2.
 GRAVITY = (0.0, 0.0, -9.81)
 #: Fields that no equation follows from.
-_SAID = frozenset({"source", "notes", "metadata", "description"})
+_SAID = frozenset({"source", "notes", "metadata", "description", "shapes"})
 
 Element = TypeVar("Element", bound=ForceElement)
 
@@ -245,6 +245,7 @@ class Scene:
     parts : by section of a product, the objects of the entries
     modes : numbers that only events change, with values in the tunable parameters ``mode_...``
     events : roots of formulas that stop a run, are counted, or change the state, in order
+    shapes : solids and meshes of pictures, which are no part of the digest
     coordinates : ``joint``, or ``absolute``: every body is free and joints are constraints.
     groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. With ``SE3``, the
         default, a lower-pair joint to ground or to slow bodies holds exactly along a step. ``R3xSO3`` is for
@@ -284,6 +285,7 @@ class Scene:
     references: tuple[Reference, ...] = ()
     modes: tuple[str, ...] = ()
     events: tuple[Event, ...] = ()
+    shapes: tuple[Shape, ...] = ()
     coordinates: Literal["joint", "absolute"] = "joint"
     groups: Mapping[str, str] = field(default_factory=dict)
     simulation: Simulation = field(default_factory=Simulation)

@@ -8,6 +8,7 @@ from functools import cache
 
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.products import placed, rows_of
+from eomgen.scene.bodies.shapes import SHAPES
 from eomgen.scene.control.sections import CONTROLLERS, REFERENCES
 from eomgen.scene.events.sections import EVENTS, MODES
 from eomgen.scene.forces.register import ELEMENTS
@@ -39,6 +40,7 @@ _CORE: tuple[Section, ...] = (
     OUTPUTS,
     MODES,
     EVENTS,
+    SHAPES,
 )
 #: Sections of the core and of the installed products.
 OWN = placed(_CORE, rows_of(GROUP, Section), lambda row: row.key, lambda row: row.behind)

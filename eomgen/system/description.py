@@ -305,6 +305,34 @@ class Wheel:
 
 
 @dataclass(frozen=True)
+class Shape:
+    """A solid or a mesh of pictures, fixed in a body, in the base or in the world.
+
+    Attributes
+    ----------
+    kind : ``box``, ``cylinder``, ``sphere``, ``capsule``, ``wheel`` or ``mesh``
+    position : of the centre of the solid, or of the origin of the mesh, m, in the body; formulas of parameters
+    axes : (3, 3) own axes to body axes; z is the axis of symmetry
+    sizes : m, formulas of parameters: three sides; radius and length; radius; radius and width; metres per unit of
+        the vertices of a mesh
+    color : ``#rrggbb``; empty for the colour of the body
+    opacity : 1 for a shape that hides all behind it
+    vertices, faces : of a mesh, counterclockwise from outside
+    """
+
+    name: str
+    body: str
+    kind: str
+    position: Vector
+    axes: tuple[tuple[float, ...], ...]
+    sizes: tuple[Formula, ...]
+    color: str = ""
+    opacity: float = 1.0
+    vertices: tuple[tuple[float, ...], ...] = ()
+    faces: tuple[tuple[int, ...], ...] = ()
+
+
+@dataclass(frozen=True)
 class Drawing:
     """Geometry of pictures and animations. Solids come in the order of the poses."""
 
@@ -314,6 +342,7 @@ class Drawing:
     lines: tuple[Line, ...] = ()
     links: tuple[Link, ...] = ()
     wheels: tuple[Wheel, ...] = ()
+    shapes: tuple[Shape, ...] = ()
 
 
 @dataclass(frozen=True)

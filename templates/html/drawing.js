@@ -144,16 +144,7 @@ function draw() {
       const flat = world.map((vertex) => camera.project(vertex));
       if (shown.shadows && shown.ground && seen === 1) castShadow(world, body.mesh.sides);
       if (shown.glass) addGlass(add, body, world, flat, seen);
-      else body.mesh.faces.forEach((face, number) => {
-        if (face.some((k) => flat[k][2] < camera.near)) return;
-        const normal = unit(cross(minus(world[face[1]], world[face[0]]), minus(world[face[2]], world[face[1]])));
-        const middle = between(world[face[0]], world[face[face.length >> 1]], 0.5);
-        if (dot(normal, minus(middle, camera.eye)) >= 0) return;
-        const colour = shaded(body.colour, 0.62 + 0.5 * Math.max(0, dot(normal, lightOf)));
-        const smooth = number < body.mesh.smooth;
-        const edge = css(smooth ? colour : shaded(colour, 0.8), seen);
-        add(norm(minus(middle, camera.eye)), () => polygon(face.map((k) => flat[k]), css(colour, seen), edge));
-      });
+      else addFaces(add, body.mesh, world, flat, body.colour, seen, lightOf);
     }
     if (body.ball && shown.solids) {
       const centre = placed(here, body.solid.center);
@@ -171,11 +162,19 @@ function draw() {
       const length = Math.max(4 * body.solid.size[0], 2 * small);
       body.axis.filter((_, k) => k % body.pieces_of_element === 0).forEach((carrier) => addSection(add, body, pose(carrier), length));
     }
-    if (shown.names && (body.mesh || body.ball || body.links.length)) {
+    if (shown.names && (body.shaped || body.mesh || body.ball || body.links.length)) {
       const [x, y, depth] = camera.project(middleOf(body, pose));
       if (depth > camera.near) things.push({ depth: 0, paint: () => label(body.name, [x + 6, y - 6]) });
     }
   });
+
+  for (const shape of shown.solids ? shapes : []) {
+    const seen = shape.opacity * faded(shape.body);
+    const world = shape.vertices.map((vertex) => placed(pose(shape.carrier), vertex));
+    const flat = world.map((vertex) => camera.project(vertex));
+    if (shown.shadows && shown.ground && shape.carrier >= 0 && faded(shape.body) === 1) castShadow(world);
+    addFaces(add, shape, world, flat, shape.rgb, seen, lightOf);
+  }
 
   for (const joint of scene.joints) {
     if (!shown.joints || joint.type === "free" || joint.type === "fixed") continue;
@@ -245,6 +244,24 @@ function draw() {
   for (const thing of things) thing.paint();
   drawScale();
   reportView();
+}
+
+/** The faces of a mesh that look at the camera; of one that is open all of them. */
+function addFaces(add, mesh, world, flat, rgb, alpha, lightOf) {
+  mesh.faces.forEach((face, number) => {
+    if (face.some((k) => flat[k][2] < camera.near)) return;
+    const middle = times(1 / face.length, face.reduce((sum, k) => plus(sum, world[k]), [0, 0, 0]));
+    let normal = unit(cross(minus(world[face[1]], world[face[0]]), minus(world[face[2]], world[face[1]])));
+    if (dot(normal, minus(middle, camera.eye)) >= 0) {
+      if (mesh.closed !== false) return;
+      normal = times(-1, normal);
+    }
+    const colour = shaded(rgb, 0.62 + 0.5 * Math.max(0, dot(normal, lightOf)));
+    const smooth = mesh.smooth === undefined || number < mesh.smooth;
+    // the stroke of a smooth face closes the gap to its neighbour, and would show twice through a translucent one
+    const edge = smooth && alpha < 1 ? null : css(smooth ? colour : shaded(colour, 0.8), alpha);
+    add(norm(minus(middle, camera.eye)), () => polygon(face.map((k) => flat[k]), css(colour, alpha), edge));
+  });
 }
 
 /** A solid as its outline and its edges around a light filling, so that parts inside or behind it stay in sight. */

@@ -118,7 +118,7 @@ function fillPage() {
     byId("warning").textContent = `This run did not reach its end: ${scene.message}`;
   }
   bodies.forEach((body, index) => {
-    if (body.mesh || body.ball) entry("bodies", [swatch(css(body.colour, 1), ""), worded(body.name)], index);
+    if (body.mesh || body.ball || body.shaped) entry("bodies", [swatch(css(body.colour, 1), ""), worded(body.name)], index);
   });
   for (const point of scene.points) {
     const colour = point.body < 0 ? style.steel : css(bodies[point.body].colour, 1);

@@ -52,7 +52,17 @@ function frameAt(time) {
 const up = norm(scene.gravity) > 0 ? unit(times(-1, scene.gravity)) : [0, 0, 1];
 const camera = new Camera(up);
 const massive = scene.bodies.filter((body) => body.solid.kind !== "none");
-const bodies = scene.bodies.map((body) => ({ ...body, colour: colourOf(body), reach: reachOf(body) }));
+const shapedBodies = new Set(scene.shapes.map((shape) => shape.body));
+const bodies = scene.bodies.map((body, index) => {
+  const shaped = !body.axis && shapedBodies.has(index); // a beam is drawn with its shapes: it bends
+  const colour = scene.shapes.find((shape) => shaped && shape.body === index && shape.own)?.color;
+  return { ...body, shaped, colour: colour ? rgbOf(colour) : colourOf(body), reach: shaped ? [] : reachOf(body) };
+});
+const shapes = scene.shapes.map((shape) => ({
+  ...shape,
+  rgb: shape.color ? rgbOf(shape.color) : shape.body < 0 ? rgbOf("#8a94a3") : bodies[shape.body].colour,
+  corners: cornersAmong(shape.vertices),
+}));
 
 /** Places that the picture of a body reaches, each in a carrier: corners around its solid, and the ends of its links. */
 function reachOf(body) {
@@ -65,6 +75,12 @@ function cornersAround({ solid: { kind, size, center, axes }, links }) {
   const [width, depth, height] = kind === "box" ? size : [2 * size[0], 2 * size[0], kind === "sphere" ? 2 * size[0] : size[1]];
   const corner = ([a, b, c]) => plus(center, plus(times(a, axes[0]), plus(times(b, axes[1]), times(c, axes[2]))));
   return [...cornersOf([width, depth, height]).map(corner), ...links];
+}
+
+/** The corners of the box around places. */
+function cornersAmong(places) {
+  const [low, high] = [Math.min, Math.max].map((pick) => [0, 1, 2].map((k) => places.reduce((value, place) => pick(value, place[k]), places[0][k])));
+  return cornersOf(minus(high, low)).map((corner) => plus(between(low, high, 0.5), corner));
 }
 
 /** Whether a solid hides a place of its body. */
@@ -93,6 +109,7 @@ const bounds = (() => {
       }
     };
     for (const body of bodies) for (const { carrier, position } of body.reach) take(carrier, position);
+    for (const shape of shapes) if (shape.carrier >= 0) for (const corner of shape.corners) take(shape.carrier, corner);
     for (const point of scene.points) if (point.drawn) take(point.carrier, point.position);
     for (const { center, radius } of scene.tyres) {
       for (const turn of SIGNS) for (const k of [0, 1, 2]) take(center.carrier, plus(center.position, times(2 * turn * radius, REST.R[k])));
@@ -122,11 +139,22 @@ if (!following) {
     }
   }
 }
+if (!following) {
+  for (const corner of shapes.filter((shape) => shape.carrier < 0).flatMap((shape) => shape.corners)) {
+    bounds.cloud.push(corner);
+    bounds.low = bounds.low.map((value, k) => Math.min(value, corner[k]));
+    bounds.high = bounds.high.map((value, k) => Math.max(value, corner[k]));
+  }
+}
 const unitSize = following ? bounds.spread : norm(minus(bounds.high, bounds.low)) || 1;
 const small = unitSize * 0.012;
 for (const body of bodies) {
   const { kind, size, center, axes } = body.solid;
   const sides = bodies.length > 60 ? 10 : 28;
+  if (body.shaped) {
+    [body.mesh, body.pieces, body.ball] = [null, [], 0];
+    continue;
+  }
   body.mesh = kind === "box" || kind === "cylinder" ? meshOf(kind, size, center, axes, sides) : null;
   if (body.outline) body.mesh = tubeOf(body.axis.length, body.outline.map(([y, z]) => [0, y, z]));
   else if (body.axis) body.mesh = tubeOf(body.axis.length, sectionOf(size[0], Math.min(sides, size[0] < 0.05 * size[1] ? 14 : 28)));

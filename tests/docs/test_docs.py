@@ -113,7 +113,7 @@ def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: 
     for section, entries in piece.items():
         data[section] = {**data.get(section, {}), **entries} if section in (*SECTIONS, "include", "repeat") else entries
     made = from_data(data, file=f"{block.page}:{block.line}")
-    assert made.content != load_toml(EXAMPLE).content
+    assert made.content != load_toml(EXAMPLE).content or made.shapes  # of pictures alone
     system = derive(made)
     assert system.counts["mass"].statements > 0 or made.coordinates == "absolute"
 

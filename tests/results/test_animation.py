@@ -303,3 +303,24 @@ def test_mistakes_are_named(
     assert main(["animate", *(word.format(npz=npz, dir=tmp_path) for word in words)]) == code
     error = capsys.readouterr().err
     assert text in error and error.count("\n") == 1
+
+
+# -- shapes ------------------------------------------------------------------------------------------------------------
+
+
+def test_shapes_stand_on_the_page_at_their_bodies_with_their_colours() -> None:
+    builder = eomgen.SceneBuilder("cart")
+    builder.body("hull", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("drive", "prismatic", "base", "hull", axis=[1, 0, 0], initial={"velocity": 1.0})
+    builder.shape("cabin", "box", "hull", size=[0.4, 0.2, 0.1], position=[0, 0, 0.3], color="#0f0", opacity=0.5)
+    builder.shape("wall", "sphere", "world", radius=0.2)
+    data = data_of(animation_page(eomgen.build(builder.build(), profile="quick").simulate(0.1, 1e-2, method="rk4")))
+    cabin, wall = data["shapes"]
+    assert [cabin["carrier"], cabin["body"], wall["carrier"], wall["body"]] == [0, 0, -1, -1]
+    assert [cabin["color"], cabin["opacity"], wall["color"]] == ["#00ff00", 0.5, ""]
+    corners = np.array(cabin["vertices"])
+    np.testing.assert_allclose([corners.min(0), corners.max(0)], [[-0.2, -0.1, 0.25], [0.2, 0.1, 0.35]], atol=1e-9)
+
+
+def test_a_scene_without_shapes_has_none_on_its_page() -> None:
+    assert data_of(animation_page(pendulum().simulate(0.1, 1e-2)))["shapes"] == []

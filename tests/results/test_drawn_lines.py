@@ -442,6 +442,7 @@ class Machine:
         places[:, :, 2] = 0.05 * x + q[:, :1] * x**2
         places[:, :, 1] = q[:, 1:2] * x
         self.lines, self.places, self.size = [places], places, 2.0
+        self.solids: list[Any] = []
 
     def supports(self) -> np.ndarray:
         return np.array([[[0.0, 0.0, 0.0], [2.0, 0.5, 1.0]]])

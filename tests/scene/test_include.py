@@ -783,6 +783,7 @@ _PLAIN = {
     "method",
     "energy",
     "file",
+    "color",
     "x",
     "y",
     "function",

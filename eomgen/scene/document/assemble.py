@@ -69,7 +69,7 @@ def content(document: Document) -> bytes:
     for row in document.rows:
         if not row.single:
             data[row.key] = [[name, entry] for name, entry in data.get(row.key, {}).items()]
-            if not data[row.key] and not row.always:
+            if row.drawn or (not data[row.key] and not row.always):
                 del data[row.key]
     if not data["task_frames"]:
         del data["task_frames"]

@@ -170,7 +170,14 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("nu", "poisson"), ("poisson_ratio",)),
     **dict.fromkeys(("G",), ("shear_modulus",)),
     **dict.fromkeys(("EI", "EA", "GJ", "GA"), ("stiffness", "section")),
+    # shapes
+    **dict.fromkeys(("height",), ("length",)),
+    **dict.fromkeys(("dimensions", "extents", "sides"), ("size",)),
+    **dict.fromkeys(("filename", "path", "mesh", "stl"), ("file",)),
+    **dict.fromkeys(("colour", "rgb", "rgba", "material"), ("color",)),
+    **dict.fromkeys(("alpha", "transparency"), ("opacity",)),
     # sections
+    **dict.fromkeys(("visuals", "visual", "geometry", "meshes"), ("shapes",)),
     **dict.fromkeys(("loops", "loop", "closures", "equality"), ("constraints",)),
     **dict.fromkeys(("links", "link", "masses"), ("bodies",)),
     **dict.fromkeys(("motors", "actuators", "torques"), ("efforts",)),
@@ -219,6 +226,8 @@ def _concept_meant(name: str, keys: Collection[str]) -> str:
         integral = "its second integral" if name == "acceleration" else "its integral"
         place = "rotation" if name.startswith("angular") else "position"
         return f"{place} alone, from which rates follow: a formula of t, or a curve through {integral}"
+    if name in ("diameter", "d") and "radius" in keys and "diameter" not in keys:
+        return "radius, half of the diameter"
     if "stiffness_damping" in keys and name in ("mass_damping", "alpha", "rayleigh"):
         return "stiffness_damping in s, D = this times K; none goes with the mass: a load -c * velocity.here does it"
     if "stiffness_damping" in keys and name in ("damping_ratio", "modal_damping", "zeta"):

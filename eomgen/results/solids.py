@@ -1,0 +1,136 @@
+"""Surfaces of solids in pictures: vertices and faces of boxes, round solids and wheels, in the frame of the solid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.system.description import Shape
+
+#: Edges of a round solid around its axis, of a hemisphere along it, and pieces of the longest side of a box: pictures
+#: sort faces by distance, so none may be long.
+_AROUND, _ALONG, _PIECES = 30, 7, 6
+#: Profile of a wheel: axial place by half of the width, and radius by the radius; both ends are at the rim.
+_TYRE = ((-0.85, 0.66), (-1.0, 0.8), (-0.9, 0.93), (-0.55, 1.0), (0.55, 1.0), (0.9, 0.93), (1.0, 0.8), (0.85, 0.66))
+_RUBBER, _RIM = "#33383f", "#c3cad3"
+#: Sectors of a rim, and sectors of them that are spokes.
+_SECTOR, _SPOKE = 6, 2
+
+Faces = list[list[int]]
+
+
+class Part(NamedTuple):
+    """Part of a solid in one colour: vertices (n, 3), faces, counterclockwise from outside, and ``#rrggbb``, empty
+    for the colour of the solid."""
+
+    vertices: Array
+    faces: Faces
+    color: str = ""
+
+
+def parts_of(kind: str, sizes: Sequence[float]) -> list[Part]:
+    """Return the surfaces of a solid; ``kind`` and ``sizes`` as of ``Shape``, z the axis of symmetry."""
+    if kind == "box":
+        return [Part(*_box(sizes))]
+    if kind == "wheel":
+        return list(_wheel(*sizes))
+    radius, length = (sizes[0], sizes[1] if len(sizes) > 1 else 0.0)
+    if kind == "cylinder":
+        pieces = max(1, min(_PIECES, round(length / radius)))
+        walls = [(-length / 2 + length * k / pieces, radius) for k in range(pieces + 1)]
+        return [Part(*_revolved([(-length / 2, 0.0), *walls, (length / 2, 0.0)]))]
+    angles = np.linspace(0.0, 0.5 * np.pi, _ALONG + 1)
+    half = [(length / 2 + radius * np.sin(angle), radius * np.cos(angle)) for angle in angles]
+    whole = [(-place, across) for place, across in reversed(half)] + half[0 if length else 1 :]
+    return [Part(*_revolved(whole))]
+
+
+def _box(size: Sequence[float]) -> tuple[Array, Faces]:
+    """Return a box whose sides are cut into pieces of about equal lengths."""
+    pieces = [max(1, round(_PIECES * side / max(size))) for side in size]
+    vertices: list[list[float]] = []
+    faces: Faces = []
+    for normal, sign in product(range(3), (-1.0, 1.0)):
+        first, second = (normal + 1) % 3, (normal + 2) % 3
+        start, rows = len(vertices), pieces[second] + 1
+        for i, j in product(range(pieces[first] + 1), range(rows)):
+            corner = [0.0, 0.0, 0.0]
+            corner[normal] = 0.5 * sign * size[normal]
+            corner[first] = size[first] * (i / pieces[first] - 0.5)
+            corner[second] = size[second] * (j / pieces[second] - 0.5)
+            vertices.append(corner)
+        for i, j in product(range(pieces[first]), range(pieces[second])):
+            here = start + i * rows + j
+            face = [here, here + rows, here + rows + 1, here + 1]
+            faces.append(face if sign > 0.0 else face[::-1])
+    return np.array(vertices), faces
+
+
+def _revolved(profile: Sequence[tuple[float, float]]) -> tuple[Array, Faces]:
+    """Return the surface of a profile, places along z and radii, turned about z."""
+    angles = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
+    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    vertices = np.concatenate([np.column_stack([r * ring, np.full(_AROUND, z)]) for z, r in profile])
+    faces: Faces = []
+    for row in range(len(profile) - 1):
+        (_, below), (_, above) = profile[row], profile[row + 1]
+        for k in range(_AROUND):
+            here, beside = row * _AROUND + k, row * _AROUND + (k + 1) % _AROUND
+            face = [here, beside, beside + _AROUND, here + _AROUND]
+            if below == 0.0:  # a point of the axis
+                face = [here, beside + _AROUND, here + _AROUND]
+            elif above == 0.0:
+                face = [here, beside, here + _AROUND]
+            faces.append(face)
+    return vertices, faces
+
+
+def _wheel(radius: float, width: float) -> Iterator[Part]:
+    """Yield the tyre, the spokes in the colour of the wheel, and the rim between the spokes, which show its spin."""
+    yield Part(*_revolved([(0.5 * width * z, radius * r) for z, r in _TYRE]), _RUBBER)
+    (edge, rim), inner = _TYRE[-1], 0.5 * width * 0.6
+    vertices, faces = _revolved(
+        [(-inner, 0.0), (-0.5 * width * edge, radius * rim), (0.5 * width * edge, radius * rim), (inner, 0.0)]
+    )
+    sides = [face for face in faces if len(face) == 3]
+    spokes = [face for number, face in enumerate(sides) if number % _SECTOR < _SPOKE]
+    yield Part(vertices, spokes)
+    yield Part(vertices, [face for face in sides if face not in spokes], _RIM)
+
+
+def drawn_shape(shape: Shape, sizes: Sequence[float], position: Sequence[float]) -> list[dict[str, Any]]:
+    """Return the parts of a shape as JSON types, with vertices in the frame of the body, m."""
+    if shape.kind == "mesh":
+        parts = [Part(sizes[0] * np.array(shape.vertices), [list(face) for face in shape.faces])]
+    else:
+        parts = parts_of(shape.kind, sizes)
+    return [
+        {
+            "name": shape.name,
+            "body": shape.body,
+            "origin": list(position),
+            "color": part.color or shape.color,
+            "own": not part.color,
+            "opacity": shape.opacity,
+            "vertices": _rounded(np.array(position) + part.vertices @ np.array(shape.axes).T),
+            "faces": part.faces,
+            "closed": shape.kind != "mesh" or _is_closed(part.faces),
+        }
+        for part in parts
+    ]
+
+
+def _rounded(vertices: Array) -> list[list[float]]:
+    size = float(np.max(np.abs(vertices), initial=0.0)) or 1.0
+    rounded: list[list[float]] = np.round(vertices, 6 - int(np.floor(np.log10(size)))).tolist()
+    return rounded
+
+
+def _is_closed(faces: Faces) -> bool:
+    """Return whether each edge joins two faces that turn opposite ways around it: then no back of a face is seen."""
+    edges = {(face[k - 1], face[k]) for face in faces for k in range(len(face))}
+    return len(edges) == sum(map(len, faces)) and all((b, a) in edges for a, b in edges)

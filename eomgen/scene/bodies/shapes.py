@@ -1,0 +1,239 @@
+"""The section of shapes: solids and meshes by which pictures show bodies, the base and the world, without a part in the
+equations."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from eomgen.base.data import replace
+from eomgen.base.messages import key_of, nearest, shown
+from eomgen.formula.nodes import Formula
+from eomgen.scene.bodies.mesh_files import MeshError, read_mesh
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, optional
+from eomgen.scene.reading.kinds import Finite, Rotations, Triple, Value
+from eomgen.scene.reading.report import check_reference
+from eomgen.scene.reading.requirements import above_zero
+from eomgen.scene.reading.values import Values, read_orientation, read_placement
+from eomgen.scene.rotations import frame_about, rows
+from eomgen.scene.section import Reading, Section
+from eomgen.system.description import BASE, WORLD, Shape
+
+#: Sizes that each type needs, and the axis of symmetry in the frame of the shape.
+_SIZES: Mapping[str, tuple[str, ...]] = {
+    "box": ("size",),
+    "cylinder": ("radius", "length"),
+    "sphere": ("radius",),
+    "capsule": ("radius", "length"),
+    "wheel": ("radius", "width"),
+    "mesh": ("file",),
+}
+_AXES = {"cylinder": (0.0, 0.0, 1.0), "capsule": (0.0, 0.0, 1.0), "wheel": (0.0, 1.0, 0.0)}
+_EXAMPLES = {"size": "[0.4, 0.2, 0.1]", "radius": "0.1", "length": "0.5", "width": "0.2", "file": '"part.stl"'}
+#: Colours by name.
+COLORS = {
+    "black": "#1b1f24", "white": "#f5f5f5", "grey": "#8a94a3", "gray": "#8a94a3", "silver": "#c3cad3",
+    "red": "#d62728", "orange": "#ef8b2c", "yellow": "#f2c744", "gold": "#c99a1d", "brown": "#8c5a3c",
+    "green": "#2f9e57", "olive": "#8a8f3c", "teal": "#1f8f86", "cyan": "#24a4b5", "blue": "#3f7fdb",
+    "navy": "#22407a", "purple": "#8d70d8", "magenta": "#c8479a", "pink": "#e79ab8", "beige": "#dccfae",
+}  # fmt: skip  # a table
+_HEXADECIMAL = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})")
+_ORIGIN = (0.0, 0.0, 0.0)
+_OF_TYPE = "required for {}"
+
+
+class DrawnShape(Table):
+    """A solid or a mesh by which pictures show a body, the base or the world; the equations do not know it."""
+
+    type: Literal["box", "cylinder", "sphere", "capsule", "wheel", "mesh"] = key("which solid")
+    body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
+    position: Triple = key(
+        "of the centre of the solid, or of the origin of the mesh, in the body's frame",
+        _ORIGIN,
+        unit="m",
+        names=PARAMETERS,
+    )
+    rotation: Rotations | None = optional("its axes in the body; intrinsic rotations in order", shown_default="`[]`")
+    axis: Triple | None = of_fixed_parameters(
+        "axis of symmetry of a cylinder, a capsule or a wheel, in the body's axes, in place of `rotation`",
+        shown_default="`[0, 0, 1]`, of a wheel `[0, 1, 0]`",
+    )
+    given_in: str | None = given_in(
+        "frame in which position and axes are given, at the [design position](#design-position)"
+    )
+    size: Triple | None = optional(
+        "sides of a box along its axes", unit="m", names=PARAMETERS, shown_default=_OF_TYPE.format("a box")
+    )
+    radius: Value | None = optional(
+        "of a cylinder, a sphere, a capsule or a wheel",
+        unit="m",
+        names=PARAMETERS,
+        shown_default=_OF_TYPE.format("round types"),
+    )
+    length: Value | None = optional(
+        "of a cylinder, of a capsule without its ends",
+        unit="m",
+        names=PARAMETERS,
+        shown_default=_OF_TYPE.format("a cylinder and a capsule"),
+    )
+    width: Value | None = optional("of a wheel", unit="m", names=PARAMETERS, shown_default=_OF_TYPE.format("a wheel"))
+    file: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
+        "path of an STL file (binary or text) or an OBJ file, from the folder of the scene file",
+        kind="text",
+        path=True,
+        shown_default=_OF_TYPE.format("a mesh"),
+    )
+    scale: Value = key(
+        'length of one unit in the file of the mesh; `"1 mm"` for millimetres', 1.0, unit="m", names=PARAMETERS
+    )
+    color: str = key(
+        "`#rrggbb`, or one of " + ", ".join(COLORS), "", kind="text", shown_default="the colour of the body"
+    )
+    opacity: Finite = key("1 hides the parts behind it", 1.0)
+
+
+class _Reader:
+    """Reads one shape; faults go to the report of ``values``."""
+
+    def __init__(self, name: str, entry: DrawnShape, values: Values, reading: Reading) -> None:
+        self.name, self.entry, self.values, self.reading = name, entry, values, reading
+        self.key, self.report = key_of("shapes", name), values.report
+
+    def shape(self) -> Shape | None:
+        """Return the shape; None for a reported fault of its axes or its mesh."""
+        entry, values = self.entry, self.values
+        bodies = [BASE, WORLD, *self.reading.bodies]
+        known = check_reference(f"{self.key}.body", entry.body, bodies, "body", self.report)
+        self._check_keys()
+        position = values.vector(f"{self.key}.position", entry.position, PARAMETERS)
+        axes = self._axes()
+        if axes is None:
+            return None
+        if known:
+            positioned = "position" in entry.model_fields_set
+            position, axes = read_placement(self.key, entry.given_in, positioned, entry.body, position, axes, values)
+        sizes = self._sizes()
+        shape = Shape(self.name, entry.body, entry.type, position, axes, sizes, self._color(), self._opacity())
+        return self._meshed(shape) if entry.type == "mesh" and entry.file is not None else shape
+
+    def _check_keys(self) -> None:
+        """Report missing sizes, and sizes of other types."""
+        entry, needed = self.entry, _SIZES[self.entry.type]
+        given = [name for name in _EXAMPLES if getattr(entry, name) is not None]
+        for name in needed:
+            if name not in given:
+                place = next((f"{self.key}.{other}" for other in given if other not in needed), self.key)
+                hint = ", ".join(f"{name} = {_EXAMPLES[name]}" for name in needed)
+                self.report.add(place, f"a {entry.type} needs {' and '.join(needed)}, and {name} is missing", hint)
+                return
+        for name in given:
+            if name not in needed:
+                fault = f"a {entry.type} has no {name}: it has {' and '.join(needed)}"
+                self.report.add(f"{self.key}.{name}", fault, f"no {name}, or another type")
+        if entry.type != "mesh" and "scale" in entry.model_fields_set:
+            self.report.add(f"{self.key}.scale", f"scale is for meshes, and this is a {entry.type}", "no scale")
+
+    def _axes(self) -> tuple[tuple[float, float, float], ...] | None:
+        """Return the axes of the shape in the frame that the entry is given in; z is the axis of symmetry."""
+        entry, symmetry = self.entry, _AXES.get(self.entry.type)
+        turned = read_orientation(self.key, entry.rotation, None, self.values)
+        if entry.axis is None and symmetry is None:
+            return turned
+        if entry.axis is not None and symmetry is None:
+            fault = f"a {entry.type} has no axis of symmetry"
+            self.report.add(f"{self.key}.axis", fault, "rotation = [{ axis = [0, 0, 1], angle = 0.5 }]")
+            return None
+        if entry.axis is not None and entry.rotation is not None:
+            self.report.add(f"{self.key}.axis", "axis and rotation are both given", "one of them")
+            return None
+        axis = np.array(symmetry) if entry.axis is None else self.values.axis(f"{self.key}.axis", entry.axis)
+        return None if axis is None else rows(np.array(turned) @ frame_about(axis))
+
+    def _sizes(self) -> tuple[Formula, ...]:
+        """Return the sizes of the type, m, formulas of parameters; for a mesh the scale."""
+        entry, values = self.entry, self.values
+        if entry.type == "mesh":
+            return (values.formula(f"{self.key}.scale", entry.scale, PARAMETERS),)
+        result: list[Formula] = []
+        for name in _SIZES[entry.type]:
+            value = getattr(entry, name)
+            if name == "size" and value is not None:
+                result += values.vector(f"{self.key}.size", value, PARAMETERS)
+            elif value is not None:
+                result.append(values.formula(f"{self.key}.{name}", value, PARAMETERS))
+        return tuple(result)
+
+    def _color(self) -> str:
+        """Return ``#rrggbb``; empty for the colour of the body."""
+        written = self.entry.color.strip()
+        if not written or written.lower() in COLORS:
+            return COLORS.get(written.lower(), "")
+        if _HEXADECIMAL.fullmatch(written):
+            digits = written[1:].lower()
+            return "#" + (digits if len(digits) == 6 else "".join(2 * digit for digit in digits))
+        hint = '"#3f7fdb"' if written.startswith("#") else f'{nearest(written.lower(), COLORS)}, or "#3f7fdb"'
+        self.report.add(f"{self.key}.color", f"{shown(written)} is no colour that is known", hint)
+        return ""
+
+    def _opacity(self) -> float:
+        opacity = self.entry.opacity
+        if 0.0 < opacity <= 1.0:
+            return opacity
+        hint = f"{opacity / 100.0:.6g}" if 1.0 < opacity <= 100.0 else "1, or a part of 1 to see through it"
+        self.report.add(f"{self.key}.opacity", f"the opacity is {opacity:.6g}, not above 0 and up to 1", hint)
+        return 1.0
+
+    def _meshed(self, shape: Shape) -> Shape | None:
+        try:
+            vertices, faces = read_mesh(self.reading.folder / str(self.entry.file))
+        except MeshError as error:
+            problem = replace(error.problem, where=f"{error.problem.where} ({self.key}.file)")
+            self.report.add_problem(f"{self.key}.file", problem)
+            return None
+        return replace(shape, vertices=vertices, faces=faces)
+
+
+class _Shapes(Section):
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        """Return the shapes; rules for sizes stay out of the scene's requirements, since no run depends on them."""
+        values = reading.reader()
+        values.design = reading.values.design
+        entries: Mapping[str, DrawnShape] = reading.document.section(self.key)
+        read = {name: _Reader(name, entry, values, reading).shape() for name, entry in entries.items()}
+        reading.values.mentioned |= values.mentioned
+        reading.values.note(values.notes)
+        return {name: self._attached(shape, reading) for name, shape in read.items() if shape is not None}
+
+    def _attached(self, shape: Shape, reading: Reading) -> Shape:
+        """Return a shape on a geometrically exact beam on the nearest node; a shape makes no nodes."""
+        place = key_of(self.key, shape.name, "position")
+        body, position = reading.attach(place, shape.body, shape.position)
+        return replace(shape, body=body, position=position)
+
+
+SHAPES = _Shapes(
+    key="shapes",
+    entry=DrawnShape,
+    scene_field="shapes",
+    after=("frames",),
+    drawn=True,
+    positional=("type", "body"),
+    bounds={
+        "position": None,
+        "size": above_zero("a side of a box"),
+        "radius": above_zero("the radius of a shape"),
+        "length": above_zero("the length of a shape"),
+        "width": above_zero("the width of a wheel"),
+        "scale": above_zero("the scale of a mesh"),
+    },
+    documentation="""
+    Add a solid or a mesh by which pictures show a body, the base or the world; equations do not depend on it.
+
+    Types and their sizes: box (``size``, three sides), cylinder and capsule (``radius``, ``length``), sphere
+    (``radius``), wheel (``radius``, ``width``), mesh (``file``, STL or OBJ, with ``scale``).""",
+)

@@ -1,0 +1,369 @@
+"""Shapes of pictures: the section with its mistakes, meshes of files, and models that do not depend on them."""
+
+from __future__ import annotations
+
+import re
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.mechanics.describe import describe
+from eomgen.results.scenery import scenery
+from eomgen.results.solids import parts_of
+from eomgen.scene.bodies.mesh_files import MOST, read_mesh
+
+CART = """format = 1
+name = "cart"
+[parameters]
+side = { value = 0.4, tunable = true }
+[bodies.hull]
+mass = 1
+inertia = [1, 1, 1]
+[joints.drive]
+type = "prismatic"
+parent = "base"
+child = "hull"
+axis = [1, 0, 0]
+[shapes.part]
+"""
+BALL = 'type = "sphere"\nbody = "hull"\nradius = 1\n'
+BOX = 'type = "box"\nbody = "hull"\nsize = [1, 1, 1]\n'
+WHEEL = 'type = "wheel"\nbody = "hull"\nradius = 1\nwidth = 0.2\n'
+MESH = 'type = "mesh"\nbody = "hull"\nfile = "{}"\n'
+CORNERS = np.array([[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 4]], dtype=float)
+FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+
+
+def binary(corners: np.ndarray, promised: int | None = None) -> bytes:
+    triangles = corners.reshape(-1, 9).astype("<f4")
+    count = len(triangles) if promised is None else promised
+    body = b"".join(struct.pack("<12fH", 0, 0, 0, *row, 0) for row in triangles.tolist())
+    return b"solid of a program".ljust(80) + struct.pack("<I", count) + body
+
+
+def text_of(corners: np.ndarray) -> bytes:
+    lines = [f"  vertex {x} {y} {z}" for x, y, z in corners.reshape(-1, 3).tolist()]
+    return "\n".join(["solid part", *lines, "endsolid part"]).encode()
+
+
+def refused(tmp_path: Path, text: str) -> str:
+    (tmp_path / "cart.toml").write_text(CART + text, encoding="utf-8")
+    with pytest.raises(eomgen.DescriptionError) as caught:
+        eomgen.load(tmp_path / "cart.toml")
+    (problem,) = caught.value.problems
+    return str(problem).replace(str(tmp_path), "FOLDER")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            BALL.replace("sphere", "cube"),
+            "cart.toml:14 (shapes.part.type): 'cube' is not known here; try: one of box, cylinder, sphere, capsule,"
+            " wheel or mesh",
+        ),
+        (
+            'type = "sphere"\nradius = 1\n',
+            "cart.toml:13 (shapes.part.body): the key body is missing; try: body = ...",
+        ),
+        (BALL.replace("hull", "hul"), "cart.toml:15 (shapes.part.body): there is no body 'hul'; try: hull"),
+        (
+            'type = "box"\nbody = "hull"\n',
+            "cart.toml:13 (shapes.part): a box needs size, and size is missing; try: size = [0.4, 0.2, 0.1]",
+        ),
+        (
+            BOX.replace("size = [1, 1, 1]", "length = 1"),
+            "cart.toml:16 (shapes.part.length): a box needs size, and size is missing; try: size = [0.4, 0.2, 0.1]",
+        ),
+        (
+            WHEEL.replace("width = 0.2\n", ""),
+            "cart.toml:13 (shapes.part): a wheel needs radius and width, and width is missing; try: radius = 0.1, width"
+            " = 0.2",
+        ),
+        (
+            BALL + "size = [1, 1, 1]",
+            "cart.toml:17 (shapes.part.size): a sphere has no size: it has radius; try: no size, or another type",
+        ),
+        (
+            BOX.replace("[1, 1, 1]", "[1, 1]"),
+            "cart.toml:16 (shapes.part.size): a list of 3 entries is needed here, not 2",
+        ),
+        (
+            BOX.replace("[1, 1, 1]", "[1, 0, 1]"),
+            "cart.toml:16 (shapes.part.size[1]): a side of a box is 0; try: a number above 0",
+        ),
+        (
+            BALL.replace("= 1\n", '= "-0.1 * side"\n'),
+            "cart.toml:16 (shapes.part.radius): the radius of a shape is -0.04; try: a number above 0",
+        ),
+        (
+            BALL.replace("= 1\n", '= "1 kg"\n'),
+            "cart.toml:16 (shapes.part.radius): '1 kg' is a mass, a length in m is expected; try: \"1 m\"",
+        ),
+        (
+            BALL.replace("= 1\n", '= "q.drive"\n'),
+            "cart.toml:16 (shapes.part.radius): q.drive cannot be used here (column 1); try: parameters only",
+        ),
+        (
+            BALL + "diameter = 2",
+            "cart.toml:17 (shapes.part.diameter): the key 'diameter' is unknown here; try: radius, half of the"
+            " diameter",
+        ),
+        (
+            BALL + 'color = "gren"',
+            "cart.toml:17 (shapes.part.color): 'gren' is no colour that is known; try: green or grey, or \"#3f7fdb\"",
+        ),
+        (
+            BALL + 'color = "#12"',
+            "cart.toml:17 (shapes.part.color): '#12' is no colour that is known; try: \"#3f7fdb\"",
+        ),
+        (
+            BALL + "rgba = [1, 0, 0, 1]",
+            "cart.toml:17 (shapes.part.rgba): the key 'rgba' is unknown here; try: color",
+        ),
+        (
+            BALL + "opacity = 50",
+            "cart.toml:17 (shapes.part.opacity): the opacity is 50, not above 0 and up to 1; try: 0.5",
+        ),
+        (
+            BALL + "opacity = 0",
+            "cart.toml:17 (shapes.part.opacity): the opacity is 0, not above 0 and up to 1; try: 1, or a part of 1 to"
+            " see through it",
+        ),
+        (
+            BOX + "axis = [1, 0, 0]",
+            "cart.toml:17 (shapes.part.axis): a box has no axis of symmetry; try: rotation = [{ axis = [0, 0, 1], angle"
+            " = 0.5 }]",
+        ),
+        (
+            WHEEL + "axis = [1, 0, 0]\nrotation = [{ axis = [1, 0, 0], angle = 1 }]",
+            "cart.toml:18 (shapes.part.axis): axis and rotation are both given; try: one of them",
+        ),
+        (
+            WHEEL + "axis = [0, 0, 0]",
+            "cart.toml:18 (shapes.part.axis): the axis has no direction; try: an axis such as [0, 0, 1]",
+        ),
+        (
+            BOX + "scale = 2",
+            "cart.toml:17 (shapes.part.scale): scale is for meshes, and this is a box; try: no scale",
+        ),
+        (
+            BOX + 'in = "world"',
+            "cart.toml:17 (shapes.part.in): in needs a position, in the axes of world; try: position = [0, 0, 0]",
+        ),
+        (
+            'type = "mesh"\nbody = "hull"',
+            'cart.toml:13 (shapes.part): a mesh needs file, and file is missing; try: file = "part.stl"',
+        ),
+        (
+            MESH.format("part.glb"),
+            "part.glb (shapes.part.file): files of the kind '.glb' are not read; try: part.stl or part.obj, exported"
+            " from the same program",
+        ),
+        (
+            MESH.format("part.txt"),
+            "part.txt (shapes.part.file): its ending is none of a mesh; try: part.stl or part.obj, exported from the"
+            " same program",
+        ),
+        (
+            MESH.format("hul.stl"),
+            "FOLDER/hul.stl (shapes.part.file): the mesh cannot be read: No such file or directory; try:"
+            " FOLDER/hull.stl",
+        ),
+    ],
+)
+def test_each_mistake_in_a_shape_has_one_message(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "hull.stl").write_bytes(binary(CORNERS[FACES]))
+    assert refused(tmp_path, text) == message
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "message"),
+    [
+        (
+            "a.stl",
+            binary(CORNERS[FACES], promised=6).replace(b"solid", b"mesh:"),
+            "a.stl (shapes.part.file): the header of the STL file promises 6 triangles, and the file has bytes for 4;"
+            " try: a whole file, or the export once more",
+        ),
+        (
+            "a.stl",
+            b"abc",
+            "a.stl (shapes.part.file): the file has 3 bytes, too few for an STL file; try: a whole file",
+        ),
+        (
+            "a.stl",
+            b"solid\nendsolid",
+            "a.stl (shapes.part.file): the mesh has no triangles; try: an export with the surfaces of the part",
+        ),
+        (
+            "a.stl",
+            b"solid\nvertex 0 0 0\nvertex 1 zero 0\nvertex 0 1 0\n",
+            "a.stl:3 (shapes.part.file): numbers are needed behind vertex, not '1 zero 0'; try: the export of the mesh"
+            " once more",
+        ),
+        (
+            "a.stl",
+            b"solid\nvertex 0 0 0\nvertex 1 0 0\n",
+            "a.stl (shapes.part.file): the file ends within a triangle: it has 2 corners; try: a whole file",
+        ),
+        (
+            "a.stl",
+            b"solid\n" + 3 * b"vertex 1 2 3\n",
+            "a.stl (shapes.part.file): each triangle of the mesh has two equal corners; try: the export of the mesh"
+            " once more",
+        ),
+        (
+            "a.stl",
+            binary(np.where(CORNERS[FACES] == 3, np.inf, CORNERS[FACES])),
+            "a.stl (shapes.part.file): a vertex of the mesh is not a finite number; try: the export of the mesh once"
+            " more",
+        ),
+        (
+            "a.obj",
+            b"v 0 0 0\nv 1 0 0\nf 1 2 3\n",
+            "a.obj:3 (shapes.part.file): the face has the vertex 3, and there are 2 before it; try: vertices before the"
+            " faces, counted from 1",
+        ),
+        (
+            "a.obj",
+            b"v 0 0 zero\n",
+            "a.obj:1 (shapes.part.file): numbers are needed behind v, not '0 0 zero'; try: the export of the mesh once"
+            " more",
+        ),
+    ],
+)
+def test_each_fault_of_a_mesh_has_one_message(tmp_path: Path, name: str, data: bytes, message: str) -> None:
+    (tmp_path / name).write_bytes(data)
+    assert refused(tmp_path, MESH.format(name)) == message
+
+
+# -- meshes ------------------------------------------------------------------------------------------------------------
+
+
+def volume(vertices: np.ndarray, faces: object) -> float:
+    """Return the volume that triangles or convex polygons enclose, by the divergence theorem."""
+    total = 0.0
+    for face in faces:  # type: ignore[attr-defined]
+        for k in range(1, len(face) - 1):
+            a, b, c = (np.array(vertices[place]) for place in (face[0], face[k], face[k + 1]))
+            total += float(a @ np.cross(b, c)) / 6.0
+    return total
+
+
+@pytest.mark.parametrize("inward", [False, True])
+@pytest.mark.parametrize("name", ["binary.stl", "text.stl", "part.obj"])
+def test_formats_hold_the_same_tetrahedron_and_its_faces_look_outward(tmp_path: Path, name: str, inward: bool) -> None:
+    faces = [face[::-1] if inward else face for face in FACES]
+    triangles = CORNERS[faces]
+    lines = [
+        *(f"v {x} {y} {z}" for x, y, z in CORNERS),
+        "vn 0 0 1",
+        *(f"f {a - 4}//1 {b + 1} {c + 1}/2" for a, b, c in faces),
+    ]
+    data = {"binary.stl": binary(triangles), "text.stl": text_of(triangles), "part.obj": "\n".join(lines).encode()}
+    (tmp_path / name).write_bytes(data[name])
+    vertices, read = read_mesh(tmp_path / name)
+    assert sorted(vertices) == sorted(map(tuple, CORNERS.tolist()))
+    assert len(read) == 4 and volume(np.array(vertices), read) == pytest.approx(4.0)
+
+
+def test_a_fine_mesh_is_thinned_and_keeps_its_form(tmp_path: Path) -> None:
+    angles = np.linspace(0.0, 2.0 * np.pi, 121)
+    heights = np.linspace(-1.0, 1.0, 41)
+    place = [[np.cos(a) * np.sqrt(1 - h * h), np.sin(a) * np.sqrt(1 - h * h), h] for a in angles for h in heights]
+    grid = np.array(place).reshape(121, 41, 3)
+    a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
+    triangles = np.concatenate(
+        [np.stack([a, b, c], axis=2).reshape(-1, 3, 3), np.stack([a, c, d], axis=2).reshape(-1, 3, 3)]
+    )
+    assert len(triangles) > 4 * MOST
+    (tmp_path / "ball.stl").write_bytes(binary(triangles))
+    vertices, faces = read_mesh(tmp_path / "ball.stl")
+    assert 0.3 * MOST < len(faces) <= MOST
+    assert volume(np.array(vertices), faces) == pytest.approx(4.0 / 3.0 * np.pi, rel=0.03)
+    assert np.ptp(np.array(vertices), axis=0) == pytest.approx(2.0, rel=0.03)
+
+
+# -- solids ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "sizes", "exact"),
+    [
+        ("box", (0.3, 0.2, 0.7), 0.042),
+        ("cylinder", (0.3, 0.7), np.pi * 0.3**2 * 0.7),
+        ("sphere", (0.3,), 4.0 / 3.0 * np.pi * 0.3**3),
+        ("capsule", (0.3, 0.7), np.pi * 0.3**2 * (0.7 + 0.4)),
+    ],
+)
+def test_surfaces_enclose_the_volume_of_the_solid(kind: str, sizes: tuple[float, ...], exact: float) -> None:
+    """A polygon of 30 corners has 0.7 % less area than its circle; half circles have five pieces."""
+    (part,) = parts_of(kind, sizes)
+    assert volume(part.vertices, part.faces) == pytest.approx(exact, rel=0.03)
+
+
+def test_a_wheel_touches_the_ground_and_is_as_wide_as_it_says() -> None:
+    vertices = np.concatenate([part.vertices for part in parts_of("wheel", (0.3, 0.2))])
+    assert np.max(np.hypot(vertices[:, 0], vertices[:, 1])) == pytest.approx(0.3)
+    assert np.ptp(vertices[:, 2]) == pytest.approx(0.2)
+    assert sum(volume(part.vertices, part.faces) for part in parts_of("wheel", (0.3, 0.2))) > 0.0
+
+
+# -- models ------------------------------------------------------------------------------------------------------------
+
+
+def test_shapes_are_no_part_of_the_model(tmp_path: Path) -> None:
+    file = tmp_path / "cart.toml"
+    digests, colors = set(), []
+    for text in (
+        "",
+        BALL,
+        BALL + 'color = "red"',
+        BALL + 'opacity = 0.5\ncolor = "red"',
+    ):
+        file.write_text(CART + text if text else CART.replace("[shapes.part]\n", ""), encoding="utf-8")
+        scene = eomgen.load(file)
+        digests.add(scene.digest)
+        colors += [part["color"] for part in scenery(describe(scene), {"side": 0.4}).get("shapes", ())]
+        assert eomgen.load(file).shapes == scene.shapes  # by the record of the reading
+    assert len(digests) == 1
+    assert colors == ["", "#d62728", "#d62728"]
+    file.write_text(CART + BALL.replace("= 1\n", '= "side"\n'), encoding="utf-8")
+    scene = eomgen.load(file)
+    assert scene.digest in digests and not scene.requirements
+    for side in (0.4, 1.2):
+        (part,) = scenery(describe(scene), {"side": side})["shapes"]
+        assert np.max(np.linalg.norm(part["vertices"], axis=1)) == pytest.approx(side)
+    with pytest.raises(eomgen.NumericalError, match=re.escape("shapes.part: cannot be drawn: a size is -1")):
+        scenery(describe(scene), {"side": -1.0})
+
+
+def test_a_changed_mesh_is_read_again(tmp_path: Path) -> None:
+    file = tmp_path / "cart.toml"
+    file.write_text(CART + MESH.format("part.stl"), encoding="utf-8")
+    (tmp_path / "part.stl").write_bytes(binary(CORNERS[FACES]))
+    first = eomgen.load(file)
+    (tmp_path / "part.stl").write_bytes(binary(2.0 * CORNERS[FACES]))
+    second = eomgen.load(file)
+    assert np.max(second.shapes[0].vertices) == 2.0 * np.max(first.shapes[0].vertices)
+    assert first.digest == second.digest
+
+
+def test_a_shape_is_where_its_body_is_at_the_design_position(tmp_path: Path) -> None:
+    """A box given in the world lies there although its body is turned and shifted."""
+    place = 'position = [0.1, 0.2, 0.3]\nrotation = [{ axis = [0, 0, 1], angle = "90 deg" }]\n'
+    text = CART.replace("axis = [1, 0, 0]\n", f"axis = [1, 0, 0]\n{place}")
+    scene = eomgen.load(_written(tmp_path, text + BOX + 'position = [1, 2, 3]\nin = "world"'))
+    (part,) = scenery(describe(scene), {"side": 0.4})["shapes"]
+    turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    there = np.array(part["vertices"]) @ turn.T + [0.1, 0.2, 0.3]
+    np.testing.assert_allclose([there.min(axis=0), there.max(axis=0)], [[0.5, 1.5, 2.5], [1.5, 2.5, 3.5]], atol=1e-9)
+
+
+def _written(folder: Path, text: str) -> Path:
+    (folder / "cart.toml").write_text(text, encoding="utf-8")
+    return folder / "cart.toml"
