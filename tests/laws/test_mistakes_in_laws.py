@@ -38,6 +38,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ({"scales": {"slip": 1.0}}, "'slip' is no argument and no parameter of the law; try: one of kappa, alpha"),
         ({"scales": {"load": 0.0}}, "laws.tyre.scales"),
         ({"unit": "N"}, "the key 'unit' is unknown"),
+        (
+            {"python": "laws.py"},
+            "(laws.tyre.python): the key 'python' is unknown here; try: source, a C file; or [definitions], if the law"
+            " has a formula",
+        ),
     ],
 )
 def test_mistakes_in_entries(folder: Path, change: dict[str, Any], message: str) -> None:

@@ -8,6 +8,7 @@ PRODUCT = Product(
     rows={
         "eomgen.sections": ("eomgen.products.laws.section:LAWS",),
         "eomgen.formula_words": ("eomgen.products.laws.law:LAW",),
+        "eomgen.keys_elsewhere": ("eomgen.products.laws.section:ELSEWHERE",),
         "eomgen.info": ("eomgen.products.laws.info:INFO",),
     },
 )

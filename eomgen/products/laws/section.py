@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -12,7 +12,7 @@ from eomgen.products.laws.code import CCode, arguments_of
 from eomgen.products.laws.law import FileLaw
 from eomgen.scene.control.sampled import c_source
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.reading.key_metadata import Table, key, optional
+from eomgen.scene.reading.key_metadata import KeysElsewhere, Table, key, optional
 from eomgen.scene.reading.kinds import Description, Value
 from eomgen.scene.section import Reading, Section, Unused
 from eomgen.system.signals import CSource
@@ -116,3 +116,13 @@ LAWS = _Laws(
     documentation="""
     Add a function of several numbers in a C file, for formulas: ``law.NAME(x, y)``.""",
 )
+
+
+def _key_meant(name: str, keys: Collection[str], given: object) -> str:
+    """Return the hint for a law in Python, the language of prototypes in other tools."""
+    if name in ("python", "module", "callable") and {"source", "partials", "scales"} <= set(keys):
+        return "source, a C file; or [definitions], if the law has a formula"
+    return ""
+
+
+ELSEWHERE = KeysElsewhere(_key_meant)
