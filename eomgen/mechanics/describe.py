@@ -13,8 +13,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain, pairwise
 
+import numpy as np
+
 from eomgen.base.messages import key_of
-from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.formula.prescribed_motion import Law, constant
 from eomgen.lie.product import Factor
 from eomgen.mechanics.linear_parameters import linear_parameters
@@ -24,11 +27,13 @@ from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.joint_types import DRIVE_UNITS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
+from eomgen.scene.rotations import frame_about, rows
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.system.description import (
     BASE,
+    WORLD,
     Coordinates,
     Description,
     Drawing,
@@ -38,6 +43,7 @@ from eomgen.system.description import (
     Line,
     Link,
     Point,
+    Shape,
     Solid,
     Wheel,
 )
@@ -277,8 +283,48 @@ def _drawing(scene: Scene) -> Drawing:
         )
         + tuple(_elements(scene)),
         wheels=tuple(item for item in drawn if isinstance(item, Wheel)),
-        shapes=scene.shapes,
+        shapes=(*scene.shapes, *_rolling_shapes(scene)),
+        ground=_ground(scene),
     )
+
+
+#: Width of the drawn wheel of a tyre, and of a rolling disc, by its radius.
+_TYRE_WIDTH, _DISC_WIDTH = Number(0.5), Number(0.15)
+
+
+def _rolling_shapes(scene: Scene) -> Iterator[Shape]:
+    """Yield wheels and spheres with the radii of tyres and of rolling discs, for bodies without shapes of their own."""
+    shown = {shape.body for shape in scene.shapes}
+    points = {point.name: point for point in scene.points}
+    for item in scene.constraints:
+        frame = item.second
+        if item.type in ("rolling", "sliding") and frame.body not in shown and item.shape != "ellipsoid":
+            radius, width = item.radius, _DISC_WIDTH * item.radius
+            if item.shape == "torus":
+                radius, width = item.radius + item.tube_radius, Number(2.0) * item.tube_radius
+            kind, sizes = ("sphere", (radius,)) if item.shape == "sphere" else ("wheel", (radius, width))
+            yield Shape(item.name, frame.body, kind, frame.position, frame.orientation, sizes, implied=True)
+    for element in scene.elements:
+        if isinstance(wheel := element.drawn(), Wheel) and wheel.axis is not None:
+            center = points[wheel.center]
+            if center.body not in shown:
+                axes = rows(frame_about(np.array(wheel.axis)))
+                sizes = (wheel.radius, _TYRE_WIDTH * wheel.radius)
+                yield Shape(wheel.name, center.body, "wheel", center.position, axes, sizes, implied=True)
+
+
+def _ground(scene: Scene) -> tuple[Formula, ...]:
+    """Return a place of the plane on which the first constraint rolls, or of the flat road of the first tyre; empty
+    without such a plane."""
+    for item in scene.constraints:
+        frame, still = item.first, item.first.body == WORLD or (item.first.body == BASE and scene.base is None)
+        if item.type in ("rolling", "sliding") and still:
+            return frame.position
+    for element in scene.elements:
+        wheel = element.drawn()
+        if isinstance(wheel, Wheel) and all(symbol.kind == "parameter" for symbol in symbols(wheel.road)):
+            return (ZERO, ZERO, wheel.road)
+    return ()
 
 
 def _free_nodes(scene: Scene) -> set[str]:

@@ -184,6 +184,7 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
             or rod["name"] not in carriers.beam_of  # elements are drawn with the beam of these elements
         ],
         "tyres": [{**tyre, "center": points[tyre["center"]]} for tyre in scenery["tyres"]],
+        "ground": scenery.get("ground"),
         "shapes": [carriers.shape(shape, numbers) for shape in scenery.get("shapes", ())],
     }
 

@@ -3,7 +3,7 @@ homogeneous solid of equal mass, centre and inertia; with the poses of a run."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.results.beam_curves import axes_of, drawn_beams
 from eomgen.results.solids import drawn_shape
-from eomgen.system.description import BASE, WORLD, Description
+from eomgen.system.description import BASE, WORLD, Description, Drawing
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -174,18 +174,10 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         {"name": item.name, "center": item.center, "radius": number(f"tyres.{item.name}.radius", item.radius)}
         for item in drawing.wheels
     ]
-    shapes = []
-    for shape in drawing.shapes:
-        where = f"shapes.{shape.name}"
-        sizes = vector(where, shape.sizes)
-        if not all(size > 0.0 for size in sizes):
-            fault = f"cannot be drawn: a size is {min(sizes):.6g}"
-            raise NumericalError(Problem(where, fault, "other parameters"))
-        shapes += drawn_shape(shape, sizes, vector(f"{where}.position", shape.position))
     shown = _shown(description)
     for name in dict.fromkeys([*shown, *(end for item in drawing.lines for end in (item.first, item.second))]):
         links[points[name]["body"]].append(points[name]["position"])
-    bodies = []
+    bodies: list[dict[str, Any]] = []
     nodes = []
     exact = {name for beam in description.exact_beams for name in beam}
     for item in drawing.solids:
@@ -200,6 +192,8 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         positions = [hub, *links[item.name]] if solid["kind"] == "none" else [center.tolist(), *links[item.name]]
         ties = [tie for tie in positions if tie != hub]
         bodies.append({"name": item.name, "solid": solid, "hub": hub, "links": ties})
+    shapes = _shapes(drawing, vector, {body["name"]: body["solid"]["center"] for body in bodies})
+    ground = vector("ground", drawing.ground)
     return {
         "description": description.description,
         "gravity": vector("gravity", description.gravity),
@@ -213,8 +207,35 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         "rods": rods,
         "tyres": tyres,
         **({"shapes": shapes} if shapes else {}),
+        **({"ground": ground} if ground else {}),
         **({"beams": drawn_beams(description.exact_beams, nodes, _lengths(description))} if nodes else {}),
     }
+
+
+#: From a place for messages and formulas of parameters to values.
+Evaluated = Callable[[str, Sequence[Formula]], list[float]]
+#: How far a wheel that a tyre implies may lie from the centre of mass, by its radius, to be drawn in place of its body.
+_CENTRAL = 0.05
+
+
+def _shapes(drawing: Drawing, vector: Evaluated, centers: Mapping[str, Sequence[float]]) -> list[dict[str, Any]]:
+    """Return the parts of all shapes; ``whole`` tells whether a part is drawn in place of its body.
+
+    Parameters
+    ----------
+    centers : (3,) centre of mass of each body in the body, m
+    """
+    result = []
+    for shape in drawing.shapes:
+        where = f"shapes.{shape.name}"
+        sizes, position = vector(where, shape.sizes), vector(f"{where}.position", shape.position)
+        if not all(size > 0.0 for size in sizes):
+            fault = f"cannot be drawn: a size is {min(sizes):.6g}"
+            raise NumericalError(Problem(where, fault, "other parameters"))
+        away = float(np.linalg.norm(np.subtract(position, centers.get(shape.body, position))))
+        whole = not shape.implied or away <= _CENTRAL * sizes[0]
+        result += [{**part, "whole": whole} for part in drawn_shape(shape, sizes, position)]
+    return result
 
 
 def _lengths(description: Description) -> list[float]:

@@ -174,7 +174,7 @@ class _Lines:
             self.lines.append(stations(axis, seen.poses[axis["name"]], q)[..., 4:])
         #: Parts of the shapes of the scene with their vertices in the world, (n, vertices, 3).
         self.solids = [(part, self._placed(part)) for part in seen.scenery.get("shapes", ())]
-        shaped = {part["body"] for part, _ in self.solids}
+        shaped = {part["body"] for part, _ in self.solids if part["whole"]}
         for body in seen.scenery["bodies"]:
             if body["name"] not in of_beams | curved | shaped:
                 self.lines += [

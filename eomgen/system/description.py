@@ -318,6 +318,7 @@ class Shape:
     color : ``#rrggbb``; empty for the colour of the body
     opacity : 1 for a shape that hides all behind it
     vertices, faces : of a mesh, counterclockwise from outside
+    implied : whether the shape follows from a tyre or a rolling constraint
     """
 
     name: str
@@ -330,11 +331,15 @@ class Shape:
     opacity: float = 1.0
     vertices: tuple[tuple[float, ...], ...] = ()
     faces: tuple[tuple[int, ...], ...] = ()
+    implied: bool = False
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """Geometry of pictures and animations. Solids come in the order of the poses."""
+    """Geometry of pictures and animations. Solids come in the order of the poses.
+
+    ``ground``: a place in the world of a plane on which bodies roll, m, formulas of parameters; empty without one.
+    """
 
     solids: tuple[Solid, ...] = ()
     hinges: tuple[Hinge, ...] = ()
@@ -343,6 +348,7 @@ class Drawing:
     links: tuple[Link, ...] = ()
     wheels: tuple[Wheel, ...] = ()
     shapes: tuple[Shape, ...] = ()
+    ground: tuple[Formula, ...] = ()
 
 
 @dataclass(frozen=True)

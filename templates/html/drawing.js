@@ -211,7 +211,7 @@ function draw() {
     addLine(ends, (both) => cutUp(both, 6), small, (piece) => line(piece, style.steel, 4.5));
   }
 
-  for (const tyre of scene.tyres) {
+  for (const tyre of scene.tyres.filter((item) => !scene.shapes.some((shape) => shape.body === item.center.body && shape.body >= 0))) {
     const wheel = pose(tyre.center.carrier);
     const heading = turned(wheel.R, [1, 0, 0]);
     const level = minus(heading, times(dot(heading, up), up));

@@ -52,7 +52,7 @@ function frameAt(time) {
 const up = norm(scene.gravity) > 0 ? unit(times(-1, scene.gravity)) : [0, 0, 1];
 const camera = new Camera(up);
 const massive = scene.bodies.filter((body) => body.solid.kind !== "none");
-const shapedBodies = new Set(scene.shapes.map((shape) => shape.body));
+const shapedBodies = new Set(scene.shapes.filter((shape) => shape.whole).map((shape) => shape.body));
 const bodies = scene.bodies.map((body, index) => {
   const shaped = !body.axis && shapedBodies.has(index); // a beam is drawn with its shapes: it bends
   const colour = scene.shapes.find((shape) => shaped && shape.body === index && shape.own)?.color;
@@ -186,7 +186,7 @@ const middle = between(bounds.low, bounds.high, 0.5);
 
 /** Height of the ground along `up`: at zero, or below all that hangs lower. */
 const lowest = dot(middle, up) + Math.min(...cornersOf(minus(bounds.high, bounds.low)).map((corner) => dot(corner, up)));
-const level = lowest < -0.01 * unitSize || lowest > unitSize ? lowest - 0.02 * unitSize : Math.min(0, lowest);
+const level = scene.ground ? dot(scene.ground, up) : lowest < -0.01 * unitSize || lowest > unitSize ? lowest - 0.02 * unitSize : Math.min(0, lowest);
 const spacing = (() => {
   const rough = unitSize / 6;
   const power = 10 ** Math.floor(Math.log10(rough));

@@ -324,3 +324,33 @@ def test_shapes_stand_on_the_page_at_their_bodies_with_their_colours() -> None:
 
 def test_a_scene_without_shapes_has_none_on_its_page() -> None:
     assert data_of(animation_page(pendulum().simulate(0.1, 1e-2)))["shapes"] == []
+
+
+def test_wheels_have_the_radius_of_their_tyres_and_stand_on_the_road() -> None:
+    """A wheel at the centre of mass is drawn in place of its body; a wheel of a hull beside the hull's solid."""
+    builder = eomgen.SceneBuilder("cart").body("hull", 10.0, inertia=[1, 1, 1]).body("wheel", 1.0, inertia=[1, 1, 1])
+    builder.joint("free", "free", "base", "hull", initial={"position": [0, 0, 0.55]})
+    builder.joint("spin", "revolute", "hull", "wheel", axis=[0, 1, 0], position=[0.5, 0, 0])
+    builder.point("front", "wheel", [0, 0, 0]).point("rear", "hull", [-0.5, 0, 0])
+    for name in ("front", "rear"):
+        builder.tyre(f"tyre_{name}", name, radius=0.3, stiffness=1e4, road=0.25, slip={"stiffness": [15, 12]})
+    seen = scenery(describe(builder.build()), {})
+    for name, body, whole in (("tyre_front", "wheel", True), ("tyre_rear", "hull", False)):
+        parts = [part for part in seen["shapes"] if part["name"] == name]
+        assert {(part["body"], part["whole"]) for part in parts} == {(body, whole)}
+        vertices = np.concatenate([part["vertices"] for part in parts]) - parts[0]["origin"]
+        assert np.max(np.hypot(vertices[:, 0], vertices[:, 2])) == pytest.approx(0.3, rel=1e-5)
+    assert seen["ground"] == [0.0, 0.0, 0.25]
+    builder.shape("own", "sphere", "wheel", radius=0.1)
+    assert {part["name"] for part in scenery(describe(builder.build()), {})["shapes"]} == {"own", "tyre_rear"}
+
+
+def test_rolling_solids_have_the_radius_of_their_contact() -> None:
+    builder = eomgen.SceneBuilder("coin").body("coin", 1.0, inertia=[0.01, 0.01, 0.02])
+    builder.joint("free", "free", "base", "coin", initial={"position": [0, 0, 0.3], "rotation": [([1, 0, 0], 1.5707)]})
+    frames = {"body": "base", "position": [0, 0, 0.1], "axis": [0, 0, 1]}, {"body": "coin"}
+    builder.constraint("rim", "rolling", *frames, radius=0.2, shape="sphere")
+    seen = scenery(describe(builder.build()), {})
+    (ball,) = seen["shapes"]
+    assert ball["whole"] and seen["ground"] == [0.0, 0.0, 0.1]
+    np.testing.assert_allclose(np.linalg.norm(ball["vertices"], axis=1), 0.2, rtol=1e-5)
