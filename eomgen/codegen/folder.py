@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from eomgen.base.files import temporary_file
 from eomgen.codegen.program import Program
 from eomgen.errors import FileError
+from eomgen.system.system import Quantity
 
 MANIFEST = "manifest.json"
+#: Of the manifest; a larger number when keys change their meaning or are left out, not when keys are added.
+FORMAT = 1
 
 
 def manifest(program: Program, files: Mapping[str, str], **more: object) -> str:
-    """Return the manifest of a folder: model, files, names and units of parameters, inputs, states and outputs in
-    order, and inputs and outputs of the functions.
+    """Return the manifest of a folder: model, files, the quantities in the arrays of the C, and inputs and outputs of
+    the functions.
+
+    Each quantity has name, name in the C, place of its first number in the array, size, default, unit, description,
+    and the ends of its range, null for a side without an end.
 
     Parameters
     ----------
@@ -26,16 +33,20 @@ def manifest(program: Program, files: Mapping[str, str], **more: object) -> str:
         Further entries of a target.
     """
     data = {
+        "format": FORMAT,
         "generator": "eomgen",
         "version": program.version,
         "model": program.prefix,
         "files": sorted([*files, MANIFEST]),
         "sizes": dict(program.sizes),
+        "factors": [dict(factor) for factor in program.factors],
         "quantities": {
-            block: [dataclasses.asdict(quantity) for quantity in quantities]
+            block: list(_quantities(quantities, program.bounds))
             for block, quantities in (
                 ("parameters", program.parameters),
                 ("inputs", program.inputs),
+                ("coordinates", program.coordinates),
+                ("velocities", program.velocities),
                 ("states", program.states),
                 ("outputs", program.outputs),
             )
@@ -52,6 +63,17 @@ def manifest(program: Program, files: Mapping[str, str], **more: object) -> str:
         **more,
     }
     return json.dumps(data, indent=2, sort_keys=True) + "\n"
+
+
+def _quantities(
+    quantities: Sequence[Quantity], bounds: Mapping[str, tuple[float | None, float | None]]
+) -> Iterator[dict[str, Any]]:
+    """Yield the entries of a block of the manifest, in the order of the array."""
+    first = 0
+    for quantity in quantities:
+        lower, upper = bounds.get(quantity.name, (None, None))
+        yield {**dataclasses.asdict(quantity), "first": first, "lower": lower, "upper": upper}
+        first += quantity.size
 
 
 def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:

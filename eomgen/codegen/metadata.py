@@ -26,6 +26,9 @@ _OF_THE_TEXT = (
     "base_of_step",
     "external",
     "sources",
+    "coordinates",
+    "velocities",
+    "bounds",
 )
 
 

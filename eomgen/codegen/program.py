@@ -258,6 +258,10 @@ class Program:
         A note on the initial state, unless it consists of the initial values of joints.
     patterns : mapping from str to str
         Positions of the nonzeros of ``iteration``, by the names of the outputs; see ``system.sparsity``.
+    coordinates, velocities : tuples of Quantity
+        Components of q and v with the values at the start, for the manifest; empty if no description gives units.
+    bounds : mapping from str to (lower, upper)
+        Ends of the ranges of parameters and coordinates, by name; None for a side without an end.
     """
 
     prefix: str
@@ -307,6 +311,9 @@ class Program:
     sources: tuple[SceneSource, ...] = ()
     external: tuple[ProgramExternal, ...] = ()
     patterns: Mapping[str, str] = field(default_factory=dict)
+    coordinates: tuple[Quantity, ...] = ()
+    velocities: tuple[Quantity, ...] = ()
+    bounds: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
 
     def function(self, name: str) -> ProgramFunction:
         """Return a function by name. Raises KeyError with the known names."""

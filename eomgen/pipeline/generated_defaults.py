@@ -1,10 +1,11 @@
 """Values that generated C starts from: other defaults of tunable parameters, and the static equilibrium, which is found
-when the folder is made, not by the C.
+when the folder is made, not by the C. Units of coordinates and ranges of values for the manifest.
 """
 
 from __future__ import annotations
 
 import math
+import struct
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -13,16 +14,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.compiled.arguments import Requirements, by_name, check_finite
+from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.errors import EomgenError, Problem, UsageError
+from eomgen.formula.evaluate import evaluate, symbols
+from eomgen.formula.nodes import Formula
+from eomgen.lie.product import Factor
 from eomgen.pipeline.front_end import Document
 from eomgen.scene.scene import Scene
-from eomgen.system.description import Description
+from eomgen.system.description import Description, Requirement
+from eomgen.system.system import Quantity
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.pipeline.model import Model
-    from eomgen.system.system import Quantity
 
 
 def with_parameters(document: Document, described: Description, parameters: Mapping[str, float | str]) -> Scene:
@@ -107,6 +112,99 @@ def with_equilibrium_start(
         start += " Other values have their equilibrium elsewhere, and the C does not look for it."
     state = [tuple(map(float, values)) for values in (q, v, rest.z)]
     return replace(program, start=start, initial_q=state[0], initial_v=state[1], initial_z=state[2])
+
+
+def with_interface(program: Program, described: Description) -> Program:
+    """Return a Program with names, units and starts of q and v, and with the ranges of parameters and coordinates.
+
+    The range of a parameter is the one in which the scene's requirements hold with the other parameters at the
+    defaults; ends are in the range or next to it. The range of a coordinate is between its stops, which give way.
+    """
+    factors = [Factor(**factor) for factor in program.factors]
+    q_names, v_names = coordinate_names(factors)
+    q_units, v_units = coordinate_units(factors, described.coordinates)
+    q_names += [f"q.{name}" for name in program.angles]
+    q_units += ["rad"] * len(program.angles)
+    coordinates = zip(q_names, program.initial_q, q_units, strict=True)
+    velocities = zip(v_names, program.initial_v, v_units, strict=True)
+    return replace(
+        program,
+        coordinates=tuple(Quantity(name, value, unit=unit) for name, value, unit in coordinates),
+        velocities=tuple(Quantity(name, value, unit=unit) for name, value, unit in velocities),
+        bounds={**_ranges_of_parameters(program, described), **_ranges_of_coordinates(program, described)},
+    )
+
+
+Range = tuple[float | None, float | None]
+
+
+def _ranges_of_coordinates(program: Program, described: Description) -> dict[str, Range]:
+    """Return the ranges of coordinates between stops, at the parameters of a Program."""
+    values = described.values({item.name: item.value for item in program.parameters})
+
+    def end(formula: Formula | None) -> float | None:
+        value = math.inf if formula is None else evaluate(formula, lambda symbol: values[symbol.name])
+        return value if math.isfinite(value) else None
+
+    return {item.coordinate: (end(item.lower), end(item.upper)) for item in described.limits}
+
+
+def _ranges_of_parameters(program: Program, described: Description) -> dict[str, Range]:
+    """Return the ranges of tunable parameters that requirements restrict, the other parameters at their defaults."""
+    values = described.values({item.name: item.value for item in program.parameters})
+    ranges: dict[str, Range] = {}
+    for parameter in program.parameters:
+        rules = [rule for rule in described.requirements if parameter.name in _names(rule)]
+
+        def met(value: float, rules: Sequence[Requirement] = rules, name: str = parameter.name) -> bool:
+            return all(_holds(rule, {**values, name: value}) for rule in rules)
+
+        if rules and met(parameter.value):
+            ranges[parameter.name] = (_end(met, parameter.value, -1.0), _end(met, parameter.value, 1.0))
+    return ranges
+
+
+def _names(rule: Requirement) -> set[str]:
+    return {symbol.name for formula in rule.formulas for symbol in symbols(formula)}
+
+
+def _holds(rule: Requirement, values: Mapping[str, float]) -> bool:
+    """Return whether a requirement is met; a formula without a finite value meets none."""
+    try:
+        numbers = [evaluate(formula, lambda symbol: values[symbol.name]) for formula in rule.formulas]
+    except (ArithmeticError, ValueError):
+        return False
+    return all(map(math.isfinite, numbers)) and (rule.rule is None or not bool(rule.rule.broken(numbers)))
+
+
+#: Largest number whose square is a double: a larger one may be refused for overflow alone.
+_LARGEST = 1e150
+
+
+def _end(met: Callable[[float], bool], start: float, sign: float) -> float | None:
+    """Return the end of the range that begins at a value which meets the requirements; None without an end.
+
+    The search halves the number of doubles in between.
+    """
+    if met(sign * _LARGEST):
+        return None
+    inside, outside = _place(start), _place(sign * _LARGEST)
+    while abs(outside - inside) > 1:
+        middle = (inside + outside) // 2
+        inside, outside = (middle, outside) if met(_double(middle)) else (inside, middle)
+    return min((_double(outside), _double(inside)), key=lambda value: len(repr(value)))
+
+
+def _place(number: float) -> int:
+    """Return the place of a double in the order of all doubles, 0 for 0.0."""
+    (bits,) = struct.unpack("<q", struct.pack("<d", abs(number)))
+    return int(bits if number >= 0.0 else -bits)
+
+
+def _double(place: int) -> float:
+    """Return the double at a place in the order of all doubles."""
+    (number,) = struct.unpack("<d", struct.pack("<q", abs(place)))
+    return float(number if place >= 0 else -number)
 
 
 def _at(parameters: tuple[Quantity, ...], inputs: tuple[Quantity, ...]) -> str:

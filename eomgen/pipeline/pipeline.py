@@ -232,6 +232,7 @@ def generate(
     """
     from eomgen.codegen.folder import write_folder  # noqa: PLC0415
     from eomgen.codegen.targets.register import target_named  # noqa: PLC0415
+    from eomgen.pipeline.generated_defaults import with_equilibrium_start, with_interface  # noqa: PLC0415
 
     chosen = target_named(target)
     _check_folder(folder)
@@ -245,10 +246,8 @@ def generate(
     given = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
     program = replace(program, defaults={**program.defaults, **given})
     if program.defaults["start"] == "equilibrium":
-        from eomgen.pipeline.generated_defaults import with_equilibrium_start  # noqa: PLC0415
-
         program = with_equilibrium_start(program, partial(_reproducible, document), parameters)
-    files = chosen.files(program)
+    files = chosen.files(with_interface(program, front_end.describe(document)))
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]
 

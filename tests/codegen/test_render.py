@@ -256,6 +256,8 @@ def test_the_manifest_has_names_and_units_in_the_order_of_the_arrays() -> None:
     assert found == {
         "parameters": [("c", "N m s/rad", 1)],
         "inputs": [("torque", "N m", 1)],
+        "coordinates": [],  # their units come with a description
+        "velocities": [],
         "states": [("lag", "N m", 1)],
         "outputs": [("angle", "rad", 1), ("twice", "N m", 2)],
     }
