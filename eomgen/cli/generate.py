@@ -39,6 +39,12 @@ from eomgen.scene.sources.register import all_options, source_of
     default=None,
     help="Number type of the compile command in README.md and manifest.json; the scene's by default.",
 )
+@click.option(
+    "--only",
+    type=click.Choice(["controller"]),
+    default=None,
+    help="Write the controller of the scene without the machine: signals in, commands out.",
+)
 @set_option
 @json_option
 @debug_option
@@ -49,6 +55,7 @@ def generate(
     method: str | None,
     target: str,
     real: str | None,
+    only: str | None,
     parameters: Sequence[str],
     as_json: bool,
     **reading: Any,
@@ -69,8 +76,9 @@ def generate(
         say_notes(described)
         check_assigned(described, values, {}, robot=source_of(Path(scene)) is all_options()["actuated"][0])
         values = in_units("--set", values, described.parameters)
-        say_stand_in(described, method, "C, which is written earlier, steps with")
-    files = pipeline.generate(described, folder, terms, method, target=target, real=real, parameters=values)
+        if only is None:
+            say_stand_in(described, method, "C, which is written earlier, steps with")
+    files = pipeline.generate(described, folder, terms, method, target=target, real=real, parameters=values, only=only)
     if as_json:
         print_json([str(file) for file in files])
     else:

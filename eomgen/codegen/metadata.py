@@ -28,6 +28,7 @@ _OF_THE_TEXT = (
     "sources",
     "coordinates",
     "velocities",
+    "controller",
     "bounds",
 )
 

@@ -260,6 +260,8 @@ class Program:
         Positions of the nonzeros of ``iteration``, by the names of the outputs; see ``system.sparsity``.
     coordinates, velocities : tuples of Quantity
         Components of q and v with the values at the start, for the manifest; empty if no description gives units.
+    controller : mapping
+        Clocks and rows of samples of a controller alone, see ``integrators.events.controller_data``; empty for models.
     bounds : mapping from str to (lower, upper)
         Ends of the ranges of parameters and coordinates, by name; None for a side without an end.
     """
@@ -313,6 +315,7 @@ class Program:
     patterns: Mapping[str, str] = field(default_factory=dict)
     coordinates: tuple[Quantity, ...] = ()
     velocities: tuple[Quantity, ...] = ()
+    controller: Mapping[str, Any] = field(default_factory=dict)
     bounds: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
 
     def function(self, name: str) -> ProgramFunction:

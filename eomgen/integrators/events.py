@@ -9,16 +9,19 @@ ends so much before one and goes on so much after it, so that rounding never put
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from eomgen.errors import ModelError, Problem
 from eomgen.integrators.families.family import Field, Status
 from eomgen.system.events import LEAST_INTERVAL, EventRow, Mode
 from eomgen.system.signals import SampledController, SampleRow
 
 if TYPE_CHECKING:
-    from eomgen.system.system import Discontinuity
+    from eomgen.system.system import Discontinuity, System
 
 
 #: Number of events that a call of ``run`` stores for the caller; the call ends after the step in which half of the
@@ -165,6 +168,37 @@ def sample_data(
         "closest": CLOSEST * min(row.period for row in rows),
         **({"controllers": called, "from_caller": any(not item["function"] for item in called)} if called else {}),
     }
+
+
+#: Largest denominator of the common tick of clocks, 1/s; relative error of a period in ticks; ticks of a period, which
+#: fit into 32 bits.
+_FINEST, _ROUNDING, _MOST_TICKS = 10**9, 1e-12, 2**32 - 1
+
+
+def controller_data(system: System) -> dict[str, Any]:
+    """Return the samples of a controller alone, as ``sample_data`` does, with clocks in whole ticks.
+
+    ``tick``, s, is the longest time that divides all periods and first times; 0 without sampled states.
+
+    Raises
+    ------
+    ModelError
+        Clocks without a common tick.
+    """
+    if not system.sampled:
+        return {"tick": 0.0, "clocks": [], "rows": [], "controllers": []}
+    data = sample_data(system.sampled, system.controllers, [state.name for state in system.states])
+    times = [time for clock in data["clocks"] for time in clock if time]
+    parts = [Fraction(time).limit_denominator(_FINEST) for time in times]
+    shared = math.lcm(*(part.denominator for part in parts))
+    tick = Fraction(math.gcd(*(int(part * shared) for part in parts)), shared)
+    exact = all(abs(float(part) - time) <= _ROUNDING * time for part, time in zip(parts, times, strict=True))
+    if not exact or max(parts) / tick > _MOST_TICKS:
+        periods = " and ".join(f"{time:.9g} s" for time in dict.fromkeys(times))
+        fault = f"the times of samples, {periods}, have no common divisor that a counter of 32 bits can count"
+        raise ModelError(Problem(system.name, fault, "periods and delays that are whole multiples of one time"))
+    clocks = [[int(Fraction(time).limit_denominator(_FINEST) / tick) for time in clock] for clock in data["clocks"]]
+    return {"controllers": [], **data, "tick": float(tick), "clocks": clocks}
 
 
 def _called(

@@ -193,8 +193,9 @@ def generate(
     target: str = "c",
     real: str | None = None,
     parameters: Mapping[str, float | str] | None = None,
+    only: str | None = None,
 ) -> list[Path]:
-    """Write a scene's model and stepper as a folder of C that stands alone.
+    """Write a scene's model and stepper, or its controller, as a folder of C that stands alone.
 
     If the scene starts at static equilibrium, so does the C; a RuntimeWarning and its README report that none was
     found.
@@ -214,6 +215,8 @@ def generate(
         The files serve both.
     parameters : mapping
         Values of tunable parameters, as in ``simulate``: the defaults of the C, from which its initial state follows.
+    only : str
+        ``controller``: write the controller of the scene without the machine.
 
     Returns
     -------
@@ -238,18 +241,65 @@ def generate(
     _check_folder(folder)
     of_scenes = {"terms": terms, "target": target != "c", "real": real not in (None, "double")}
     other = other_document(scene, {**of_scenes, "parameters": parameters})
+    _check_only(only, chosen, terms=terms, method=method)
     if other is not None:
+        _check_scene(other[1], only)
         return other[0].generate(other[1], folder, method)
     document, front_end = as_document(scene)
     _check_real(real)
-    program = _program(document, front_end, _selected(terms), method, chosen, parameters=parameters)[0]
+    if only is None:
+        program = _program(document, front_end, _selected(terms), method, chosen, parameters=parameters)[0]
+    else:
+        program = _controller_program(document, front_end, parameters)
     given = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
     program = replace(program, defaults={**program.defaults, **given})
-    if program.defaults["start"] == "equilibrium":
+    if program.defaults["start"] == "equilibrium" and only is None:
         program = with_equilibrium_start(program, partial(_reproducible, document), parameters)
     files = chosen.files(with_interface(program, front_end.describe(document)))
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]
+
+
+def _controller_program(
+    document: Document, front_end: FrontEnd, parameters: Mapping[str, float | str] | None
+) -> Program:
+    """Return the Program of the controller of a scene, with values of parameters of the scene."""
+    from eomgen.codegen.convert import to_program  # noqa: PLC0415
+    from eomgen.integrators.events import controller_data  # noqa: PLC0415
+    from eomgen.mechanics.controller import derive_controller  # noqa: PLC0415
+    from eomgen.pipeline.generated_defaults import with_parameters  # noqa: PLC0415
+
+    described = front_end.describe(document)
+    prepared = front_end.prepared(document, _reproducible)
+    if front_end is not SCENES:
+        _check_scene(document, "controller")
+    if parameters:
+        prepared = with_parameters(prepared, described, parameters)
+    system = derive_controller(cast("Scene", prepared))
+    return replace(to_program(system), controller=controller_data(system))
+
+
+def _check_only(only: str | None, target: Target, **others: object) -> None:
+    """Raise UsageError for a part that cannot be written alone, and for options of models beside it."""
+    if only is None:
+        return
+    if only != "controller":
+        raise UsageError(Problem("only", f"no part of a scene is called {shown(only)}", "controller"))
+    if target.name != "c":
+        fault = f"a controller alone is written in C, not in {target.language}"
+        raise UsageError(Problem("only", fault, "target c"))
+    for name, value in others.items():
+        if value is not None:
+            fault = f"{name} is of the whole machine, and a controller alone has none"
+            raise UsageError(Problem(name, fault, f"leave {name} out, or only"))
+
+
+def _check_scene(document: Any, only: str | None) -> None:
+    """Raise UsageError if the controller of a document that is no mechanical scene is wanted."""
+    if only is not None:
+        name = getattr(document, "name", "this")
+        fault = f"{name} is no mechanical scene, and only scenes have a controller"
+        raise UsageError(Problem("only", fault, "leave it out"))
 
 
 def _check_folder(folder: str | Path) -> None:

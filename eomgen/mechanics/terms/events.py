@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import accumulate
+from typing import Protocol
 
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula, Symbol
@@ -13,9 +14,9 @@ from eomgen.mechanics.scene_tape import Derivation
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
-from eomgen.symbolic.tape import ZERO, Ref
+from eomgen.symbolic.tape import ZERO, Ref, Tape
 from eomgen.system.events import Assignment, EventRow, Mode, mode_parameter
-from eomgen.system.signals import SampleRow, Sampling
+from eomgen.system.signals import SampledController, SampleRow, Sampling, State
 from eomgen.system.system import Block
 
 #: Quantities without a recorded rate along the motion, on which functions may depend.
@@ -144,7 +145,33 @@ def _words(blocks: set[str]) -> str:
     return " and ".join(names[block] for block in sorted(blocks))
 
 
-def samples(derivation: Derivation) -> list[Block]:
+class _Scene(Protocol):
+    """The states of a scene, and the controllers that are called at samples."""
+
+    @property
+    def states(self) -> Sequence[State]: ...
+    @property
+    def sampled(self) -> Sequence[SampledController]: ...
+
+
+class _Formulas(Protocol):
+    def formula(self, formula: Formula) -> Scalar:
+        """Record a formula."""
+        ...
+
+
+class Sampled(Protocol):
+    """States on a tape: of a whole scene, or of a controller alone."""
+
+    @property
+    def scene(self) -> _Scene: ...
+    @property
+    def tape(self) -> Tape: ...
+    @property
+    def quantities(self) -> _Formulas: ...
+
+
+def samples(derivation: Sampled) -> list[Block]:
     """Return the values of all sampled states, should all be sampled now."""
     with derivation.tape.block("samples"):
         refs = tuple(derivation.quantities.formula(item.formula).ref for _, item in _sampled(derivation))
@@ -152,7 +179,7 @@ def samples(derivation: Derivation) -> list[Block]:
 
 
 def _asked_states(
-    derivation: Derivation, sampled: Mapping[int, Sampling], controllers: Mapping[str, int], refs: Sequence[Ref]
+    derivation: Sampled, sampled: Mapping[int, Sampling], controllers: Mapping[str, int], refs: Sequence[Ref]
 ) -> dict[int, set[int]]:
     """Return the sampled states that the formula or the controller of each sampled state reads at the same time."""
     asked: dict[int, set[int]] = {}
@@ -169,7 +196,7 @@ def _asked_states(
     return asked
 
 
-def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
+def sample_rows(derivation: Sampled) -> tuple[SampleRow, ...]:
     """Return the sampled states of a scene, in order.
 
     A formula that reads another state sampled at the same time takes that state's new value; for its own state and for
@@ -198,11 +225,11 @@ def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
     )
 
 
-def _sampled(derivation: Derivation) -> list[tuple[int, Sampling]]:
+def _sampled(derivation: Sampled) -> list[tuple[int, Sampling]]:
     return [(k, state.sampling) for k, state in enumerate(derivation.scene.states) if state.sampling is not None]
 
 
-def _circle(derivation: Derivation, sampled: Mapping[int, Sampling], levels: Mapping[int, int]) -> Problem:
+def _circle(derivation: Sampled, sampled: Mapping[int, Sampling], levels: Mapping[int, int]) -> Problem:
     left = [k for k in sampled if k not in levels]
     names = ", ".join(derivation.scene.states[k].name for k in left)
     fault = f"the sampled states {names} ask for each other's value at the same time"

@@ -45,7 +45,12 @@ EDGE = 1e-9
 #: Tables of numbers are private to a library, so that code reads entries without a lookup of addresses.
 _HIDDEN = '__attribute__((visibility("hidden")))'
 #: Templates with lines that are long on purpose, or never.
-_NOT_FOLDED = ("c/main/README.md.jinja", "c/model/tables.c.jinja", "c/model/tape.h.jinja")
+_NOT_FOLDED = (
+    "c/main/README.md.jinja",
+    "c/controller/README.md.jinja",
+    "c/model/tables.c.jinja",
+    "c/model/tape.h.jinja",
+)
 
 
 class _Context:
@@ -230,7 +235,10 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
     """Yield all headers and then all sources of the stand-alone folder."""
     program, prefix = context.program, context.program.prefix
     yield "eomgen_real.h", context.render("c/model/eomgen_real.h.jinja")
-    yield f"{prefix}.h", context.render("c/model/model.h.jinja")
+    yield (
+        f"{prefix}.h",
+        context.render("c/controller/header.h.jinja" if program.controller else "c/model/model.h.jinja"),
+    )
     if len(context.files) > 1:
         yield f"{prefix}_parts.h", context.render("c/model/parts.h.jinja")
     if program.curves:
@@ -244,6 +252,8 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
     if program.method:
         yield f"{prefix}_step.c", context.render(stepper_template(program.method["family"]))
+    if program.controller:
+        yield f"{prefix}_step.c", context.render("c/controller/step.c.jinja")
     if program.curves:
         yield f"{prefix}_curves.c", context.render("c/model/curves.c.jinja", snap=SNAP, edge=EDGE)
     if any(table.packed for table in context.tables):
@@ -253,7 +263,7 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
     for source in program.sources:
         text = source.text if source.text.endswith("\n") else f"{source.text}\n"
         yield source.name, context.render("c/model/user_source.c.jinja", source=source) + text
-    yield "main.c", context.render("c/main/main.c.jinja")
+    yield "main.c", context.render("c/controller/main.c.jinja" if program.controller else "c/main/main.c.jinja")
 
 
 def _of_external(program: Program) -> dict[str, Any]:
@@ -270,10 +280,13 @@ def _documents(context: _Context, files: Mapping[str, str], mark: str) -> dict[s
     sources = sorted(name for name in files if name.endswith(".c"))
     command = compile_command(program, sources)
     texts = {"command": command, "examples": _examples(program), "stack": stack_bytes(program)}
-    readme = {"README.md": context.render("c/main/README.md.jinja", **texts)}
+    template = "c/controller/README.md.jinja" if program.controller else "c/main/README.md.jinja"
+    readme = {"README.md": context.render(template, **texts)}
     whole = {**files, **readme}
-    method = {"method": program.method["title"]} if program.method else {}
-    return {**readme, MANIFEST: manifest(program, whole, fingerprint=mark, compile=command, **method)}
+    kind = {"method": program.method["title"]} if program.method else {}
+    if program.controller:
+        kind["controller"] = {key: program.controller[key] for key in ("tick", "clocks")}
+    return {**readme, MANIFEST: manifest(program, whole, fingerprint=mark, compile=command, **kind)}
 
 
 def rendered(program: Program, templates: Mapping[str, str], **extra: object) -> dict[str, str]:
