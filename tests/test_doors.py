@@ -85,6 +85,7 @@ DOORS: dict[str, set[str]] = {
         "errors",
         "formula",
         "integrators",
+        "lie",
         "linear",
         "mechanics",
         "scene",
@@ -258,7 +259,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "reactions",
         "scene_tape",
         "initial_coordinates terms",
-        "derive",
+        "controller derive",
         "savings",
     ),
     "codegen": (

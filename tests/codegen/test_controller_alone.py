@@ -84,11 +84,11 @@ def answers(program: Path, rows: Array, *arguments: str) -> Array:
     return np.array([[float(number) for number in line.split(",")] for line in ended.stdout.splitlines()])
 
 
-@pytest.mark.parametrize("k", [40.0, 25.0])
+@pytest.mark.parametrize("k", [40.0, pytest.param(25.0, marks=pytest.mark.slow)])
 def test_sampled_states_give_the_commands_of_the_closed_loop(k: float, tmp_path: Path) -> None:
     data = servo()
     eomgen.generate(data, tmp_path / "c", only="controller", parameters={"k": k})
-    run = eomgen.build(data, profile="quick").simulate(0.3, 2.5e-4, method="rk4", parameters={"k": k})
+    run = eomgen.build(data, ["outputs", "samples"], profile="quick").simulate(0.3, 2.5e-4, method="rk4", parameters={"k": k})
     manifest = json.loads((tmp_path / "c" / "manifest.json").read_text(encoding="utf-8"))
     names = [item["name"] for item in manifest["quantities"]["inputs"]]
     assert names == ["lean", "target"]
@@ -104,6 +104,7 @@ def test_sampled_states_give_the_commands_of_the_closed_loop(k: float, tmp_path:
     assert np.ptp(held[:, 1]) > 5.0 and np.max(np.abs(held[:, 1])) <= 5.0
 
 
+@pytest.mark.slow
 def test_an_observer_with_a_regulator_gives_the_commands_of_the_closed_loop(tmp_path: Path) -> None:
     from eomgen.linear.control import OutputFeedback, kalman, lqr
 
@@ -124,6 +125,7 @@ def test_an_observer_with_a_regulator_gives_the_commands_of_the_closed_loop(tmp_
     assert np.ptp(after) > 0.1
 
 
+@pytest.mark.slow
 def test_continuous_controllers_give_commands_and_rates_of_the_scene(tmp_path: Path) -> None:
     data = servo()
     data["states"] = {"motor": {"rate": "(drive - motor) / 0.01", "unit": "N m"}}
@@ -150,6 +152,7 @@ def test_continuous_controllers_give_commands_and_rates_of_the_scene(tmp_path: P
     assert np.max(np.abs(answers(program, rows)[:, 1] - fine.outputs["asked"])) < 0.4 * coarse
 
 
+@pytest.mark.slow
 def test_a_function_in_c_is_called_with_its_memory(tmp_path: Path) -> None:
     (tmp_path / "law.c").write_text(
         "int law(double t, const double *signals, double *values, double *memory)\n"
