@@ -88,7 +88,8 @@ def answers(program: Path, rows: Array, *arguments: str) -> Array:
 def test_sampled_states_give_the_commands_of_the_closed_loop(k: float, tmp_path: Path) -> None:
     data = servo()
     eomgen.generate(data, tmp_path / "c", only="controller", parameters={"k": k})
-    model = eomgen.build(data, ["outputs", "samples"], profile="quick")
+    terms = ["outputs", "samples", "forward_dynamics", "internal_rate"]
+    model = eomgen.build(data, terms, method="rk4", profile="quick")
     run = model.simulate(0.3, 2.5e-4, method="rk4", parameters={"k": k})
     manifest = json.loads((tmp_path / "c" / "manifest.json").read_text(encoding="utf-8"))
     names = [item["name"] for item in manifest["quantities"]["inputs"]]
