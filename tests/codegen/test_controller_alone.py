@@ -14,7 +14,11 @@ import pytest
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
+from eomgen.codegen.targets.c.naming import NAMES
+from eomgen.codegen.targets.target import Target
+from eomgen.pipeline.pipeline import _check_only, _check_scene
 from tests.models.cache import shared_cache
+from tests.models.lattice import Lattice
 
 __all__ = ["shared_cache"]
 
@@ -273,3 +277,25 @@ def test_calls_that_a_controller_cannot_have_are_refused(arguments: dict[str, An
     with pytest.raises(eomgen.UsageError) as caught:
         eomgen.generate(servo(), tmp_path / "c", **arguments)
     assert text in str(caught.value) and not (tmp_path / "c").exists()
+
+
+def test_other_documents_and_languages_are_refused() -> None:
+    lattice = Lattice("pair", "fput", (0.1, 0.2))
+    told = "only: pair is no mechanical scene, and only scenes have a controller; try: leave it out"
+    with pytest.raises(eomgen.UsageError, match=told):
+        _check_scene(lattice, "controller")
+    told = "only: a controller alone is written in C, not in Python; try: target c"
+    with pytest.raises(eomgen.UsageError, match=told):
+        _check_only("controller", Target("python", "Python", NAMES, lambda program: {}))
+
+
+def test_a_mode_that_events_switch_is_refused(tmp_path: Path) -> None:
+    data = changed(
+        states=sampled("-q.hinge * mode_gear"),
+        modes={"gear": {"value": 1}},
+        events={"over": {"when": "q.hinge - 1", "action": "switch", "mode": "gear", "to": 2}},
+    )
+    with pytest.raises(
+        eomgen.ModelError, match="the mode gear is switched by events, and the controller has no events"
+    ):
+        eomgen.generate(data, tmp_path / "c", only="controller")
