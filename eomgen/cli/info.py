@@ -89,7 +89,9 @@ def info(
         for item in described_scene.parts.get("definitions", ())
     ]
     data["places"] = [place._asdict() for place in described_scene.design_places()]
-    data["base_moves"] = described_scene.base is not None
+    base = described_scene.base
+    data["base_moves"] = base is not None
+    data["integrals"] = [] if base is None else list(base.integrals.values())
     for part in rows_of(GROUP, InfoPart):
         data |= part.describe(described_scene)
     if as_json:
@@ -332,7 +334,8 @@ def _print_lists(data: dict[str, Any]) -> None:
     """Print curves, known times of jumps, elements left out and notes."""
     out = console()
     titles = {
-        "curves": "Curves, arguments and values in SI units", "jumps": "Known times at which forces jump or bend",
+        "curves": "Curves, arguments and values in SI units", "integrals": "Accelerations of the base",
+        "jumps": "Known times at which forces jump or bend",
         "dropped": "Left out", "notes": "Notes",
     }  # fmt: skip  # a table
     for key, title in titles.items():

@@ -5,6 +5,7 @@ __all__ = [
     "discontinuities",
     "evaluate",
     "features",
+    "integration",
     "motion_faults",
     "nodes",
     "prescribed_motion",

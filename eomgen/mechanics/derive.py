@@ -39,6 +39,7 @@ def kept_and_dropped(
     kept: list[str] = [f"{name}: {function.description}" for name, function in functions.items()]
     dropped: list[str] = []
     kept += [f"curve {curve.name}: {curve}" for curve in scene.curves]
+    kept += [] if scene.base is None else scene.base.integrals.values()
     joints = scene.joints
     followers = [f"{joint.name} follows {joint.mimic.joint}" for joint in joints if joint.mimic is not None]
     if followers:

@@ -156,7 +156,8 @@ def laws_of(scene: Scene) -> Iterator[Law]:
             yield Law(key, "driven distance", "m", constraint.prescribed)
     if scene.base is not None:
         for axis, formula in enumerate(scene.base.position):
-            yield Law(where(key_of("base", "position", axis)), "position of the base", "m", formula)
+            written = "acceleration" if axis in scene.base.integrals else "position"
+            yield Law(where(key_of("base", written, axis)), "position of the base", "m", formula)
         for axis, rotation in enumerate(scene.base.rotations):
             added = scene.base.added_by
             written = key_of("base", "rotation", axis - len(added), "angle")

@@ -223,6 +223,8 @@ class SectionMethods:
         position: Sequence[Value] | None = ...,
         rotation: Rotations | None = ...,
         *,
+        acceleration: Sequence[Value] | None = ...,
+        drift: str | None = ...,
         follow: Mapping[str, Any] | None = ...,
     ) -> Self: ...
     def body(

@@ -2,4 +2,13 @@
 
 __all__ = ["cosserat", "model"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["beam_reading", "beam_schema", "cosserat_reading", "cross_sections", "reading", "schema", "shapes"]
+WITHIN = [
+    "base_reading",
+    "beam_reading",
+    "beam_schema",
+    "cosserat_reading",
+    "cross_sections",
+    "reading",
+    "schema",
+    "shapes",
+]

@@ -136,11 +136,13 @@ class Base:
     """Prescribed motion of the base: position in world axes and intrinsic rotations, formulas of t and parameters.
 
     ``added_by``: keys of products that make the leading rotations, one for each; further rotations are written as such.
+    ``integrals``: sentences on the accelerations whose integrals are parts of the position, by axis.
     """
 
     position: Vector = ZERO_VECTOR
     rotations: tuple[Rotation, ...] = ()
     added_by: tuple[str, ...] = ()
+    integrals: Mapping[int, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

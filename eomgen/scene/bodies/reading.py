@@ -1,4 +1,4 @@
-"""Reading of bodies, body-fixed points and the base."""
+"""Reading of bodies and body-fixed points."""
 
 from __future__ import annotations
 
@@ -8,29 +8,12 @@ import numpy as np
 
 from eomgen.base.messages import key_of
 from eomgen.scene.bodies import schema as written
-from eomgen.scene.bodies.model import Base, Body
-from eomgen.scene.formula.scope import MOTION, PARAMETERS
+from eomgen.scene.bodies.model import Body
+from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading import report
-from eomgen.scene.reading.key_metadata import added_keys
 from eomgen.scene.reading.values import Values, read_orientation, read_placement
 from eomgen.scene.rotations import quaternion_of_matrix, rows
-from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.system.description import BASE, WORLD, FixedFrame, Point
-
-
-def read_base(base: written.Base | None, values: Values) -> Base | None:
-    """Return the motion of the base; formulas of time must be twice differentiable."""
-    if base is None:
-        return None
-    position = values.vector("base.position", base.position, MOTION)
-    rotations = values.rotations("base.rotation", base.rotation, MOTION)
-    for key, formulas in (("base.position", position), ("base.rotation", [rotation.angle for rotation in rotations])):
-        check_twice_differentiable(key, formulas, values.report)
-    made = Base(position, rotations)
-    for row in added_keys("base"):
-        if (value := getattr(base, row.added)) is not None:
-            made = row.read(value, made, values)
-    return made
 
 
 def read_body(name: str, body: written.Body, values: Values) -> Body:

@@ -102,6 +102,8 @@ def _rewritten(key: str, given: object) -> str:
         return f"rotation = [{', '.join(turns)}]" if turns else "no rotation"
     if key == "rotation" and is_matrix(given):
         return "orientation, which is a matrix, in place of rotation"
+    if key == "acceleration":  # of the base; of an output it is a name
+        return 'acceleration = ["quake(t)", 0, 0], with quake in [curves]'
     if key == "mimic" and isinstance(given, str):
         return f"mimic = {{ joint = {quoted(given)}, multiplier = 1 }}"
     return ""
@@ -222,12 +224,16 @@ def _concept_meant(name: str, keys: Collection[str]) -> str:
     if name in ("mu", "mu_k", "coefficient") and "coulomb" in keys:
         return "coulomb, a force in N or a torque in N m: no normal force is multiplied by a coefficient"
     of_base = {"position", "rotation"} <= set(keys) and _CARRIED.isdisjoint(keys)
-    if name in ("acceleration", "velocity", "angular_velocity") and of_base:
-        integral = "its second integral" if name == "acceleration" else "its integral"
+    if name in ("velocity", "angular_velocity", "angular_acceleration") and of_base:
+        integral = "its second integral" if name.endswith("acceleration") else "its integral"
         place = "rotation" if name.startswith("angular") else "position"
         return f"{place} alone, from which rates follow: a formula of t, or a curve through {integral}"
     if name in ("diameter", "d") and "radius" in keys and "diameter" not in keys:
         return "radius, half of the diameter"
+    if name in ("initial_velocity", "initial_position", "initial") and of_base:
+        return 'position = ["0.5 * t", 0, 0.2], place and velocity at t = 0, to which the integral is added'
+    if name in ("baseline", "correction", "detrend", "baseline_correction") and of_base:
+        return 'drift = "remove"'
     if "stiffness_damping" in keys and name in ("mass_damping", "alpha", "rayleigh"):
         return "stiffness_damping in s, D = this times K; none goes with the mass: a load -c * velocity.here does it"
     if "stiffness_damping" in keys and name in ("damping_ratio", "modal_damping", "zeta"):

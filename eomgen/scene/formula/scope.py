@@ -94,6 +94,20 @@ MOTION = Scope(
         _NO_LAWS,
     ),
 )
+#: Of accelerations, which are integrated over time when a scene is read.
+ACCELERATION = Scope(
+    TIME.description,
+    TIME.kinds,
+    (
+        (
+            "input",
+            "an acceleration is integrated when the scene is read, and values of inputs are known during a run alone",
+            "a curve at t, as a table in [curves]; or position by an input with motion = true, whose caller gives"
+            " position, rate and acceleration",
+        ),
+        ("external", "the integral of a law of a file is not known", "a curve at t through values of the law"),
+    ),
+)
 #: Names of the coordinates of a constraint's second frame in the first frame.
 IN_FRAME = ("x", "y", "z")
 _NOT_IN_CONSTRAINTS = (

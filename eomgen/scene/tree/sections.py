@@ -15,12 +15,13 @@ import numpy as np
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
 from eomgen.scene.bodies import schema as bodies
+from eomgen.scene.bodies.base_reading import read_base
 from eomgen.scene.bodies.beam_reading import read_beam
 from eomgen.scene.bodies.beam_schema import Beam
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.cosserat_reading import check_keys, is_exact, read_cosserat
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point
+from eomgen.scene.bodies.reading import read_body, read_body_frame, read_point
 from eomgen.scene.design_poses import DesignPoses, FramePlacement
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.formula.scope import PARAMETERS
@@ -285,7 +286,10 @@ class _Reactions(Section):
 class _Base(Section):
     def read(self, reading: Reading) -> Mapping[str, Any]:
         gravity = reading.values.vector("gravity", reading.document.gravity, PARAMETERS)
-        return {"gravity": gravity, "base": read_base(reading.document.table("base"), reading.values)}
+        document = reading.document
+        units = {name: entry.unit for name, entry in document.section("curves").items()}
+        base = read_base(document.table("base"), reading.values, document.simulation.duration, units)
+        return {"gravity": gravity, "base": base}
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         return reading.items["base"]
@@ -300,7 +304,8 @@ BASE = _Base(
     positional=("position", "rotation"),
     documentation="""
     Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and
-    parameters. ``follow`` waves to go with their surface.""",
+    parameters. ``acceleration``, of a record or a formula, is integrated and added to the position. ``follow`` waves
+    to go with their surface.""",
 )
 BODIES = _Bodies(
     key="bodies",
