@@ -88,7 +88,7 @@ REFUSED = [
     (
         SLIDER,
         "[base]",
-        "acceleration = [1, 0, 0]",
+        "velocity = [1, 0, 0]",
         "unknown here",
         "position alone, from which rates follow",
     ),
