@@ -9,11 +9,13 @@ from scipy import special
 from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.products.reliability.tails import (
+    INVERSIONS,
     JUMPING,
     Draws,
     Expansion,
     QuadraticForm,
     corrected_tail,
+    far_branches,
     points_on_curve,
 )
 
@@ -93,3 +95,64 @@ def test_a_curve_that_ends_at_a_kink_says_that_the_gradient_jumps() -> None:
     assert isinstance(missed[0], NumericalError) and "where the gradient of the response jumps" in str(missed[0])
     found, missed = points_on_curve(Kinked(0.01), [3.0, -3.0])
     assert not missed and all(abs(found[k].index) == pytest.approx(3.0, rel=2e-3) for k in found)
+
+
+def _cubic(points: Array) -> tuple[Array]:
+    z = points[:, 0]
+    return (1.0 + 2.0 * z + 0.1 * z**3,)
+
+
+@pytest.mark.parametrize("index", [-2.6, -2.35, 2.0, 2.6])
+@pytest.mark.parametrize("size", [1, 6])
+def test_a_form_that_bends_back_is_corrected_at_both_ends(index: float, size: int) -> None:
+    """The form of a cubic about a point reaches the threshold behind the mean, too, and the cubic does not."""
+    true, point = special.ndtr(-abs(index)), np.zeros(size)
+    point[0] = index
+    value, slope, bend = 1.0 + 2.0 * index + 0.1 * index**3, 2.0 + 0.3 * index**2, 0.6 * index
+    gradient, hessian = np.zeros(size), np.zeros((size, size))
+    gradient[0], hessian[0, 0] = slope, bend
+    form, above = QuadraticForm(0.0, gradient, hessian).about(point, value), index > 0.0
+    tails = INVERSIONS["steepest_descent"](form, [value])
+    of_form = float((tails.above if above else tails.below)[0])
+    assert of_form > 1.01 * true
+    branches = far_branches(form, value, point, of_form, above=above)
+    assert branches.shape == (1, size) and form.values(branches) == pytest.approx([value], abs=1e-12)
+    centres = np.vstack([point, branches])
+    found = [
+        corrected_tail(Draws(_cubic, centres, seed), form, of_form, value, above=above, accuracy=0.1, most=4000)
+        for seed in range(6)
+    ]
+    for each in found:
+        assert abs(each.probability - true) < 4.0 * each.standard_error < 0.25 * true
+    assert np.mean([each.probability for each in found]) == pytest.approx(true, rel=0.05)
+
+
+def test_both_sides_of_a_response_that_bends_back_count() -> None:
+    """P(z^2 > 9) has two regions; the form is the response, and keeps the probability of both."""
+    form = QuadraticForm(0.0, np.zeros(1), np.array([[2.0]]))
+    true = 2.0 * special.ndtr(-3.0)
+    branches = far_branches(form, 9.0, np.array([3.0]), true, above=True)
+    draws = Draws(lambda z: (z[:, 0] ** 2,), np.vstack([[3.0], branches]), 1)
+    found = corrected_tail(draws, form, true, 9.0, above=True, accuracy=0.1, most=4000)
+    assert abs(branches[0, 0]) == pytest.approx(3.0) and found.probability == pytest.approx(true, rel=1e-12)
+
+
+def test_unlikely_branches_have_no_samples() -> None:
+    form = QuadraticForm(0.0, np.array([1.0, 0.0]), np.array([[0.02, 0.0], [0.0, -0.5]]))
+    plane = QuadraticForm(0.0, np.ones(2), np.zeros((2, 2)))
+    assert far_branches(form, 3.0, np.array([2.9, 0.0]), 1e-3, above=True).shape == (
+        0,
+        2,
+    )  # 103 standard deviations out
+    assert len(far_branches(form, -3.0, np.array([0.0, 3.5]), 1e-3, above=False)) == 1
+    assert far_branches(form, -1.0, np.array([-1.0, 0.0]), 0.8, above=True).shape == (0, 2)  # the mean is within
+    assert far_branches(plane, 3.0, np.full(2, 1.5), 0.01, above=True).shape == (0, 2)
+
+
+def test_weights_of_several_centres_have_mean_one() -> None:
+    draws = Draws(lambda z: (z[:, 0],), np.array([[1.0, 0.0], [-2.0, 0.5], [0.0, 0.0]]), 4)
+    z, _ = draws.first(60_000)
+    weights = draws.weights(z)
+    assert weights.mean() == pytest.approx(1.0, abs=4.0 * weights.std() / 245.0)
+    assert weights.max() <= 3.0  # one of three centres is the mean
+    assert (weights * z[:, 0] ** 2).mean() == pytest.approx(1.0, abs=0.03)

@@ -8,6 +8,7 @@ from eomgen.products.reliability.tails.distribution import (
     Estimate,
     Tails,
     corrected_tail,
+    far_branches,
     importance_sampling,
 )
 from eomgen.products.reliability.tails.most_probable_point import (
@@ -49,6 +50,7 @@ __all__ = [
     "Unreached",
     "breitung",
     "corrected_tail",
+    "far_branches",
     "first_order",
     "further_design_points",
     "hermite_projection",

@@ -301,6 +301,11 @@ INVERSIONS: Mapping[str, Callable[[Forms, ArrayLike], Tails]] = {
 _BLOCK = 4096
 #: Least number of samples for the correction of a probability.
 FEWEST = 200
+#: Probability of a far branch of a form, relative to the probability of the form, that corrections may leave out, and
+#: largest number of branches with samples.
+_UNSEEN, _BRANCHES = 1e-3, 3
+#: Cosine of the angle to the most probable point above which samples about this point see a branch.
+_SEEN = 0.5
 
 
 class Estimate(NamedTuple):
@@ -336,15 +341,20 @@ def importance_sampling(
 
 @dataclass
 class Draws:
-    """Samples of normal variables about a centre, run at use; a larger sample contains all smaller samples.
+    """Samples of normal variables about centres in turn, run at use; a larger sample contains all smaller samples.
 
     Parameters
     ----------
     run : callable
         From points (m, n) to results, (m,) each; the first result is the response.
-    centre : (n,)
-        Mean of the points, whose covariance is the identity.
+    centre : (n,) or (c, n)
+        Means of the points, whose covariance about each mean is the identity.
     seed : int
+
+    References
+    ----------
+    Veach, Guibas: Optimally combining sampling techniques for Monte Carlo rendering, SIGGRAPH (1995): the weights of
+    several centres, "balance heuristic".
     """
 
     run: Callable[[Array], tuple[Array, ...]]
@@ -357,9 +367,48 @@ class Draws:
         have = sum(len(part[0]) for part in self._parts)
         if have < count:
             random = np.random.default_rng([self.seed, have])
-            points = self.centre + random.standard_normal((count - have, len(self.centre)))
+            centres = np.atleast_2d(self.centre)
+            turns = np.arange(have, count) % len(centres)
+            points = centres[turns] + random.standard_normal((count - have, centres.shape[1]))
             self._parts.append((points, *self.run(points)))
         return tuple(np.concatenate(same) for same in zip(*self._parts, strict=True))
+
+    def weights(self, points: Array) -> Array:
+        """Return the density of standard normal variables relative to the density of the samples at points (m, n):
+        (m,)."""
+        centres = np.atleast_2d(self.centre)
+        exponents = points @ centres.T - 0.5 * np.sum(centres**2, axis=1)
+        return np.exp(-special.logsumexp(exponents, axis=1, b=1.0 / len(centres)))
+
+
+def far_branches(form: QuadraticForm, threshold: float, point: Array, probability: float, *, above: bool) -> Array:
+    """Return points of a form's limit state in other directions than the most probable point: (m, n).
+
+    A form that bends back reaches the threshold on both sides of the mean along a principal axis. Samples about the
+    most probable point never see the other side, so a correction by such samples is wrong by the probability there.
+
+    Parameters
+    ----------
+    point : (n,)
+        The most probable point.
+    probability : float
+        P(y > threshold), or P(y <= threshold), by the form: sides that are likely by less than a thousandth of this
+        probability are left out.
+    """
+    values, vectors = np.linalg.eigh(0.5 * (form.hessian + form.hessian.T))
+    sign = 1.0 if above else -1.0
+    bend, slope, start = sign * values, sign * (vectors.T @ form.gradient), sign * (form.value - threshold)
+    if start >= 0.0:
+        return np.empty((0, len(slope)))
+    back = np.flatnonzero(bend > 0.0)
+    root = np.sqrt(slope[back] ** 2 - 2.0 * bend[back] * start)
+    places = np.concatenate([(-slope[back] - root) / bend[back], (-slope[back] + root) / bend[back]])
+    points = places[:, np.newaxis] * np.tile(vectors[:, back].T, (2, 1))
+    distance = np.abs(places)
+    likely = special.ndtr(-distance) > _UNSEEN * probability
+    seen = points @ point > _SEEN * distance * np.linalg.norm(point)
+    order = np.argsort(distance[likely & ~seen])[:_BRANCHES]
+    return points[likely & ~seen][order]
 
 
 def corrected_tail(
@@ -392,7 +441,7 @@ def corrected_tail(
         count = len(z)
         if np.isnan(y).any():
             return Estimate(float("nan"), float("nan"), count)
-        weights = np.exp(0.5 * draws.centre @ draws.centre - z @ draws.centre)
+        weights = draws.weights(z)
         ours, theirs = (form.values(z) > threshold) == above, (y > threshold) == above
         typical = float(weights[ours].mean()) if ours.any() else float(weights.mean())
         result = min(

@@ -19,6 +19,7 @@ from eomgen.products.reliability.tails import (
     Unreached,
     breitung,
     corrected_tail,
+    far_branches,
     first_order,
     further_design_points,
     hohenbichler_rackwitz,
@@ -129,17 +130,18 @@ def corrected(
 ) -> Distribution:
     """Return probabilities of quadratic forms corrected by samples, with bounds of 95 % confidence.
 
-    Samples are drawn about each most probable point; points near the mean, whose regions are too wide for local
-    samples, have common samples about the mean.
+    Samples are drawn about each most probable point, and about the far branches of forms that bend back; points near
+    the mean, whose regions are too wide for local samples, have common samples about the mean.
     """
     count = len(reached)
     below, above, low, high = (np.empty(count) for _ in range(4))
     for k, one in sorted(enumerate(reached), key=lambda pair: abs(pair[1].index)):  # near points first
         upper, near = one.index >= 0.0, abs(one.index) < _NEAREST
-        draws = about_mean if near else Draws(lambda z: (response.values(z),), one.point, seed + k)
         of_form = float((form.above if upper else form.below)[k])
-        most = _MOST_ABOUT_MEAN if near else _MOST
-        threshold = one.threshold
+        most, threshold, draws = _MOST_ABOUT_MEAN if near else _MOST, one.threshold, about_mean
+        if not near:
+            centres = np.vstack([one.point, far_branches(one.form, threshold, one.point, of_form, above=upper)])
+            draws = Draws(lambda z: (response.values(z),), centres, seed + k)
         best = corrected_tail(draws, one.form, of_form, threshold, above=upper, accuracy=ACCURACY, most=most)
         if best.standard_error > 0.5 * ACCURACY * best.probability and not near:
             other = corrected_tail(about_mean, one.form, of_form, threshold, above=upper, accuracy=ACCURACY, most=_FEW)
