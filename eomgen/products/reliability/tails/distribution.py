@@ -378,7 +378,7 @@ class Draws:
         (m,)."""
         centres = np.atleast_2d(self.centre)
         exponents = points @ centres.T - 0.5 * np.sum(centres**2, axis=1)
-        return np.exp(-special.logsumexp(exponents, axis=1, b=1.0 / len(centres)))
+        return np.asarray(np.exp(-special.logsumexp(exponents, axis=1, b=1.0 / len(centres))))
 
 
 def far_branches(form: QuadraticForm, threshold: float, point: Array, probability: float, *, above: bool) -> Array:
