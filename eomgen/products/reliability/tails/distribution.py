@@ -407,8 +407,9 @@ def far_branches(form: QuadraticForm, threshold: float, point: Array, probabilit
     distance = np.abs(places)
     likely = special.ndtr(-distance) > _UNSEEN * probability
     seen = points @ point > _SEEN * distance * np.linalg.norm(point)
-    order = np.argsort(distance[likely & ~seen])[:_BRANCHES]
-    return points[likely & ~seen][order]
+    chosen = np.flatnonzero(likely & ~seen)
+    nearest: Array = points[chosen[np.argsort(distance[chosen])[:_BRANCHES]]]
+    return nearest
 
 
 def corrected_tail(
