@@ -17,7 +17,7 @@ import eomgen
 from eomgen.cli import main
 from eomgen.products.studies.tuning import race, real_time, tune
 from eomgen.products.studies.tuning.judge import KNOWN, Demand, Judge, conditions
-from eomgen.products.studies.tuning.race import MARGIN, Contender, Tried
+from eomgen.products.studies.tuning.race import MARGIN, Contender, RaceRun
 from eomgen.products.studies.tuning.result import with_settings
 from eomgen.products.studies.tuning.tune import _shortest
 from eomgen.products.studies.work_precision.axes import candidates
@@ -102,7 +102,7 @@ def test_what_is_near_a_winner_of_the_verification_races_as_well(path: Path, mon
     trained, checked = race.Race._trained, tune.verified
     missed = []
 
-    def training(self: race.Race, contender: Contender, run: Tried) -> Tried:
+    def training(self: race.Race, contender: Contender, run: RaceRun) -> RaceRun:
         if len(self.training) > 1 and contender.configuration.method == "rk4":
             return replace(run, error=np.inf, conditions=len(self.training))
         return trained(self, contender, run)
@@ -266,17 +266,17 @@ def test_contenders_expect_what_their_order_says() -> None:
     candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk4"], {}))
     contender = Contender(candidate, candidate.configuration({}), "step", 4.0)
     assert contender.wanted(1e-6) == 4.0
-    contender.add(Tried(4.0, 1e-3, 1e-3), 1e-6)
+    contender.add(RaceRun(4.0, 1e-3, 1e-3), 1e-6)
     assert contender.wanted(MARGIN**-1 * 1e-3 / 16.0) == 8.0  # order 4: half the step
-    contender.add(Tried(8.0, 2.0**-2 * 1e-3, 2e-3), 1e-6)
+    contender.add(RaceRun(8.0, 2.0**-2 * 1e-3, 2e-3), 1e-6)
     assert contender.order == pytest.approx(2.0)  # as low as is believed of 4
     assert contender.best(1e-6) is None
-    contender.add(Tried(64.0, 7e-7, 16e-3), 1e-6)
+    contender.add(RaceRun(64.0, 7e-7, 16e-3), 1e-6)
     assert contender.closed
-    assert contender.best(1e-6) == Tried(64.0, 7e-7, 16e-3)
+    assert contender.best(1e-6) == RaceRun(64.0, 7e-7, 16e-3)
     contender.reopen(5e-7)
     assert not contender.closed
-    contender.add(Tried(128.0, 1e-9, 32e-3), 5e-7)
+    contender.add(RaceRun(128.0, 1e-9, 32e-3), 5e-7)
     assert 64.0 < contender.wanted(5e-7) < 128.0  # between a run that misses and one that is better than demanded
 
 
@@ -285,12 +285,12 @@ def test_a_tolerance_that_has_not_met_the_demand_is_dropped_by_measured_times_al
     candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk45"], {}))
     contender = Contender(candidate, candidate.configuration({}), "tolerance", 1e3)
     demand = 1e-3
-    contender.add(Tried(1e3, 0.19, 1e-4), demand)
+    contender.add(RaceRun(1e3, 0.19, 1e-4), demand)
     assert contender.promised(demand) == 1e-4 < contender.expected(demand)
-    contender.add(Tried(2e3, 0.15, 1.1e-4), demand)  # it hardly helps: by the model a tolerance of 1e-7 is wanted
+    contender.add(RaceRun(2e3, 0.15, 1.1e-4), demand)  # it hardly helps: by the model a tolerance of 1e-7 is wanted
     assert contender.promised(demand) == 1.1e-4 and contender.expected(demand) > 2.0 * contender.promised(demand)
-    contender.add(Tried(1e4, 9e-4, 1.2e-4), demand)
-    assert contender.best(demand) == Tried(1e4, 9e-4, 1.2e-4)
+    contender.add(RaceRun(1e4, 9e-4, 1.2e-4), demand)
+    assert contender.best(demand) == RaceRun(1e4, 9e-4, 1.2e-4)
     assert contender.promised(demand) == contender.expected(demand)
 
 
@@ -299,13 +299,13 @@ def test_the_margin_is_not_bought_with_twice_the_steps() -> None:
     candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk4"], {}))
     contender = Contender(candidate, candidate.configuration({}), "step", 0.125, 8)
     demand = 1e-8
-    contender.add(Tried(0.125, 0.9 * 4.0**4 * demand, 1e-3), demand)
+    contender.add(RaceRun(0.125, 0.9 * 4.0**4 * demand, 1e-3), demand)
     assert MARGIN < 0.9 and contender.wanted(demand) == 0.5
     assert contender.expected(demand) == pytest.approx(4e-3)
-    contender.add(Tried(0.5, 1.01 * demand, 4e-3), demand)  # it misses
+    contender.add(RaceRun(0.5, 1.01 * demand, 4e-3), demand)  # it misses
     assert contender.wanted(demand) == 1.0
     fine = Contender(candidate, candidate.configuration({}), "step", 8.0)
-    fine.add(Tried(8.0, 0.9 * 2.0**4 * demand, 1e-3), demand)
+    fine.add(RaceRun(8.0, 0.9 * 2.0**4 * demand, 1e-3), demand)
     assert fine.wanted(demand) == 17.0  # whole steps are near, and the margin is cheap
 
 

@@ -171,7 +171,7 @@ class ComparedMotion(NamedTuple):
         return self._replace(rows=self.rows[places], outputs={name: one[places] for name, one in self.outputs.items()})
 
 
-class Apart(NamedTuple):
+class MotionDifference(NamedTuple):
     """How two motions differ, by kind, at times (n,) that both have rows at."""
 
     t: Array
@@ -243,7 +243,7 @@ class ComparisonRuns:
         motion = self._motion(result.rows, self._outputs(result.rows, result.parameters), result.events)
         return motion._replace(stopped=result.stopped, statistics=result.statistics)
 
-    def same(self, apart: Apart) -> bool:
+    def same(self, apart: MotionDifference) -> bool:
         """Return whether differences are rounding of a motion that is more than that."""
         return not self.size.still and float(shares(apart.kinds, self.size).max(initial=0.0)) < self.rounding
 
@@ -266,7 +266,7 @@ class ComparisonRuns:
         """Return by how much the steps of a run at a multiple of the step are longer in effect, up to times (n,) s."""
         return self.parts.ratio(self.step, multiple * self.step, times)
 
-    def apart(self, first: ComparedMotion, second: ComparedMotion) -> Apart:
+    def apart(self, first: ComparedMotion, second: ComparedMotion) -> MotionDifference:
         """Return the differences of two motions at their common times.
 
         Rows at an event that changes the motion are left out, since rounding decides on which side of the event a row
@@ -284,7 +284,7 @@ class ComparisonRuns:
         for name, values in one.outputs.items():  # if a formula has no value in both, the difference is 0
             undefined = ~(np.isfinite(values) | np.isfinite(other.outputs[name]))
             kinds[f"output.{name}"][undefined.reshape(kinds[f"output.{name}"].shape)] = 0.0
-        return Apart(times[0][result], kinds)
+        return MotionDifference(times[0][result], kinds)
 
     def _energies(self) -> float:
         """Return the energies at work, J: the largest kinetic energy and the range of the potential energy; 0 if no

@@ -23,10 +23,10 @@ from eomgen.results.error_estimate import NOTICED, ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.simulation.accuracy.comparison_runs import (
     INTERRUPTED,
-    Apart,
     AtRows,
     ComparedMotion,
     ComparisonRuns,
+    MotionDifference,
     NoEstimateError,
     counted,
     planned_steps,
@@ -283,7 +283,7 @@ def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimat
     return replace(estimate(runs, pair, float(runs.run.method.order)), passed_over=passed_over)
 
 
-def _largest_of(differing: Sequence[tuple[Apart, float]]) -> Apart:
+def _largest_of(differing: Sequence[tuple[MotionDifference, float]]) -> MotionDifference:
     """Return the largest of differences times their factors, at the times of the last element whose differences cover
     all rows."""
     apart, gain = differing[-1]
@@ -293,7 +293,7 @@ def _largest_of(differing: Sequence[tuple[Apart, float]]) -> Apart:
         known = (places < len(apart.t)) & np.isin(other.t, apart.t)
         for kind, values in other.kinds.items():
             kinds[kind][places[known]] = np.maximum(kinds[kind][places[known]], factor * values[known])
-    return Apart(apart.t, kinds)
+    return MotionDifference(apart.t, kinds)
 
 
 def _smaller(runs: ComparisonRuns) -> str:
@@ -385,7 +385,7 @@ def _passed_over(runs: ComparisonRuns, other: ComparedMotion) -> str:
     return ""
 
 
-def _doubtful(runs: ComparisonRuns, result: ErrorEstimate, near: Apart) -> bool:
+def _doubtful(runs: ComparisonRuns, result: ErrorEstimate, near: MotionDifference) -> bool:
     """Return whether longer steps tell too little, so that a shorter one has to.
 
     An angle that turns by more than half a turn within a step is sampled in the same way by longer steps.

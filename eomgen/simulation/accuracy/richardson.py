@@ -16,7 +16,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.calls import ByName
 from eomgen.results.error_estimate import NONE, OWN, ErrorEstimate, Largest
-from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, Apart, ComparisonRuns
+from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, ComparisonRuns, MotionDifference
 from eomgen.simulation.accuracy.motion_size import Kinds, shares
 
 #: Differences above this part of the motion are too large to follow powers of the step.
@@ -40,11 +40,11 @@ class Pair(NamedTuple):
     refinement : ratio of the steps of neighbouring runs
     """
 
-    apart: Apart
+    apart: MotionDifference
     gain: Callable[[float], Array]
     words: str
-    near: Apart | None = None
-    far: Apart | None = None
+    near: MotionDifference | None = None
+    far: MotionDifference | None = None
     refinement: float = 2.0
 
 

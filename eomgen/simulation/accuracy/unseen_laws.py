@@ -38,20 +38,20 @@ _COSTLY = 4
 #: Least deviation of a formula from its chord over a step, relative to its range over the run, of examined steps.
 _BENT = 0.1
 #: Maximum number of steps with evaluated defects, intervals per step, and features located per step.
-_HOT, _INTERVALS, _MET = 128, 24, 8
+_MOST_STEPS, _INTERVALS, _MET = 128, 24, 8
 #: Number of mesh halvings towards a feature, to resolve narrow features.
-_CLOSER = 24
+_HALVINGS = 24
 #: Thresholds of a finding, relative to velocities or ranges of internal states: for the accumulated defect, and for the
 #: largest defect within a step. A barrier that changes the velocity by a fourth takes about half the kinetic energy.
 _UNSEEN, _WITHIN = 0.05, 0.25
 #: Aliased laws: standard deviation from the chords over the steps, relative to the standard deviation of the law, above
 #: which a law counts as aliased (a sine with 2.2 steps to a period); the fraction of the steps with such deviations;
 #: and the ratio of the effect to the stated error above which the law is reported.
-_HIDDEN, _MOSTLY, _UNDERSTATED = 0.8, 0.5, 3.0
+_HIDDEN, _ALIASED_FRACTION, _UNDERSTATED = 0.8, 0.5, 3.0
 #: Number of successive steps whose defects are summed for aliased laws.
 _SUCCESSIVE = 256
 #: Fraction of the path still ahead, above which a velocity that has dropped is the scale of later defects.
-_GOES_ON = 0.1
+_REMAINING_PATH = 0.1
 #: Ranges below this fraction of the largest value are rounding errors.
 _ROUNDING = 1e-6
 #: For the damping of defects by stiff motion: number of steps with Jacobians, states per step, difference step.
@@ -60,7 +60,7 @@ _PARTIALS, _STATES, _DIFFERENCE = 32, 8, 1e-6
 _RESOLVED = 8.0
 #: Refinement of the rows for a second examination of adaptive methods after a first finding: some steps of these
 #: methods are shorter than the average.
-_FINER = (8.0,)
+_REFINEMENTS = (8.0,)
 #: Number of rows behind a step in which a level is checked to hold the motion.
 _HELD = 4096
 #: Part of the change within a step over which a rate jumps: nodes lie so close at comparisons.
@@ -173,7 +173,7 @@ def unseen_law(
         recorded = _Examination(StepPath(run, rows, parameters, inputs), laws, ends, changes, stated=stated)
         if not recorded.looked_at:
             return None
-        for finer in (1.0, *_FINER) if run.method.chooses_steps else (1.0,):
+        for finer in (1.0, *_REFINEMENTS) if run.method.chooses_steps else (1.0,):
             taken = step_rows(run, library, rows, parameters, statistics, finer=finer)
             if taken is None:
                 return None
@@ -326,7 +326,7 @@ class _Examination:
                 off = np.abs(values - line).max(axis=1) / span
                 bent = np.maximum(bent, off)
                 hidden = np.std((values - line)[:, 1:-1]) > _HIDDEN * np.std(values)
-                self._aliased |= bool(hidden and np.mean(off > _BENT) > _MOSTLY)
+                self._aliased |= bool(hidden and np.mean(off > _BENT) > _ALIASED_FRACTION)
         for feature, table in zip(self._features, self._arguments, strict=True):
             met = met | (np.ptp(feature.sides(table), axis=1) >= feature.least)
         looked = np.flatnonzero((bent > _BENT) | met)
@@ -336,7 +336,7 @@ class _Examination:
         """Return an unresolved law, with the remedy; None if the steps resolve all laws."""
         if not self.looked_at:
             return None
-        chosen = np.sort(np.array(self.looked_at[:_HOT], dtype=np.intp))
+        chosen = np.sort(np.array(self.looked_at[:_MOST_STEPS], dtype=np.intp))
         share = len(self.looked_at) / len(chosen) * len(self._whole) / len(self._steps)
         if (
             self._path.run.method.chooses_steps
@@ -371,7 +371,7 @@ class _Examination:
         """Return a mesh in [0, 1] for each step, refined towards features."""
         even = np.linspace(0.0, 1.0, _INTERVALS + 1)
         result = [[even, self._inside(int(step))] for step in steps]
-        closer = np.ldexp(1.0 / len(grid), -np.arange(_CLOSER))
+        closer = np.ldexp(1.0 / len(grid), -np.arange(_HALVINGS))
         for feature, table in zip(self._features, arguments, strict=True):
             places, numbers = self._passed(feature, table, grid, steps)
             for place, number in zip(places, numbers, strict=True):
@@ -581,8 +581,8 @@ class _Examination:
         left = np.vstack([np.cumsum(covered[::-1], axis=0)[::-1], np.zeros(self._model.nv)])
         after = np.maximum.accumulate(speeds[::-1], axis=0)[::-1]
         sizes = np.tile(self._sizes, (len(speeds), 1))
-        slower = np.clip(after, _GOES_ON * self._sizes[: self._model.nv], self._sizes[: self._model.nv])
-        sizes[:, : self._model.nv] = np.where(left > _GOES_ON * left[:1], slower, sizes[:, : self._model.nv])
+        slower = np.clip(after, _REMAINING_PATH * self._sizes[: self._model.nv], self._sizes[: self._model.nv])
+        sizes[:, : self._model.nv] = np.where(left > _REMAINING_PATH * left[:1], slower, sizes[:, : self._model.nv])
         return sizes
 
     def _shares(self, lacking: Array, sizes: Array | None = None) -> Array:
@@ -746,7 +746,7 @@ def _without_gaps(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
     evaluated."""
     gaps = np.diff(chosen) - 1
     shortest = np.argsort(gaps, kind="stable")
-    filled = shortest[np.cumsum(gaps[shortest]) + len(chosen) <= _HOT]
+    filled = shortest[np.cumsum(gaps[shortest]) + len(chosen) <= _MOST_STEPS]
     result = [chosen, *(np.arange(chosen[k] + 1, chosen[k + 1]) for k in filled)]
     return np.sort(np.concatenate(result))
 

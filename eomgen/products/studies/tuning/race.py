@@ -44,7 +44,7 @@ GAIN = 0.1
 
 
 @dataclass(frozen=True)
-class Tried:
+class RaceRun:
     """One run.
 
     Attributes
@@ -85,12 +85,12 @@ class Contender:
     kind: str
     start: float
     coarsest: int = 1
-    runs: list[Tried] = field(default_factory=list)
+    runs: list[RaceRun] = field(default_factory=list)
     closed: bool = False
     why: str = ""
     taken: int = 0
 
-    def best(self, demand: float) -> Tried | None:
+    def best(self, demand: float) -> RaceRun | None:
         """Return the cheapest run of this configuration with an error of at most ``demand``; None if there is none."""
         able = [run for run in self.runs if run.error <= demand]
         return min(able, key=lambda run: run.seconds, default=None)
@@ -100,7 +100,7 @@ class Contender:
         best = self.best(demand)
         return math.inf if best is None else best.seconds
 
-    def how(self, run: Tried) -> dict[str, Any]:
+    def how(self, run: RaceRun) -> dict[str, Any]:
         """Return a run as arguments of ``Runner.run``."""
         if self.kind == TOLERANCE:
             return {"configuration": self.configuration, "tolerance": 1.0 / run.resolution}
@@ -110,7 +110,7 @@ class Contender:
     def order(self) -> float:
         """Decades of error per decade of resolution, by the last two meaningful runs, else the declared order."""
         declared = self._declared
-        told = self._told
+        told = self._meaningful_pair
         if len(told) < 2 or told[1].resolution < 1.3 * told[0].resolution:
             return declared
         seen = math.log(told[0].error / told[1].error) / math.log(told[1].resolution / told[0].resolution)
@@ -121,7 +121,7 @@ class Contender:
         return 1.0 if self.kind == TOLERANCE else float(self.candidate.method.order)
 
     @property
-    def _told(self) -> list[Tried]:
+    def _meaningful_pair(self) -> list[RaceRun]:
         """The last two meaningful runs, the coarser first."""
         told = (run for run in self.runs if 1e-14 < run.error < COARSE)
         return sorted(told, key=lambda run: run.resolution)[-2:]
@@ -175,7 +175,7 @@ class Contender:
         if not self.runs:
             return 0.0
         wanted = self.wanted(demand)
-        if len(self._told) == len(self.runs) == 1 and (error := self.runs[0].error) < MARGIN * demand:
+        if len(self._meaningful_pair) == len(self.runs) == 1 and (error := self.runs[0].error) < MARGIN * demand:
             # corners may lower the order, and then still coarser runs do
             coarser = (max(error, 1e-14) / (MARGIN * demand)) ** (1.0 / (LEAST_ORDER * self._declared))
             wanted = min(wanted, coarser * self.runs[0].resolution)
@@ -190,7 +190,7 @@ class Contender:
             per_step = min(max(slope, 0.3 * per_step), 1.2 * per_step)
         return max(last.seconds + per_step * (wanted - last.resolution), 0.1 * last.seconds)
 
-    def add(self, run: Tried, demand: float) -> None:
+    def add(self, run: RaceRun, demand: float) -> None:
         """Take a run, and close if another would gain little."""
         self.runs.append(run)
         self.taken += 1
@@ -278,7 +278,7 @@ class Race:
         close = [c for c in able if c.seconds(self.demand) <= CLOSE * able[0].seconds(self.demand)][:FINALISTS]
         if len(close) < 2:
             return
-        entered: list[tuple[Contender, Tried, Repeated, list[float]]] = []
+        entered: list[tuple[Contender, RaceRun, Repeated, list[float]]] = []
         for contender in close:
             run = contender.best(self.demand)
             if run is not None:
@@ -303,7 +303,7 @@ class Race:
             first.runs[first.runs.index(run)] = self._trained(first, run)
             first.reopen(self.demand)
 
-    def _trained(self, contender: Contender, run: Tried) -> Tried:
+    def _trained(self, contender: Contender, run: RaceRun) -> RaceRun:
         """Return a run with the largest error after runs under the remaining conditions of the training."""
         error, done = run.error, run.conditions
         for condition in self.training[done:]:
@@ -315,10 +315,10 @@ class Race:
                 break
         return replace(run, error=error, conditions=done)
 
-    def _tried(self, contender: Contender, resolution: float, best: float) -> Tried:
+    def _tried(self, contender: Contender, resolution: float, best: float) -> RaceRun:
         """Return a run of a contender; of infinite error without reaching the end."""
         self.runs += 1
-        tried = Tried(resolution, math.inf, 1e-3)
+        tried = RaceRun(resolution, math.inf, 1e-3)
         outcome = self.runner.run(**contender.how(tried), estimated=False)
         if outcome.ended == REFUSED:
             self._leave_out(contender, outcome.said)
@@ -330,7 +330,7 @@ class Race:
             taken = timed(outcome.repeated, 1)
             if taken[0] < SHORT:  # the first of these was with cold caches
                 taken = timed(outcome.repeated, REPEATS)
-            run = Tried(resolution, error, statistics.median(taken), error, steps)
+            run = RaceRun(resolution, error, statistics.median(taken), error, steps)
             if error <= self.demand and run.seconds < FAR * best:
                 run = self._trained(contender, run)
                 if run.error <= self.demand:

@@ -15,7 +15,7 @@ from eomgen.base.messages import shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, Verified, conditions, verified
-from eomgen.products.studies.tuning.race import Contender, Race, RaceEntries, Tried
+from eomgen.products.studies.tuning.race import Contender, Race, RaceEntries, RaceRun
 from eomgen.products.studies.tuning.real_time import RealTime
 from eomgen.products.studies.tuning.real_time import real_time as in_real_time
 from eomgen.products.studies.tuning.result import Rival, Tuned
@@ -235,7 +235,7 @@ class _Tuning:
         self,
         demand: Demand,
         contenders: Sequence[Contender],
-        won: tuple[Contender, Tried],
+        won: tuple[Contender, RaceRun],
         checks: tuple[Verified, ...],
         own_settings: tuple[str, float, float],
         spent: tuple[float, int],
@@ -313,7 +313,7 @@ def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -
     return tuple(sorted(best.values(), key=lambda rival: rival.seconds))
 
 
-def _next_digit(contenders: Sequence[Contender], run: Tried, demand: float) -> float:
+def _next_digit(contenders: Sequence[Contender], run: RaceRun, demand: float) -> float:
     expected = [c.expected(0.1 * demand) for c in contenders if c.runs and any(r.error < 0.2 for r in c.runs)]
     return max(min(expected, default=0.0) / run.seconds, 1.0) if expected else 0.0
 
