@@ -39,6 +39,8 @@ _WIDEST = 400
 #: Compilers that run at once; each may take some 200 MB.
 _MOST_COMPILERS = 8
 _FAULT = re.compile(r"^([^\s:]+):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$", re.MULTILINE)
+#: Of GNU linkers: a function in two files.
+_TWICE = re.compile(r"([^\s/:]+):\([^)]*\): multiple definition of [`'‘](\w+)")
 _C_HINT = "C99, and int NAME(double t, const double *signals, double *values, double *memory)"
 #: Priority of compilers in the background, as of ``nice``.
 _NICE = 5
@@ -395,6 +397,11 @@ def faults_in(output: str, written: Mapping[str, str]) -> list[Problem]:
             if file.rpartition("/")[2] == shown_as:
                 problem = Problem(f"{shown_as}:{line}", f"the C compiler finds {fault}", _C_HINT)
                 result.setdefault((shown_as, line), problem)
+    for name, function in _TWICE.findall(output):
+        if name in written:
+            shown_as = written[name]
+            fault = f"the function {function} is defined in another file, too, and models have all files linked"
+            result.setdefault((shown_as, function), Problem(shown_as, fault, f"static before {function}"))
     return list(result.values())
 
 

@@ -9,6 +9,8 @@ import pytest
 
 import eomgen
 from eomgen.errors import DescriptionError, ModelError, ToolchainError
+from eomgen.formula.evaluate import symbols
+from eomgen.products.laws import checks
 from tests.models.c_laws import TYRE_C, TYRE_LAW, wheel_scene
 from tests.models.cache import shared_cache
 
@@ -43,6 +45,16 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             "(laws.tyre.python): the key 'python' is unknown here; try: source, a C file; or [definitions], if the law"
             " has a formula",
         ),
+        (
+            {"arguments": {"kappa": "", "alpha": "deg", "load": "N"}},
+            "(laws.tyre.arguments.alpha): a law has numbers in SI and converts nothing, and 'deg' is not of SI;"
+            ' try: "rad", and the factor in the file',
+        ),
+        ({"results": {"fx": "kN", "fy": "N"}}, "(laws.tyre.results.fx): a law has numbers in SI and converts nothing"),
+        ({"results": {"fx": "newtn", "fy": "N"}}, "(laws.tyre.results.fx): there is no unit 'newtn'"),
+        ({"function": "exp"}, "'exp' cannot be the name of a C function here; try: letters, digits and underscores"),
+        ({"scales": {"load": "1 kN"}}, "(laws.tyre.scales.load): a number is needed here, not '1 kN'"),
+        ({"arguments": ["kappa"]}, "(laws.tyre.arguments): a table is needed here, not a list"),
     ],
 )
 def test_mistakes_in_entries(folder: Path, change: dict[str, Any], message: str) -> None:
@@ -59,6 +71,8 @@ def test_mistakes_in_entries(folder: Path, change: dict[str, Any], message: str)
         ("law.tyre.fz(0, 0, 1)", "law.tyre has no result 'fz'"),
         ("law.tyre(0, 0, 1)", "law.tyre has the results fx, fy (column 1); try: law.tyre.fx(kappa, alpha, load)"),
         ("law.tyre.fy(0, 0)", "law.tyre() takes 3 arguments, not 2 (column 1); try: law.tyre.fy(kappa, alpha, load)"),
+        ("tyre(0, 0, 1)", "unknown function 'tyre' (column 1); try: law.tyre.fx(kappa, alpha, load)"),
+        ("laws.tyre(0, 0, 1)", "not 'laws.tyre' (column 1); try: law.tyre.fx(kappa, alpha, load)"),
         ("law.tyre", "law.tyre is a function of kappa, alpha, load, and needs arguments"),
         ("law.tyre.fx(0, 0, 1)[0]", "law.tyre has no component 0"),
         (
@@ -118,12 +132,39 @@ def test_faults_of_the_compiler_name_the_line(folder: Path, old: str, new: str) 
             "partials[2] = -mu * x",
             "tyre_partials: the derivative of fx by load is",
         ),
+        (
+            "partials[2] = mu * x",
+            "partials[2] = 1.004 * mu * x",
+            "tyre_partials: the derivative of fx by load is",
+        ),
+        ("    results[0] =", "    ((double *)arguments)[0] = 0.0; results[0] =", "tyre writes to its arguments"),
+        ("    results[0] =", "    ((double *)parameters)[1] = 0.0; results[0] =", "tyre writes to its parameters"),
+        (
+            "    results[0] =",
+            "    if (load > 0.0) exit(3); results[0] =",
+            "tyre ends the process by exit(3) at kappa = 0.",
+        ),
+        ("    results[0] =", "    exit(0); results[0] =", "tyre ends the process by exit(0) at kappa = 0."),
+        ("    results[0] =", "    abort(); results[0] =", "tyre ends the process by SIGABRT at kappa = 0."),
+        (
+            "    partials[0] =",
+            "    *(volatile double *)8 = 1.0; partials[0] =",
+            "tyre_partials ends the process by SIGSEGV at kappa = 0.",
+        ),
+        (
+            "    results[0] =",
+            "    while (load > 0.0) { } results[0] =",
+            "tyre does not return within 0.5 s at kappa = 0.",
+        ),
     ],
 )
-def test_faults_of_the_functions(folder: Path, old: str, new: str, message: str) -> None:
+def test_faults_of_the_functions(
+    folder: Path, old: str, new: str, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(checks, "_LONGEST", 0.5)
     scene = wheel_scene(TYRE_LAW, folder)
     assert old in TYRE_C
-    (folder / "tyre.c").write_text(TYRE_C.replace(old, new), encoding="utf-8")
+    (folder / "tyre.c").write_text("#include <stdlib.h>\n" + TYRE_C.replace(old, new), encoding="utf-8")
     with pytest.raises(ModelError) as error:
         eomgen.build(scene)
     assert message in str(error.value)
@@ -168,3 +209,117 @@ def test_drives_and_bases_have_no_laws(folder: Path) -> None:
         with pytest.raises(DescriptionError) as error:
             eomgen.build(scene)
         assert f"({place}): {fault}" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            TYRE_C.replace("#include <math.h>", "/* headers: none */"),
+            "try: #include <...> of the header that declares it, as <math.h>",
+        ),
+        (
+            TYRE_C.replace("void tyre(", "void tire(") + "void tyre(const double *a, const double *p, double *r);\n",
+            "tyre.c: the function tyre is declared or called, and has no body in the file; try: its body in tyre.c",
+        ),
+    ],
+)
+def test_functions_without_header_or_body(folder: Path, text: str, message: str) -> None:
+    scene = wheel_scene(TYRE_LAW, folder)
+    (folder / "tyre.c").write_text(text, encoding="utf-8")
+    with pytest.raises(ToolchainError) as error:
+        eomgen.build(scene)
+    assert message in str(error.value)
+
+
+def test_a_mark_of_byte_order_is_no_fault(folder: Path) -> None:
+    """Editors of Windows write one in front of UTF-8."""
+    scene = wheel_scene(TYRE_LAW, folder)
+    (folder / "tyre.c").write_text(TYRE_C, encoding="utf-8-sig")
+    assert eomgen.load(scene).parts["laws"][0].source.text == TYRE_C
+
+
+def test_functions_of_one_name_in_two_files(folder: Path) -> None:
+    scene = wheel_scene(TYRE_LAW, folder)
+    (folder / "rear.c").write_text(TYRE_C.replace("0.3", "0.2"), encoding="utf-8")
+    scene["laws"]["rear"] = TYRE_LAW | {"source": "rear.c"}
+    with pytest.raises(DescriptionError) as error:
+        eomgen.load(scene)
+    fault = "(laws.rear.function): the law tyre has another function tyre in a file of its own; try: another name"
+    assert fault in str(error.value)
+    (folder / "rear.c").write_text(TYRE_C, encoding="utf-8")
+    eomgen.load(scene)
+
+
+@pytest.mark.slow
+def test_helpers_of_one_name_in_two_files(folder: Path) -> None:
+    scene = wheel_scene(TYRE_LAW, folder)
+    text = TYRE_C.replace("static double magic", "double magic(double, double, double, double *);\ndouble magic")
+    (folder / "tyre.c").write_text(text, encoding="utf-8")
+    rear = TYRE_LAW | {"source": "rear.c", "function": "rear", "partials": "rear_partials"}
+    (folder / "rear.c").write_text(text.replace("void tyre", "void rear"), encoding="utf-8")
+    scene["laws"]["rear"] = rear
+    scene["outputs"]["rear"] = {"formula": "law.rear.fx(0.1, 0, 1000)"}
+    with pytest.raises(ToolchainError) as error:
+        eomgen.build(scene, profile="quick")
+    assert "the function magic is defined in another file, too, and models have all files linked; try: static" in str(
+        error.value
+    )
+
+
+@pytest.mark.slow
+def test_a_law_that_is_not_a_number_is_named_by_the_run(folder: Path) -> None:
+    text = "void spin(const double *a, const double *p, double *r)\n{\n    r[0] = a[0] > 2.9 ? p[0] / p[0] : a[0];\n}\n"
+    (folder / "spin.c").write_text(text, encoding="utf-8")
+    law = {"source": "spin.c", "function": "spin", "arguments": {"speed": "rad/s"}, "results": {"torque": "N m"}}
+    joint = {"type": "revolute", "parent": "base", "child": "disc", "axis": [0, 0, 1], "initial": {"velocity": 3}}
+    scene = {
+        "format": 1,
+        "name": "disc",
+        "laws": {"spin": law | {"parameters": {"c": 0}}},
+        "bodies": {"disc": {"mass": 1, "inertia": [1, 1, 1]}},
+        "joints": {"axle": joint},
+        "efforts": {"brake": {"joint": "axle", "effort": "-law.spin(v.axle)"}},
+    }
+    run = eomgen.build(scene, method="rk4", profile="quick").simulate(0.1, 1e-2)
+    assert "where in a formula law.spin is nan at speed = 3;" in run.message
+
+
+PART = """\
+format = 1
+name = "part"
+[parameters]
+c = { value = 2, tunable = true }
+[bodies.jaw]
+mass = 1
+[joints.slide]
+type = "prismatic"
+parent = "base"
+child = "jaw"
+axis = [1, 0, 0]
+initial = { velocity = 1 }
+[laws.drag]
+source = "drag.c"
+function = "drag"
+arguments = { speed = "m/s" }
+results = { force = "N" }
+parameters = { c = "c" }
+[efforts.drag]
+joint = "slide"
+effort = "law.drag(v.slide)"
+"""
+DRAG_C = "void drag(const double *a, const double *p, double *r)\n{\n    r[0] = -p[0] * a[0];\n}\n"
+
+
+def test_parameters_of_laws_in_included_files(folder: Path) -> None:
+    """The parameters of a law have the names of the scene already when a formula of the included file calls the law."""
+    (folder / "drag.c").write_text(DRAG_C, encoding="utf-8")
+    (folder / "part.toml").write_text(PART, encoding="utf-8")
+    for name, prefix in (("left", "left_"), ("c", "c_"), ("bare", "")):
+        scene = f'format = 1\nname = "whole"\n[include.{name}]\nfile = "part.toml"\nprefix = "{prefix}"\n'
+        (folder / "whole.toml").write_text(scene, encoding="utf-8")
+        [effort] = eomgen.load(folder / "whole.toml").efforts
+        assert {(symbol.kind, symbol.name) for symbol in symbols(effort.effort)} == {
+            ("v", f"{prefix}slide"),
+            ("parameter", f"{prefix}c"),
+        }

@@ -287,6 +287,21 @@ def test_definitions_that_are_one_name_or_number_are_used(tmp_path: Path, capsys
         ),
         ('k = "2"', "", "definitions.k) the name k is both a parameter and a definition; another name for one of them"),
         ('a = { unit = "m" }', "", "definitions.a.formula) the key formula is missing; formula = ..."),
+        (
+            'load = "2 * v.rail"',
+            '[outputs]\ny = { formula = "load(q.rail)" }',
+            "outputs.y.formula[0]) load is a number, not a function (column 1); load alone, or load * (...)",
+        ),
+        (
+            'load = "2 * v.rail"',
+            '[outputs]\ny = { formula = "1 + definition.load" }',
+            "outputs.y.formula[0]) unknown quantity 'definition' (column 5); load",
+        ),
+        (
+            'load = "2 * v.rail"',
+            '[outputs]\ny = { definition = "load" }',
+            "outputs.y.definition) the key 'definition' is unknown here; formula",
+        ),
     ],
 )
 def test_mistakes_are_named_at_their_place(definitions: str, rest: str, expected: str, tmp_path: Path) -> None:
@@ -308,3 +323,12 @@ def test_the_builder_takes_definitions(tmp_path: Path) -> None:
     builder.body("cart", 2.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"position": 0.1})
     run = eomgen.build(builder.effort("spring", "rail", "force").build(), method="rk4").simulate(1.0, 1e-3)
     np.testing.assert_allclose(run.q[:, 0], 0.1 * np.cos(np.sqrt(2.5) * run.t), atol=1e-10)
+
+
+def test_a_unit_that_is_not_of_si_is_noted(tmp_path: Path) -> None:
+    text = f'{HEAD}[definitions]\nway = {{ formula = "q.rail", unit = "mm" }}\n[outputs]\ny = {{ formula = "way" }}\n'
+    note = (
+        "definitions.way.unit: its unit mm is a label, and its values are in m: labels convert nothing, a formula does"
+    )
+    assert note in eomgen.load(written(tmp_path, text)).notes
+    assert note not in eomgen.load(written(tmp_path, text.replace('"mm"', '"m"'))).notes

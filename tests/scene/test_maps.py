@@ -179,6 +179,14 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
         "(maps.torque.values[1]): 1 value for 2 nodes of y; try: one value for each node of y",
     ),
     "order": ({**LISTS, "x": [0, 2, 1]}, "(maps.torque.x): node 3 of x: the points are not in order: 1 comes after 2"),
+    "repeated node": (
+        {**LISTS, "x": [0, 1, 1]},
+        "(maps.torque.x): node 3 of x: 1 occurs again; try: increasing nodes of x, values in the same order",
+    ),
+    "one node": (
+        {"x": [0, 1], "y": [0], "values": [[1], [2]]},
+        "(maps.torque.y): a grid has two nodes or more of y, not 1; try: more nodes of y",
+    ),
     "both": ({**LISTS, "table": {"file": "a.csv"}}, "(maps.torque.table): table and x, y, values are both given"),
     "period": (
         {**LISTS, "outside": "periodic"},
@@ -284,3 +292,53 @@ def test_units_in_titles_of_columns_are_noted(tmp_path: Path) -> None:
     note += '; try: x_unit = "rpm"'
     assert note in eomgen.load(_file(tmp_path, {"file": "grid.csv"})).notes
     assert note not in eomgen.load(_file(tmp_path, {"file": "grid.csv", "x_unit": "rpm"})).notes
+
+
+@pytest.mark.parametrize(
+    ("effort", "message"),
+    [
+        ("torque(v.axle, 0)", "unknown function 'torque' (column 1); try: map.torque(x, y)"),
+        ("maps.torque(v.axle, 0)", "only functions can be called, not 'maps.torque' (column 1); try: map.torque(x, y)"),
+        (
+            "derivative.torque(v.axle, 0)",
+            "there is no curve 'torque' (column 1); try: map.torque(x, y), which has no derivative in formulas",
+        ),
+        (
+            "derivative.map.torque(v.axle, 0)",
+            "only functions can be called (column 1); try: map.torque(x, y) without a word before it",
+        ),
+    ],
+)
+def test_calls_by_another_name_are_told_the_word(effort: str, message: str) -> None:
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(scene(efforts={"drag": {"joint": "axle", "effort": effort}}))
+    assert message in str(raised.value)
+
+
+SMALL = [(0.0, 0.0, 1.0), (0.0, 1.0, 2.0), (1.0, 0.0, 3.0), (1.0, 1.0, 4.0), (2.0, 0.0, 5.0), (2.0, 1.0, 6.0)]
+
+
+@pytest.mark.parametrize(
+    ("rows", "table", "message"),
+    [
+        (
+            SMALL,
+            {"x": "speed", "y": "speed"},
+            "(maps.torque.table): x and y are the same column 'speed'; try: a column",
+        ),
+        (
+            [*SMALL[:3], (1.000000000001, 1.0, 4.0), *SMALL[4:]],
+            {},
+            "2 holes, the first at x = 1, y = 1; try: numbers of x rounded alike: 1.0 and 1.000000000001 are two nodes",
+        ),
+        (SMALL, {"y_unit": "mm"}, "the argument y of map.torque is in m by its own entry, and is given here in rad"),
+        (SMALL, {"x_unit": "rmp"}, "(maps.torque.table.x_unit): there is no unit 'rmp'"),
+    ],
+)
+def test_files_and_units_that_do_not_fit(
+    tmp_path: Path, rows: list[tuple[float, float, float]], table: dict[str, Any], message: str
+) -> None:
+    write(tmp_path / "grid.csv", rows)
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(_file(tmp_path, {"file": "grid.csv", **table}))
+    assert message in str(raised.value)

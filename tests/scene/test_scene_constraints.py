@@ -469,6 +469,8 @@ _EXAMPLE = '; try: equation = "q.rod - lift(q.cam)", which is 0 on the constrain
         ('equation = "q.z"\nunit = "rad"', '(constraints.wire.unit): the equation is in m, not in rad; try: "m"'),
         ('equation = "q.z"\nunit = "m/s"', "an equation of positions is in m or rad, not in m/s; try: m"),
         ('equation = "q.z"\nunit = "kg"', "'kg' is not known here; try: one of m, rad, m/s or rad/s"),
+        ('formula = "q.z - q.x"', "(constraints.wire.formula): the key 'formula' is unknown here; try: equation"),
+        (f'{_FRAMES}equation = "Z - 1"', "wire.equation): unknown name 'Z' (column 1); try: z"),
         ('equation = "q.z"\ndrive = "t"', "a formula constraint has no drive; try: type = revolute"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -10,7 +11,8 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.errors import ToolchainError
+from eomgen.base.messages import counted
+from eomgen.errors import Problem, ToolchainError
 from eomgen.system.signals import CSource
 
 #: Name of the number type that follows the type of a build, and the definition for files with this name.
@@ -21,6 +23,8 @@ typedef float {NUMBER};
 #else
 typedef double {NUMBER};
 #endif"""
+#: Calls of unknown functions are faults: older compilers guess their arguments.
+_STRICT = '#pragma GCC diagnostic error "-Wimplicit-function-declaration"'
 #: Function of one point: from arguments and parameters (n,) to results.
 OfPoint = Callable[[Array], Array]
 _EXPORTED = '__attribute__((visibility("default")))'
@@ -67,25 +71,34 @@ class Compiled:
 
     def _called(self, of_slopes: bool, x: Array) -> Array:
         n, _, m = self._sizes
-        given, result = np.ascontiguousarray(x, dtype=np.float64), np.zeros(m * n if of_slopes else m)
+        given, result = np.array(x, dtype=np.float64), np.zeros(m * n if of_slopes else m)  # a law may write to it
         first = self._ffi.from_buffer("double[]", given) if len(given) else self._ffi.NULL
         function: Any = self._functions[of_slopes]
         function(first, first + n, self._ffi.from_buffer("double[]", result, True))
         return result
 
-    def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, bool]:
-        """Return values from arrays that lie apart with a fill around, and whether the function wrote beyond."""
+    def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, str]:
+        """Return values from arrays that lie apart with a fill around, and where the function wrote but to the results;
+        empty if it did not."""
         n, p, m = self._sizes
         size, guard = m * n if of_slopes else m, self._GUARD
         arrays = []
         for numbers in (x[:n], x[n : n + p], np.full(size, fill)):
             arrays.append(np.full(len(numbers) + 2 * guard, fill))
             arrays[-1][guard : guard + len(numbers)] = numbers
+        before = [array.copy() for array in arrays]
         pointers = [self._ffi.from_buffer("double[]", array, True) + guard for array in arrays]
         function: Any = self._functions[of_slopes]
         function(*pointers)
-        around = np.concatenate([arrays[-1][:guard], arrays[-1][guard + size :]])
-        return arrays[-1][guard : guard + size], not np.array_equal(around, np.full(len(around), fill), equal_nan=True)
+        values = arrays[-1][guard : guard + size].copy()
+        arrays[-1][guard : guard + size] = fill
+        places = ("its arguments", "its parameters", f"beyond {counted(size, 'entry', 'entries')}")
+        written = (
+            place
+            for place, old, new in zip(places, before, arrays, strict=True)
+            if not np.array_equal(old, new, equal_nan=True)
+        )
+        return values, next(written, "")
 
 
 @dataclass(frozen=True)
@@ -127,6 +140,7 @@ def _routine(code: CCode) -> tuple[Any, Any]:
     calls = [("eomgen_law", code.function), *([("eomgen_law_slopes", code.slopes)] if code.slopes else [])]
     lines = [
         *code.prototypes,
+        _STRICT,
         f'#line 1 "{code.source.name}"',
         f"{text}",
         *(
@@ -142,5 +156,9 @@ def _routine(code: CCode) -> tuple[Any, Any]:
         names = {"routine.c": code.source.name}
         faults = faults_in(str(error), names)
         signature = f"C99, and void {code.function}({arguments_of(code.real, 'results')})"
-        named = [replace(fault, hint=signature) for fault in faults]
+        header = "#include <...> of the header that declares it, as <math.h>, or its text before the call"
+        named = [replace(fault, hint=header if "implicit" in fault.what else signature) for fault in faults]
+        if absent := re.search(r"undefined symbol: (\w+)|symbol not found[^']*'_?(\w+)'", str(error)):
+            fault = f"the function {absent[1] or absent[2]} is declared or called, and has no body in the file"
+            named = [Problem(code.source.name, fault, f"its body in {code.source.name}: a law has one file")]
         raise ToolchainError(named or list(error.problems)) from None

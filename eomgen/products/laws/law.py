@@ -122,8 +122,8 @@ class LawFunctions:
         self._compiled = law.code.compiled((law.arguments, law.parameters, law.results))
         self.value, self.slopes = self._compiled.value, self._compiled.slopes
 
-    def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, bool]:
-        """Return the values of a function with a fill around the arrays, and whether a number beyond changed."""
+    def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, str]:
+        """Return the values of a function with a fill around the arrays, and the place that it must not write to."""
         return self._compiled.guarded(of_slopes, x, fill)
 
     def derivative(self, columns: Columns, x: Array, relative: float) -> Array:

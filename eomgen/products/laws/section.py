@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Any
 
 from pydantic import Field
 
 from eomgen.base.messages import is_legal, key_of, shown
+from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.products.laws.code import CCode, arguments_of
 from eomgen.products.laws.law import FileLaw
 from eomgen.scene.control.sampled import c_source
@@ -15,6 +16,7 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import KeysElsewhere, Table, key, optional
 from eomgen.scene.reading.kinds import Description, Value
 from eomgen.scene.section import Reading, Section, Unused
+from eomgen.scene.signals.tables import is_in_si
 from eomgen.system.signals import CSource
 
 #: Names of arguments, parameters or results, of each at most.
@@ -55,6 +57,10 @@ def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
         for label in getattr(entry, part) or {}:
             if not is_legal(label):
                 report.add(f"{where}.{part}", f"{shown(label)} is no name", "letters, digits and underscores")
+    for part in ("arguments", "results"):
+        for label, unit in getattr(entry, part).items():
+            if wrong := _unit_fault(unit):
+                report.add(f"{where}.{part}.{label}", *wrong)
     parameters, sizes = entry.parameters or {}, entry.scales or {}
     for label in parameters:
         if label in entry.arguments:
@@ -82,6 +88,32 @@ def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
     return FileLaw(name, entry.arguments, entry.results, given, scales, code)
 
 
+def _unit_fault(unit: str) -> tuple[str, str] | None:
+    """Return reason and remedy if a unit is unknown or is not of SI, as a law converts nothing; None for no fault."""
+    if not unit.strip():
+        return None
+    try:
+        if is_in_si(unit):
+            return None
+    except UnitError as error:
+        return error.what, error.hint
+    from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # pint comes with it
+
+    hint = f'"{coherent(read_unit(unit))}", and the factor in the file'
+    return f"a law has numbers in SI and converts nothing, and {shown(unit)} is not of SI", hint
+
+
+def _twice(laws: Mapping[str, FileLaw]) -> Iterator[tuple[str, str, str]]:
+    """Give key, reason and remedy for functions of one name in different files: models have all files linked."""
+    first: dict[str, FileLaw] = {}
+    for law in laws.values():
+        for function in filter(None, (law.function, law.slopes)):
+            other = first.setdefault(function, law)
+            if other.source.text != law.source.text:
+                fault = f"the law {other.name} has another function {function} in a file of its own"
+                yield f"{key_of('laws', law.name)}.function", fault, "another name for one of the functions in C"
+
+
 class _Laws(Section):
     def names(self, reading: Reading) -> Mapping[str, Any]:
         return {"entries": {"laws": {}}}
@@ -90,6 +122,8 @@ class _Laws(Section):
         laws = reading.tables["entries"]["laws"]
         for name, entry in reading.document.section("laws").items():
             laws[name] = _read(name, entry, reading) or _refused(name, entry)
+        for fault in _twice(laws):
+            reading.report.add(*fault)
         return dict(laws)
 
     def unused(self, reading: Reading) -> Unused:

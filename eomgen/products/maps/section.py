@@ -13,6 +13,7 @@ from pydantic import Field
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import counted, key_of, listed, shown
+from eomgen.formula.units.parser import read_unit
 from eomgen.products.maps.surface import Surface
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Numbers, Unit
@@ -24,6 +25,8 @@ from eomgen.scene.signals.tables import TableError, is_in_si, read_columns, unit
 #: Largest number of nodes, and of nodes along the shorter axis: each line of the grid is a spline in the C.
 MOST_NODES, MOST_LINES = 100_000, 200
 _COLUMN = "title or number from 0"
+#: Distance of nodes, relative to the axis, below which a grid with holes has one node written in two ways.
+_SAME = 1e-6
 
 
 class MapFile(Table):
@@ -79,8 +82,14 @@ class _Grid:
         for axis, nodes in (("x", x), ("y", y)):
             sample = np.zeros(len(nodes))  # any values: the nodes are judged here
             if wrong := fault(nodes, sample, self.entry.interpolation, self.entry.outside):
-                place, text, hint = wrong
-                self.report.add(f"{self.key}.{axis}", f"node {place + 1} of {axis}: {text}", hint)
+                place, text, _ = wrong
+                text, hint = (
+                    f"node {place + 1} of {axis}: {text}",
+                    f"increasing nodes of {axis}, values in the same order",
+                )
+                if len(nodes) < 2:
+                    text, hint = f"a grid has two nodes or more of {axis}, not {len(nodes)}", f"more nodes of {axis}"
+                self.report.add(f"{self.key}.{axis}", text, hint)
                 return None
         if np.max(np.abs(z)) > LARGEST:
             i, j = (int(part[0]) for part in np.nonzero(np.abs(z) > LARGEST))
@@ -97,7 +106,18 @@ class _Grid:
             hint = "the first values again at the end of each axis"
             self.report.add(self.key, "the values of a periodic map differ between the first and the last node", hint)
             return None
-        return Surface(self.name, x, y, z, self.entry.interpolation, self.entry.outside)
+        return Surface(self.name, x, y, z, self.entry.interpolation, self.entry.outside, self._units())
+
+    def _units(self) -> tuple[str, str]:
+        """Return the units in SI of the arguments; empty without a unit of the column."""
+        table = self.entry.table
+        units = [table.x_unit, table.y_unit] if table is not None else ["", ""]
+        if not any(unit.strip() for unit in units):
+            return "", ""
+        from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # pint comes with it
+
+        x, y = (coherent(read_unit(unit)) if unit.strip() else "" for unit in units)
+        return x, y
 
     def _listed(self) -> tuple[Array, Array, Array] | None:
         entry = self.entry
@@ -134,7 +154,10 @@ class _Grid:
             return None
         keys = [f"{self.key}.table.{name}" for name in ("x_unit", "y_unit", "value_unit")]
         units = (table.x_unit, table.y_unit, table.value_unit)
+        before = len(self.report.noted)
         factors = [unit_factor(key, unit, self.report) for key, unit in zip(keys, units, strict=True)]
+        if len(self.report.noted) > before:
+            return None
         x, y, z = (factor * part for factor, part in zip(factors, grid, strict=True))
         return x, y, z
 
@@ -151,6 +174,10 @@ class _Grid:
             if unit and not is_in_si(unit):
                 note = f"the numbers of the column {shown(title)} are taken in SI without a conversion"
                 self.values.note([f'{self.key}.table.{name}: {note}; try: {name}_unit = "{unit}"'])
+        if table.x == table.y:
+            raise TableError(
+                path.name, f"x and y are the same column {shown(str(table.x))}", "a column for each argument"
+            )
         x, rows = np.unique(first.argument, return_inverse=True)
         y, places = np.unique(first.value, return_inverse=True)
         count = np.zeros((len(x), len(y)), dtype=int)
@@ -165,7 +192,13 @@ class _Grid:
                 f"the grid of {len(x)} x {len(y)} nodes has {counted(int(np.sum(count == 0)), 'hole')}, the first at"
                 f" x = {x[hole[0]]:.9g}, y = {y[hole[1]]:.9g}"
             )
-            raise TableError(path.name, text, "a row for each pair of the values of x and y that occur")
+            hint = "a row for each pair of the values of x and y that occur"
+            for axis, nodes in (("x", x), ("y", y)):
+                near = int(np.argmin([*np.diff(nodes), np.inf]))
+                if len(nodes) > 2 and nodes[near + 1] - nodes[near] < _SAME * (nodes[-1] - nodes[0]):
+                    pair = " and ".join(f"{float(node)}" for node in nodes[near : near + 2])
+                    hint = f"numbers of {axis} rounded alike: {pair} are two nodes"
+            raise TableError(path.name, text, hint)
         z = np.zeros(count.shape)
         z[rows, places] = values
         return x, y, z

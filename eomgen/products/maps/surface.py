@@ -20,7 +20,7 @@ from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import Curve, Interpolation, Outside
 from eomgen.formula.nodes import Application, Formula
 from eomgen.formula.recording import curve_at
-from eomgen.formula.words import Word
+from eomgen.formula.words import Signature, Word
 from eomgen.symbolic.scalar import Algebra, Scalar
 
 
@@ -38,6 +38,8 @@ class Surface:
         ``quintic``: four times continuously differentiable. ``linear``: bilinear, with bends at the nodes' lines.
     outside : str
         Along both axes, as of ``Curve``: ``error`` (not a number), ``hold`` or ``periodic``.
+    units : pair of str
+        Of the arguments, in SI; empty for any.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Surface:
     z: Array
     interpolation: Interpolation = "quintic"
     outside: Outside = "error"
+    units: tuple[str, str] = ("", "")
 
     def __str__(self) -> str:
         return (
@@ -104,6 +107,10 @@ def recorded(algebra: Algebra, surface: Surface, word: str, component: int, argu
     return result
 
 
+def _signature(surface: Surface) -> Signature:
+    return Signature(dict(zip("xy", surface.units, strict=True)), {"value": ""})
+
+
 MAP = Word(
     name="map",
     section="maps",
@@ -111,4 +118,5 @@ MAP = Word(
     values=Surface.value,
     recording=f"{__name__}:recorded",
     curves=Surface.curves,
+    signature=_signature,
 )

@@ -23,7 +23,9 @@ _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _OWN_HEADER = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]*)"', re.MULTILINE)
 _KEYWORDS = re.compile(
     "auto|break|case|char|const|continue|default|do|double|else|enum|extern|float|for|goto|if|inline|int|long|main|"
-    "register|restrict|return|short|signed|sizeof|static|struct|switch|typedef|union|unsigned|void|volatile|while"
+    "register|restrict|return|short|signed|sizeof|static|struct|switch|typedef|union|unsigned|void|volatile|while|"
+    "a?(?:sin|cos|tan)h?|atan2|exp2?|expm1|log(?:2|10|1p)?|pow|sqrt|cbrt|hypot|f?abs|floor|ceil|round|f?min|f?max|fmod|"
+    "erfc?|[lt]gamma|printf|malloc|free|exit|abort|memcpy|memset"
 )
 
 
@@ -110,7 +112,7 @@ def _text_of(path: Path) -> tuple[str, str]:
             return "", f"{shown(str(path))} is no file"
         if len(data) > _LARGEST:
             return "", f"{shown(str(path))} is larger than {_LARGEST // 1_000_000} MB"
-        return data.decode("utf-8").replace("\r\n", "\n"), ""
+        return data.decode("utf-8-sig").replace("\r\n", "\n"), ""
     except UnicodeDecodeError:
         return "", f"{shown(str(path))} is not UTF-8"
     except (OSError, ValueError) as error:
@@ -147,7 +149,7 @@ def c_source(
     for word, (function, _) in functions.items():
         if not _IDENTIFIER.fullmatch(function) or _KEYWORDS.fullmatch(function) or function.startswith("eomgen"):
             message = f"{shown(function)} cannot be the name of a C function here"
-            hint = "letters, digits and underscores, no word of C, not eomgen at its start"
+            hint = "letters, digits and underscores, no word of C and of its library, not eomgen at its start"
             report.add(f"{key}.{word}", message, hint)
             return None
     path = folder / file

@@ -153,7 +153,8 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("rate", "v", "v0", "speed", "omega"), ("velocity",)),
     **dict.fromkeys(("rpy", "orientation", "euler"), ("rotation", "orientation")),
     **dict.fromkeys(("torque", "force", "value"), ("effort", "formula")),
-    **dict.fromkeys(("expression", "function", "law"), ("formula",)),
+    **dict.fromkeys(("expression", "function", "law", "definition"), ("formula",)),
+    "formula": ("equation",),
     **dict.fromkeys(("period", "ts", "sample_time"), ("sample",)),
     **dict.fromkeys(("condition", "trigger", "guard"), ("when",)),
     **dict.fromkeys(("units",), ("unit",)),
@@ -253,6 +254,7 @@ _NEEDED: Mapping[str, str] = {
     **dict.fromkeys(("int_type", "int_from_float"), "a whole number"),
     **dict.fromkeys(("dict_type", "model_type"), "a table"),
     "tuple_type": "a list",
+    "float_type": "a number",
 }
 
 
@@ -318,6 +320,8 @@ def _word_meant(message: str, location: tuple[str | int, ...], given: object) ->
     meant = JOINTS_ELSEWHERE.get(str(given).lower(), "")
     if location[0] in ("joints", "constraints") and meant in names:
         return meant
+    if location[0] == "constraints" and given in ("equation", "velocity_equation", "general", "holonomic"):
+        return "formula"
     if location[-1] == "shape" and given in ("sine", "sin", "cosine", "cos"):
         return 'formula = "sin(2 * pi * t / 0.5)" in place of a wave'
     return nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from eomgen.base.data import dataclass, field, fields, replace
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.formula.nodes import Application, Formula, Operation, Quantity, Symbol
 from eomgen.scene.formula.definitions import check_extent, expanded, mentioned
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import DRIVEN, PARAMETERS, REACTING, SceneNames, Scope
@@ -118,7 +118,7 @@ def known_there(text: str, names: Collection[str]) -> frozenset[str]:
 
 def _read(text: str, spaces: tuple[Namespace, ...], names: SceneNames, scope: Scope) -> Formula:
     formula = read_formula(text, _visible(names, spaces), scope)
-    return mapped(formula, lambda symbol: _resolved(symbol, spaces, names)) if spaces else formula
+    return mapped(formula, lambda symbol: _resolved(symbol, spaces, names), added=False) if spaces else formula
 
 
 def _visible(names: SceneNames, spaces: tuple[Namespace, ...]) -> SceneNames:
@@ -201,14 +201,21 @@ def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: SceneNames) 
     return symbol
 
 
-def mapped(formula: Formula, rename: Callable[[Symbol], Formula]) -> Formula:
-    """Return a formula with every symbol replaced; curves are referred to as objects, not by name."""
+def mapped(formula: Formula, rename: Callable[[Symbol], Formula], *, added: bool = True) -> Formula:
+    """Return a formula with every symbol replaced; curves are referred to as objects, not by name.
+
+    Without ``added`` the arguments that a word adds to the given arguments are kept: an entry of an included file has
+    names of the scene in these.
+    """
     if isinstance(formula, Symbol):
         return rename(formula)
     if isinstance(formula, Operation):
-        return replace(formula, arguments=tuple(mapped(argument, rename) for argument in formula.arguments))
+        arguments = formula.arguments
+        kept = len(formula.word.added(formula.item)) if isinstance(formula, Quantity) and not added else 0
+        given = tuple(mapped(argument, rename, added=added) for argument in arguments[: len(arguments) - kept])
+        return replace(formula, arguments=(*given, *arguments[len(given) :]))
     if isinstance(formula, Application):
-        return replace(formula, argument=mapped(formula.argument, rename))
+        return replace(formula, argument=mapped(formula.argument, rename, added=added))
     return formula
 
 

@@ -17,7 +17,7 @@ from eomgen.base.messages import counted, is_legal, listed, nearest, shown
 from eomgen.base.products import fault_of_absent
 from eomgen.formula.evaluate import apply, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, quantity_of
-from eomgen.formula.words import FUNCTIONS, Word, added_word
+from eomgen.formula.words import FUNCTIONS, Word, added_word, own_words
 from eomgen.scene.formula.definitions import NamedExpression
 from eomgen.scene.formula.scope import (
     DERIVATIVES,
@@ -203,7 +203,10 @@ class _FormulaReader:
         if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
             return self.application(node, node.func.attr, node.func.value.id.removeprefix(PREFIX), depth)
         if not isinstance(node.func, ast.Name):
-            raise self.error(node, "only functions can be called", f"one of {', '.join(sorted(FUNCTIONS))}")
+            hint = f"one of {', '.join(sorted(FUNCTIONS))}"
+            if isinstance(node.func, ast.Attribute) and (call := self.call_of_entry(node.func.attr)):
+                hint = f"{call} without a word before it: it has no derivative in formulas"
+            raise self.error(node, "only functions can be called", hint)
         name = node.func.id.removeprefix(PREFIX)
         if name in self.names.curves:
             return self.application(node, name, "", depth)
@@ -211,6 +214,10 @@ class _FormulaReader:
             hint = IN_RADIANS if name in DEGREES else of_function(name, self.names.curves, sorted(FUNCTIONS))
             if (added := added_word(name)) and (entries := self.names.entries.get(added.section)):
                 hint = added.call(next(iter(entries)))
+            if call := self.call_of_entry(name):
+                hint = call
+            if name in self.declared():
+                raise self.error(node, f"{name} is a number, not a function", f"{name} alone, or {name} * (...)")
             raise self.error(node, f"unknown function {shown(name)}", hint)
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             raise self.error(node, f"{name}() takes plain arguments only", f"{name}(x)")
@@ -230,11 +237,12 @@ class _FormulaReader:
         if word not in DERIVATIVES and (absent := fault_of_absent(word)):
             raise self.error(node, f"unknown quantity {shown(word)}: {absent[0]}", absent[1])
         if word and word not in DERIVATIVES:
-            raise self.error(
-                node, f"only functions can be called, not {shown(f'{word}.{name}')}", _plain_hint(word, name)
-            )
+            hint = self.call_of_entry(name) or _plain_hint(word, name)
+            raise self.error(node, f"only functions can be called, not {shown(f'{word}.{name}')}", hint)
         if name not in self.names.curves:
             hint = nearest(name, self.names.curves) or "a [curves] section"
+            if given := self.call_of_entry(name):
+                hint = f"{given}, which has no derivative in formulas"
             raise self.error(node, f"there is no curve {shown(name)}", hint)
         self.allow(node, "curve", f"the curve {shown(name)}")
         if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
@@ -243,6 +251,14 @@ class _FormulaReader:
             )
         argument, _ = self.convert(node.args[0], depth + 1)
         return Application(self.names.curves[name], argument, DERIVATIVES.get(word, 0)), None
+
+    def call_of_entry(self, name: str) -> str:
+        """Return the call of an entry of a section that has a word, as maps have; empty if no entry has the name."""
+        name = name.removeprefix(PREFIX)
+        for word in own_words().values():
+            if item := self.names.entries.get(word.section, {}).get(name):
+                return word.call(name, item)
+        return ""
 
     def word_of(self, node: ast.expr) -> Word | None:
         """Return the word of the register in a call such as ``WORD.NAME(x, y)``; None for other nodes."""
@@ -381,6 +397,12 @@ class _FormulaReader:
             if name in movable:
                 hint = ON_A_POINT if name in self.names.exact_beams else f"q.{name} or v.{name}"
                 return self.error(node, f"{shown(name)} is a {noun}, not a number", hint)
+        known = [*self.declared(), *FUNCTIONS, "t", "pi"]
+        hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
+        return self.error(node, f"unknown name {shown(name)}", hint)
+
+    def declared(self) -> list[str]:
+        """Return the names of numbers that the scene declares."""
         declared = (
             self.names.parameters,
             self.names.inputs,
@@ -389,9 +411,7 @@ class _FormulaReader:
             self.names.controllers,
             self.names.definitions,
         )
-        known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
-        hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
-        return self.error(node, f"unknown name {shown(name)}", hint)
+        return [name for names in declared for name in names]
 
     def definition(self, name: str) -> tuple[Formula, float | None]:
         """Return a definition: a number, or a symbol until the definition is expanded and checked."""
@@ -456,7 +476,9 @@ class _FormulaReader:
             return self.error(node, f"mode.{name[:64]}: the scene has no [modes]", f"[modes] and {name[:64]} = 1")
         if absent := fault_of_absent(kind):
             return self.error(node, f"unknown quantity {shown(kind)}: {absent[0]}", absent[1])
-        return self.error(node, f"unknown quantity {shown(kind)}", of_kind(kind, name, self.names, self.kinds()))
+        meant = next((each for each in (name, f"{kind}_{name}") if each in self.declared()), "")
+        hint = meant or of_kind(kind, name, self.names, self.kinds())
+        return self.error(node, f"unknown quantity {shown(kind)}", hint)
 
     def check_name(self, node: ast.expr, kind: str, name: str, known: Collection[str]) -> None:
         """Check that a quantity may stand here, and that its name is among the names known for its kind."""

@@ -325,6 +325,8 @@ def of_name(name: str, names: SceneNames, scope: Scope, known: Iterable[str]) ->
     every = list(known)
     if name.lower() in ("time", "seconds"):
         return "t"
+    if name.lower() in IN_FRAME and "frame" in scope.kinds:
+        return name.lower()
     if name in ("g", "gravity"):
         return f'9.81, or a parameter: {name} = {{ value = 9.81, unit = "m/s^2" }}'
     if name in names.points and "position" in scope.kinds:

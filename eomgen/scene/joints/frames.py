@@ -77,7 +77,7 @@ def _orientation(
             report.add(key, f"a {title} needs the axes of this frame", f"axis = [0, 0, 1]{extra}, or rotation")
         return rows(sequence([]))
     if need == "nothing":
-        report.add(f"{key}.axis", f"a {title} has no axis in this frame", "only where the frame is")
+        report.add(f"{key}.axis", f"a {title} has no axis in this frame", "its position alone, without axis and x_axis")
     axis = values.axis(f"{key}.axis", frame.axis)
     if frame.x_axis is None:
         if need in ("x and z", "any"):

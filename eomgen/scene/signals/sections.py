@@ -272,6 +272,8 @@ class _Definitions(Section):
         known = unit_of(formula, reading.names.joints)
         if entry.unit and known and (fault := _unit_fault(entry.unit, known)):
             reading.report.add(f"{where}.unit", *fault)
+        elif note := doubtful_label(entry.unit, known):
+            values.note([f"{where}.unit: {note}"])
         return Definition(name, text, formula, entry.unit or known, entry.description)
 
     def unused(self, reading: Reading) -> Unused:

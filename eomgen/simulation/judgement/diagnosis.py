@@ -19,7 +19,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import apply, evaluate
-from eomgen.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.formula.nodes import Application, Formula, Operation, Quantity, Symbol
 from eomgen.integrators.events import CONTROLLER_ADVICE, CONTROLLER_FAILED
 from eomgen.integrators.families.adaptive import MOST_STEPS
 from eomgen.integrators.families.register import Method
@@ -66,6 +66,15 @@ def operations_without_value(description: Description, values: Values) -> str:
     return " and ".join(list(result)[:3])
 
 
+def _quantity_without_value(formula: Quantity, value_of: Callable[[Symbol], float]) -> Iterator[str]:
+    names = formula.word.arguments_of(formula.item)
+    numbers = [evaluate(part, value_of) for part in formula.arguments]
+    value = evaluate(formula, value_of)
+    if all(map(math.isfinite, numbers)) and not math.isfinite(value):
+        place = ", ".join(f"{name} = {number:.6g}" for name, number in zip(names, numbers, strict=False))
+        yield f"{formula.word.named(formula.item, formula.component)} is {value:g} at {place}"
+
+
 def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
     if isinstance(formula, Application):
         yield from _without_value(formula.argument, value_of)
@@ -76,6 +85,8 @@ def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Ite
         if formula.name == "select":
             condition, then, otherwise = parts
             parts = (condition, then if evaluate(condition, value_of) != 0.0 else otherwise)
+        elif isinstance(formula, Quantity):
+            yield from _quantity_without_value(formula, value_of)
         elif formula.name == "div" or formula.name in _SAID:
             numbers = [evaluate(part, value_of) for part in parts]
             if max(map(abs, numbers)) < _GROWN:
