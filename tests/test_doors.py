@@ -427,6 +427,8 @@ LATE: dict[str, dict[str, str]] = {
     "scene.signals.sections": {
         "formula.units.conversion": "Pint; most outputs have the unit of their kind, few definitions one of their own"
     },
+    "products.laws.section": {"formula.units.conversion": "Pint; units that are refused need a remedy"},
+    "products.maps.section": {"formula.units.conversion": "Pint; few maps say the units of their arguments"},
     "formula.units.labels": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
     "scene.load": {
         "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",

@@ -47,10 +47,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ),
         (
             {"arguments": {"kappa": "", "alpha": "deg", "load": "N"}},
-            "(laws.tyre.arguments.alpha): a law has numbers in SI and converts nothing, and 'deg' is not of SI;"
+            "(laws.tyre.arguments.alpha): a law has numbers in SI that are not converted, and 'deg' is not of SI;"
             ' try: "rad", and the factor in the file',
         ),
-        ({"results": {"fx": "kN", "fy": "N"}}, "(laws.tyre.results.fx): a law has numbers in SI and converts nothing"),
+        (
+            {"results": {"fx": "kN", "fy": "N"}},
+            "(laws.tyre.results.fx): a law has numbers in SI that are not converted",
+        ),
         ({"results": {"fx": "newtn", "fy": "N"}}, "(laws.tyre.results.fx): there is no unit 'newtn'"),
         ({"function": "exp"}, "'exp' cannot be the name of a C function here; try: letters, digits and underscores"),
         ({"scales": {"load": "1 kN"}}, "(laws.tyre.scales.load): a number is needed here, not '1 kN'"),
@@ -137,8 +140,8 @@ def test_faults_of_the_compiler_name_the_line(folder: Path, old: str, new: str) 
             "partials[2] = 1.004 * mu * x",
             "tyre_partials: the derivative of fx by load is",
         ),
-        ("    results[0] =", "    ((double *)arguments)[0] = 0.0; results[0] =", "tyre writes to its arguments"),
-        ("    results[0] =", "    ((double *)parameters)[1] = 0.0; results[0] =", "tyre writes to its parameters"),
+        ("    results[0] =", "    ((double *)arguments)[0] = 0.0; results[0] =", "tyre writes to the arguments"),
+        ("    results[0] =", "    ((double *)parameters)[1] = 0.0; results[0] =", "tyre writes to the parameters"),
         (
             "    results[0] =",
             "    if (load > 0.0) exit(3); results[0] =",
@@ -216,11 +219,11 @@ def test_drives_and_bases_have_no_laws(folder: Path) -> None:
     [
         (
             TYRE_C.replace("#include <math.h>", "/* headers: none */"),
-            "try: #include <...> of the header that declares it, as <math.h>",
+            "try: #include <...> of the header with its declaration, as <math.h>",
         ),
         (
             TYRE_C.replace("void tyre(", "void tire(") + "void tyre(const double *a, const double *p, double *r);\n",
-            "tyre.c: the function tyre is declared or called, and has no body in the file; try: its body in tyre.c",
+            "tyre.c: the function tyre is declared or called, and has no body in the file; try: the body in tyre.c",
         ),
     ],
 )
@@ -245,7 +248,7 @@ def test_functions_of_one_name_in_two_files(folder: Path) -> None:
     scene["laws"]["rear"] = TYRE_LAW | {"source": "rear.c"}
     with pytest.raises(DescriptionError) as error:
         eomgen.load(scene)
-    fault = "(laws.rear.function): the law tyre has another function tyre in a file of its own; try: another name"
+    fault = "(laws.rear.function): the law tyre has a function tyre in another file; try: another name"
     assert fault in str(error.value)
     (folder / "rear.c").write_text(TYRE_C, encoding="utf-8")
     eomgen.load(scene)

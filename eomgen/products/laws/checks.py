@@ -73,7 +73,7 @@ def _points(law: FileLaw) -> Array:
 
 
 def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points: Array) -> None:
-    """Check in a process of its own that the functions come back: a fault of memory, exit() or an endless loop would
+    """Check in another process that the functions come back: a fault of memory, exit() or an endless loop would
     end or hold this process. Without fork, as in Windows, the check is left out."""
     if not hasattr(os, "fork"):
         return
@@ -90,7 +90,7 @@ def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points
                 function(point)
             os.write(writer, b".")
         finally:
-            os._exit(0)
+            os.kill(os.getpid(), signal.SIGKILL)  # without the work of Python's end
     os.close(writer)
     begun, held, more = 0, False, b"."
     try:

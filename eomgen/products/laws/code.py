@@ -71,15 +71,15 @@ class Compiled:
 
     def _called(self, of_slopes: bool, x: Array) -> Array:
         n, _, m = self._sizes
-        given, result = np.array(x, dtype=np.float64), np.zeros(m * n if of_slopes else m)  # a law may write to it
+        given, result = np.array(x, dtype=np.float64), np.zeros(m * n if of_slopes else m)  # a law may write to both
         first = self._ffi.from_buffer("double[]", given) if len(given) else self._ffi.NULL
         function: Any = self._functions[of_slopes]
         function(first, first + n, self._ffi.from_buffer("double[]", result, True))
         return result
 
     def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, str]:
-        """Return values from arrays that lie apart with a fill around, and where the function wrote but to the results;
-        empty if it did not."""
+        """Return values from arrays that lie apart with a fill around, and the first place beside the results that the
+        function wrote to; empty for none."""
         n, p, m = self._sizes
         size, guard = m * n if of_slopes else m, self._GUARD
         arrays = []
@@ -92,7 +92,7 @@ class Compiled:
         function(*pointers)
         values = arrays[-1][guard : guard + size].copy()
         arrays[-1][guard : guard + size] = fill
-        places = ("its arguments", "its parameters", f"beyond {counted(size, 'entry', 'entries')}")
+        places = ("the arguments", "the parameters", f"beyond {counted(size, 'entry', 'entries')}")
         written = (
             place
             for place, old, new in zip(places, before, arrays, strict=True)
@@ -156,9 +156,9 @@ def _routine(code: CCode) -> tuple[Any, Any]:
         names = {"routine.c": code.source.name}
         faults = faults_in(str(error), names)
         signature = f"C99, and void {code.function}({arguments_of(code.real, 'results')})"
-        header = "#include <...> of the header that declares it, as <math.h>, or its text before the call"
-        named = [replace(fault, hint=header if "implicit" in fault.what else signature) for fault in faults]
+        header = "#include <...> of the header with its declaration, as <math.h>, or the function before the call"
+        named = [replace(fault, hint=header if "implicit" in str(fault) else signature) for fault in faults]
         if absent := re.search(r"undefined symbol: (\w+)|symbol not found[^']*'_?(\w+)'", str(error)):
             fault = f"the function {absent[1] or absent[2]} is declared or called, and has no body in the file"
-            named = [Problem(code.source.name, fault, f"its body in {code.source.name}: a law has one file")]
+            named = [Problem(code.source.name, fault, f"the body in {code.source.name}: a law has one file")]
         raise ToolchainError(named or list(error.problems)) from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -15,7 +16,9 @@ from eomgen.scene.control.sampled import c_source
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import KeysElsewhere, Table, key, optional
 from eomgen.scene.reading.kinds import Description, Value
+from eomgen.scene.reading.report import Report
 from eomgen.scene.section import Reading, Section, Unused
+from eomgen.scene.signals.curves import unit_factor
 from eomgen.scene.signals.tables import is_in_si
 from eomgen.system.signals import CSource
 
@@ -59,8 +62,7 @@ def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
                 report.add(f"{where}.{part}", f"{shown(label)} is no name", "letters, digits and underscores")
     for part in ("arguments", "results"):
         for label, unit in getattr(entry, part).items():
-            if wrong := _unit_fault(unit):
-                report.add(f"{where}.{part}.{label}", *wrong)
+            _check_unit(f"{where}.{part}.{label}", unit, report)
     parameters, sizes = entry.parameters or {}, entry.scales or {}
     for label in parameters:
         if label in entry.arguments:
@@ -88,19 +90,16 @@ def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
     return FileLaw(name, entry.arguments, entry.results, given, scales, code)
 
 
-def _unit_fault(unit: str) -> tuple[str, str] | None:
-    """Return reason and remedy if a unit is unknown or is not of SI, as a law converts nothing; None for no fault."""
-    if not unit.strip():
-        return None
-    try:
-        if is_in_si(unit):
-            return None
-    except UnitError as error:
-        return error.what, error.hint
-    from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # pint comes with it
+def _check_unit(key: str, unit: str, report: Report) -> None:
+    """Report a unit that is unknown or is not of SI: numbers of a law are not converted."""
+    with suppress(UnitError):
+        if not unit.strip() or is_in_si(unit):
+            return
+    if unit_factor(key, unit, report) != 1.0:
+        from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # Pint is slow to import
 
-    hint = f'"{coherent(read_unit(unit))}", and the factor in the file'
-    return f"a law has numbers in SI and converts nothing, and {shown(unit)} is not of SI", hint
+        fault = f"a law has numbers in SI that are not converted, and {shown(unit)} is not of SI"
+        report.add(key, fault, f'"{coherent(read_unit(unit))}", and the factor in the file')
 
 
 def _twice(laws: Mapping[str, FileLaw]) -> Iterator[tuple[str, str, str]]:
@@ -110,7 +109,7 @@ def _twice(laws: Mapping[str, FileLaw]) -> Iterator[tuple[str, str, str]]:
         for function in filter(None, (law.function, law.slopes)):
             other = first.setdefault(function, law)
             if other.source.text != law.source.text:
-                fault = f"the law {other.name} has another function {function} in a file of its own"
+                fault = f"the law {other.name} has a function {function} in another file"
                 yield f"{key_of('laws', law.name)}.function", fault, "another name for one of the functions in C"
 
 
