@@ -123,8 +123,8 @@ class LawFunctions:
         self.value, self.slopes = self._compiled.value, self._compiled.slopes
 
     def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, str]:
-        """Return the values of a function with a fill around the arrays, and the first place beside the results that the
-        function wrote to; empty for none."""
+        """Return the values of a function with a fill around the arrays, and the first place beside the results that
+        the function wrote to; empty for none."""
         return self._compiled.guarded(of_slopes, x, fill)
 
     def derivative(self, columns: Columns, x: Array, relative: float) -> Array:
