@@ -152,7 +152,10 @@ class Terms:
     def angle_motion(
         self, q: Array, v: Array | None, t: ArrayLike, parameters: Array, base: Array | None = None
     ) -> tuple[Array, Array]:
-        """Return the angles that are counted over turns, and the rates of the angles, (..., number of angles) each."""
+        """Return the angles that are counted over turns, and the rates of the angles, (..., number of angles) each.
+
+        ``v`` None: at rest.
+        """
         values = {
             "q": q,
             "v": np.zeros(self.functions.sizes["v"]) if v is None else v,

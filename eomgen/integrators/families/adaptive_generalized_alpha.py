@@ -130,7 +130,7 @@ def _optimal(rho_inf: float = 0.8, tolerance: float = DEFAULT_TOLERANCE) -> Adap
 
 
 def _named_case(name: str, tolerance: float = DEFAULT_TOLERANCE, **given: float) -> AdaptiveGeneralizedAlpha:
-    """Return a case; ``rho_inf`` is left out if ``alpha`` says the same."""
+    """Return a case; ``alpha``, if given, replaces ``rho_inf``."""
     if "alpha" in given:
         given.pop("rho_inf", None)
     return AdaptiveGeneralizedAlpha(case=NAMED_CASES[name][0](**given), tolerance=tolerance)

@@ -1,4 +1,4 @@
-"""Code of laws: C functions of a file, compiled alone for values in NumPy."""
+"""Code of laws: C functions of a file, compiled alone, and called between guards for values in NumPy."""
 
 from __future__ import annotations
 

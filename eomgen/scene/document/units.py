@@ -328,7 +328,8 @@ class _Converter:
                 )
 
     def beside_units(self, columns: ColumnUnits, names: tuple[Column, Column], key: str, rows: Sequence[Any]) -> None:
-        """Note the numbers without a unit in a column of points of which other rows have one."""
+        """Add a note on numbers without a unit in columns of points with units in other rows: these numbers are read in
+        the unit of the first such row."""
         cells = [row for row in rows if isinstance(row, list | tuple) and len(row) == len(names)]
         for place, name in enumerate(names):
             first = next((row[place] for row in cells if _has_unit(row[place])), None)

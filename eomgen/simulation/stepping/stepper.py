@@ -222,7 +222,10 @@ def times_of_inputs(within: Array, step: float, first: int, steps: int, start: f
 
 
 def _with_address(numbers: Sequence[float], address: int) -> Array:
-    """Return numbers followed by an address in memory, at the place from which compiled code reads the address."""
+    """Return the numbers as an array; the address stands one place behind the end, in the same memory.
+
+    Compiled sampled controllers read the address from there.
+    """
     room = np.zeros(len(numbers) + 1)
     room[:-1] = numbers
     room[-1:].view(np.uint64)[0] = address

@@ -83,7 +83,8 @@ def differences(claim: Claim, engine: Engine, state: Blocks) -> Differences:
 
 
 def _last_place(claim: Claim, engine: Engine, state: Blocks) -> Array:
-    """Return the unit in the last place of a state's largest number, (S, 1, 1): smaller changes go unnoticed."""
+    """Return twice the machine epsilon of the largest value of the differentiated function at each state, (S, 1, 1):
+    smaller changes go unnoticed."""
     assert claim.source is not None  # for mypy: only claims that are compared with differences come here
     with np.errstate(all="ignore"):
         largest = np.max(np.abs(np.nan_to_num(claim.source(engine, state))), axis=-1, initial=0.0)
