@@ -811,7 +811,7 @@ static void active_vehicle_solve(const real *A, const int *pivot, real *x)
 
 /* Factor of a row of the matrix in comparisons of rows. */
 #define active_vehicle_ROW_UNIT(row) \
-    unit[(row) < 7 || (row) >= 7 ? (row) : (row) - 0]
+    unit[row]
 
 /* The whole matrix from its nonzeros, rows in units that can be compared. */
 static void active_vehicle_spread(const real *S, const real *unit, real *A)

@@ -271,7 +271,7 @@ static void free_spinning_body_solve(const real *A, const int *pivot, real *x)
 
 /* Factor of a row of the matrix in comparisons of rows. */
 #define free_spinning_body_ROW_UNIT(row) \
-    unit[(row) < 6 || (row) >= 6 ? (row) : (row) - 0]
+    unit[row]
 
 /* The whole matrix from its nonzeros, rows in units that can be compared. */
 static void free_spinning_body_spread(const real *S, const real *unit, real *A)

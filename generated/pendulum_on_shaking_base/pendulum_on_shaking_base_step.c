@@ -175,7 +175,7 @@ static void pendulum_on_shaking_base_solve(const real *A, const int *pivot, real
 
 /* Factor of a row of the matrix in comparisons of rows. */
 #define pendulum_on_shaking_base_ROW_UNIT(row) \
-    unit[(row) < 1 || (row) >= 1 ? (row) : (row) - 0]
+    unit[row]
 
 /* The whole matrix from its nonzeros, rows in units that can be compared. */
 static void pendulum_on_shaking_base_spread(const real *S, const real *unit, real *A)

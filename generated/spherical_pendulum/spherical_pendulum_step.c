@@ -265,7 +265,7 @@ static void spherical_pendulum_solve(const real *A, const int *pivot, real *x)
 
 /* Factor of a row of the matrix in comparisons of rows. */
 #define spherical_pendulum_ROW_UNIT(row) \
-    unit[(row) < 3 || (row) >= 3 ? (row) : (row) - 0]
+    unit[row]
 
 /* The whole matrix from its nonzeros, rows in units that can be compared. */
 static void spherical_pendulum_spread(const real *S, const real *unit, real *A)

@@ -71,7 +71,7 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
 
 def autocorrelation_error(times: ArrayLike, samples: int) -> Array:
     """Return the relative standard errors of integrated autocorrelation times: sqrt(2(2 window + 1)/samples) (Madras
-    and Sokal, J. Stat. Phys. 50 (1988) 109). Stat.
+    and Sokal, J. Stat. Phys. 50 (1988) 109).
 
     Parameters
     ----------
