@@ -42,7 +42,8 @@ _LAYERED_MASS = [
 _PART = {"length": 0.5, "elements": 1}
 _BEAM = {"modes": 2, "stiffness_damping": 1e-3, "inertia_factor": 1.0}
 
-_DRAG = pathlib.Path(__file__).parents[1] / "models" / "drag.c"
+_MODELS = pathlib.Path(__file__).parents[1] / "models"
+_DRAG, _SOLID = _MODELS / "drag.c", _MODELS / "tetrahedron.obj"
 
 #: Gravity of scenes in which no water has to be level.
 TILTED = (0.1, 0.2, -9.81)
@@ -216,6 +217,12 @@ SCENE: dict[str, Any] = {
         "hub": {"body": "disc", "position": [0.0, 0.0, 0.1]},
     },
     "frames": {"flange": {"body": "arm", "position": [0.1, 0.2, -1.0]}},
+    "shapes": {
+        "bonnet": {"type": "box", "body": "arm", "position": [0.1, 0.2, 0.3], "size": [0.4, 0.3, 0.2]},
+        "pipe": {"type": "cylinder", "body": "base", "radius": 0.1, "length": 0.5},
+        "tyre": {"type": "wheel", "body": "disc", "radius": 0.3, "width": 0.1},
+        "cover": {"type": "mesh", "body": "arm", "file": str(_SOLID), "scale": 0.001},
+    },
     "constraints": {
         "rope": {
             "type": "distance",

@@ -224,17 +224,10 @@ def _concept_meant(name: str, keys: Collection[str]) -> str:
     """Return the concept here in place of a concept of another tool that no key stands for; else an empty text."""
     if name in ("mu", "mu_k", "coefficient") and "coulomb" in keys:
         return "coulomb, a force in N or a torque in N m: no normal force is multiplied by a coefficient"
-    of_base = {"position", "rotation"} <= set(keys) and _CARRIED.isdisjoint(keys)
-    if name in ("velocity", "angular_velocity", "angular_acceleration") and of_base:
-        integral = "its second integral" if name.endswith("acceleration") else "its integral"
-        place = "rotation" if name.startswith("angular") else "position"
-        return f"{place} alone, from which rates follow: a formula of t, or a curve through {integral}"
+    if {"position", "rotation"} <= set(keys) and _CARRIED.isdisjoint(keys) and (hint := _concept_of_bases(name)):
+        return hint
     if name in ("diameter", "d") and "radius" in keys and "diameter" not in keys:
         return "radius, half of the diameter"
-    if name in ("initial_velocity", "initial_position", "initial") and of_base:
-        return 'position = ["0.5 * t", 0, 0.2], place and velocity at t = 0, to which the integral is added'
-    if name in ("baseline", "correction", "detrend", "baseline_correction") and of_base:
-        return 'drift = "remove"'
     if "stiffness_damping" in keys and name in ("mass_damping", "alpha", "rayleigh"):
         return "stiffness_damping in s, D = this times K; none goes with the mass: a load -c * velocity.here does it"
     if "stiffness_damping" in keys and name in ("damping_ratio", "modal_damping", "zeta"):
@@ -242,6 +235,17 @@ def _concept_meant(name: str, keys: Collection[str]) -> str:
     if name == "initial" and {"shape", "curvature", "section"} <= set(keys):
         return 'shape or curvature, of the beam at rest; runs start bent by start = "equilibrium" or initial={"q": ...}'
     return ""
+
+
+def _concept_of_bases(name: str) -> str:
+    """Return the concept here in place of a concept of other tools for motions of a base; else an empty text."""
+    if name in ("velocity", "angular_velocity", "angular_acceleration"):
+        integral = "its second integral" if name.endswith("acceleration") else "its integral"
+        place = "rotation" if name.startswith("angular") else "position"
+        return f"{place} alone, from which rates follow: a formula of t, or a curve through {integral}"
+    if name in ("initial_velocity", "initial_position", "initial"):
+        return 'position = ["0.5 * t", 0, 0.2], place and velocity at t = 0, to which the integral is added'
+    return 'drift = "remove"' if name in ("baseline", "correction", "detrend", "baseline_correction") else ""
 
 
 #: Largest number of admissible words of a key listed in a hint; of more words, the nearest are listed.

@@ -211,14 +211,7 @@ class _FormulaReader:
         if name in self.names.curves:
             return self.application(node, name, "", depth)
         if name not in FUNCTIONS:
-            hint = IN_RADIANS if name in DEGREES else of_function(name, self.names.curves, sorted(FUNCTIONS))
-            if (added := added_word(name)) and (entries := self.names.entries.get(added.section)):
-                hint = added.call(next(iter(entries)))
-            if call := self.call_of_entry(name):
-                hint = call
-            if name in self.declared():
-                raise self.error(node, f"{name} is a number, not a function", f"{name} alone, or {name} * (...)")
-            raise self.error(node, f"unknown function {shown(name)}", hint)
+            raise self.unknown_function(node, name)
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             raise self.error(node, f"{name}() takes plain arguments only", f"{name}(x)")
         count, variadic = FUNCTIONS[name], name in ("min", "max")
@@ -227,6 +220,15 @@ class _FormulaReader:
             raise self.error(node, f"{name}() takes {needed}, not {len(node.args)}")
         parts = [self.convert(argument, depth + 1) for argument in node.args]
         return self.fold(node, name, parts) if variadic else self.operation(node, name, parts)
+
+    def unknown_function(self, node: ast.Call, name: str) -> FormulaError:
+        """Return the error for a call of a name that is no function, with the nearest meaning as remedy."""
+        if name in self.declared():
+            return self.error(node, f"{name} is a number, not a function", f"{name} alone, or {name} * (...)")
+        hint = IN_RADIANS if name in DEGREES else of_function(name, self.names.curves, sorted(FUNCTIONS))
+        if (added := added_word(name)) and (entries := self.names.entries.get(added.section)):
+            hint = added.call(next(iter(entries)))
+        return self.error(node, f"unknown function {shown(name)}", self.call_of_entry(name) or hint)
 
     def application(self, node: ast.Call, name: str, word: str, depth: int) -> tuple[Formula, float | None]:
         """Return a curve, or a derivative of a curve, at an argument."""
