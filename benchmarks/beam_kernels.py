@@ -45,7 +45,7 @@ def measured(elements: int, kind: str, method: str) -> dict[str, float]:
     import eomgen  # noqa: PLC0415  # importing is part of what is measured
     from eomgen.integrators.families.register import method_named  # noqa: PLC0415
     from eomgen.pipeline.pipeline import built_for_run  # noqa: PLC0415
-    from eomgen.simulation.timing import Repeated  # noqa: PLC0415
+    from eomgen.simulation.timing import RepeatedRun  # noqa: PLC0415
 
     example = runpy.run_path(str(ROOT / "examples" / "flying_spaghetti" / "spaghetti.py"))
     scene = example["scene"](elements, model=kind)
@@ -58,7 +58,7 @@ def measured(elements: int, kind: str, method: str) -> dict[str, float]:
     if not solution.success:
         raise RuntimeError(solution.message)
     found["MB of memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
-    repeated = Repeated(model, solution, method_named(method))
+    repeated = RepeatedRun(model, solution, method_named(method))
     found["us per step"] = 1e6 * statistics.median(repeated.seconds() for _ in range(TIMES)) / STEPS
     return found | {"ns per step and element": 1e3 * found["us per step"] / elements}
 

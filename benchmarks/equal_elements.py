@@ -60,11 +60,11 @@ def measured(elements: int, mass: str, method: str) -> dict[str, float]:
 def microseconds_of_a_step(model: Any, method: str, elements: int) -> float:
     """Return the processor's time of a step in one call of many, the median of some."""
     from eomgen.integrators.families.register import method_named  # noqa: PLC0415  # with the other imports of eomgen
-    from eomgen.simulation.timing import Repeated  # noqa: PLC0415
+    from eomgen.simulation.timing import RepeatedRun  # noqa: PLC0415
 
     step = 0.5 / elements
     solution = model.simulate(STEPS * step, step, method=method, record_every=STEPS, error_estimate=False)
-    repeated = Repeated(model, solution, method_named(method))
+    repeated = RepeatedRun(model, solution, method_named(method))
     return 1e6 * statistics.median(repeated.seconds() for _ in range(TIMES)) / STEPS
 
 

@@ -32,7 +32,7 @@ PAGES = ROOT / "docs" / "examples"
 #: Demands of a page's table, and those of its sentence.
 DEMANDS = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
 TOLD = (1e-3, 1e-6)
-BEGIN, END = "<!-- measured -->", "<!-- end of what is measured -->"
+BEGIN, END = "<!-- measured -->", "<!-- end of the measured part -->"
 #: Pictures are this wide, in so many colours, and no larger than so many bytes.
 WIDTH, COLOURS, LARGEST = 1150, 160, 80_000
 

@@ -27,7 +27,7 @@ from benchmarks.robots import ROBOTS, Array, scene
 from eomgen.base.threads import THREADS_VARIABLE
 from eomgen.compiled.functions import LANES_VARIABLE, Functions
 from eomgen.pipeline.model import Model
-from eomgen.toolchain.compiler import Running
+from eomgen.toolchain.compiler import RunningCompilers
 
 FUNCTIONS = {"panda": ("inverse_dynamics", "forward_dynamics", "partials"), "talos": ("inverse_dynamics",)}
 #: Samples that stay in a cache of 512 KiB.
@@ -114,7 +114,7 @@ def measured(robot: str, model: Model, function: str, samples: int, rounds: int,
     make = model.library.companion
     if not timed or make is None:
         return row
-    companion = make(function, Running())
+    companion = make(function, RunningCompilers())
     assert companion is not None
     few = [
         np.ascontiguousarray(blocks[name] if blocks[name].ndim == 1 else blocks[name][:CACHED])

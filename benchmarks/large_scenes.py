@@ -84,7 +84,7 @@ def measured(kind: str, bodies: int, method: str) -> dict[str, float]:
     """Write the C of a scene, compile it and take steps, in this process."""
     import eomgen  # noqa: PLC0415
     from eomgen.integrators.families.register import method_named  # noqa: PLC0415
-    from eomgen.simulation.timing import Repeated  # noqa: PLC0415
+    from eomgen.simulation.timing import RepeatedRun  # noqa: PLC0415
 
     began, _ = cpu_seconds()
     scene = scene_of(kind, bodies)
@@ -96,7 +96,7 @@ def measured(kind: str, bodies: int, method: str) -> dict[str, float]:
     run = model.simulate(STEPS * STEP, STEP, method=method, record_every=STEPS, error_estimate=False)
     if not run.success:
         raise RuntimeError(run.message)
-    repeated = Repeated(model, run, method_named(method))
+    repeated = RepeatedRun(model, run, method_named(method))
     seconds = statistics.median(repeated.seconds() for _ in range(TIMES)) / STEPS
     return {
         "bodies": len(scene.bodies),

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 import eomgen
 from benchmarks.programs import FLAGS, NATIVE, build, default_folder
 from eomgen.integrators.families.register import method_named
-from eomgen.simulation.timing import Repeated
+from eomgen.simulation.timing import RepeatedRun
 
 Array = NDArray[np.float64]
 PART, BEYOND = 0.9999, 1.3
@@ -87,7 +87,7 @@ def _library() -> tuple[cffi.FFI, Any]:
     return ffi, ffi.dlopen(str(made.file("late.so")))
 
 
-class LateSteps(Repeated):
+class LateSteps(RepeatedRun):
     """A run to be repeated, each step timed."""
 
     def lateness(self, repetitions: int = REPETITIONS) -> Lateness:

@@ -26,7 +26,7 @@ import eomgen
 from benchmarks.late_steps import Lateness, draw, isolation, late_steps
 from benchmarks.measure import machine, pin_to_core, table
 from eomgen.integrators.families.register import method_named
-from eomgen.simulation.timing import Repeated
+from eomgen.simulation.timing import RepeatedRun
 from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -85,7 +85,7 @@ def times(
     """Return ns per step of each row, medians over rounds in turns."""
     runs, steps = {}, round(end / step)
     for row in names:
-        runs[row] = Repeated(model, run(model, row, end, step), method_named(row.partition(",")[0]))
+        runs[row] = RepeatedRun(model, run(model, row, end, step), method_named(row.partition(",")[0]))
     taken: dict[str, list[float]] = {row: [] for row in runs}
     for _ in range(rounds):
         for row, repeated in runs.items():

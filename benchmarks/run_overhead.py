@@ -23,7 +23,7 @@ from benchmarks.measure import machine, pin_to_core
 from eomgen.integrators.families.register import method_named
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
-from eomgen.simulation.timing import Repeated
+from eomgen.simulation.timing import RepeatedRun
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CASES = (
@@ -50,7 +50,7 @@ def microseconds(work: Callable[[], object], rounds: int) -> float:
 def compiled(model: Model, solution: Solution) -> Callable[[], object]:
     """Return what makes the compiled calls of a run alone: its start, its steps and their rows."""
     described = solution.metadata
-    repeated = Repeated(model, solution, method_named(described["method"], **described["method_parameters"]))
+    repeated = RepeatedRun(model, solution, method_named(described["method"], **described["method_parameters"]))
     return repeated.seconds
 
 

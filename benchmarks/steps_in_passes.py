@@ -30,7 +30,7 @@ from benchmarks import frame_peers, tops
 from benchmarks.frame_peers import Run
 from benchmarks.measure import machine, pin_to_core, table
 from eomgen.integrators.families.register import canonical_name, method_named
-from eomgen.simulation.timing import Repeated
+from eomgen.simulation.timing import RepeatedRun
 from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
 
 Array = NDArray[np.float64]
@@ -167,9 +167,9 @@ class OwnRun(Run):
             return end_of(solution)
 
         @cache
-        def repeated() -> Repeated:
+        def repeated() -> RepeatedRun:
             method = method_named(canonical_name(options["method"], tolerance), tolerance=tolerance)
-            return Repeated(problem.model, problem.run(**options), method)
+            return RepeatedRun(problem.model, problem.run(**options), method)
 
         size = options["step"] if tolerance is None else tolerance
         return cls(f"{size:.2g}", call, lambda: taken[0], timed=lambda: repeated().seconds())

@@ -30,7 +30,7 @@ from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.result import Point
 from eomgen.products.studies.work_precision.running import MOST_TIMES, Runner, timed, tuning_grid
-from eomgen.simulation.timing import Repeated
+from eomgen.simulation.timing import RepeatedRun
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 DEMANDS = (1e-2, 1e-4, 1e-6, 1e-8)
@@ -164,7 +164,7 @@ class _Beside:
 
     def ratio(self, *, verified: bool) -> tuple[float | None, str]:
         """Return the time of tune's choice over that of the cheapest of the points, and which this is."""
-        entered: list[tuple[str, Repeated]] = []
+        entered: list[tuple[str, RepeatedRun]] = []
         for point in self.points:
             if len(entered) == BESIDE:
                 break

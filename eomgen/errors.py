@@ -10,8 +10,8 @@ from eomgen.base.data import dataclass
 #: Number of problems of one kind above which a message lists the first ones and counts the rest.
 _ALIKE = 5
 #: The first part of a key, and names and numbers in a sentence.
-_SECTION = re.compile(r"\(([^.\[)]+)[.\[)]")
-_VALUES = re.compile(r"'[^']*'|\"[^\"]*\"|\d[\d.e+-]*")
+_SECTION = r"\(([^.\[)]+)[.\[)]"
+_VALUES = r"'[^']*'|\"[^\"]*\"|\d[\d.e+-]*"
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,8 @@ class EomgenError(Exception):
 
 def _kind(problem: Problem) -> tuple[str, str]:
     """Return the section that a problem is in, and its sentence without names and numbers."""
-    section = _SECTION.search(problem.where)
-    return section[1] if section else problem.where, _VALUES.sub("#", problem.what)
+    section = re.search(_SECTION, problem.where)
+    return section[1] if section else problem.where, re.sub(_VALUES, "#", problem.what)
 
 
 class UsageError(EomgenError):

@@ -21,7 +21,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 BUDGET = Path(__file__).with_name("language_budget.json")
 
-#: Phrases that replace a noun of the field by a pronoun, or an "if" by a place.
+#: Phrases that replace a noun of the field by a pronoun, or an "if" by a place; words of place for "after", "in
+#: addition to" and "separately" (a wheel may stand behind an axle); "is no" for "is not a"; "tell" for "report".
 PHRASES: Mapping[str, re.Pattern[str]] = {
     "what": re.compile(r"\bwhat\b(?![^.;\n]*\?)", re.IGNORECASE),
     "those of": re.compile(
@@ -31,6 +32,11 @@ PHRASES: Mapping[str, re.Pattern[str]] = {
     "Return what": re.compile(r"\bReturns? (?:what|which|where|those|that|how|who)\b"),
     "nothing": re.compile(r"\b(?:nothing|nobody|whatever|whom)\b", re.IGNORECASE),
     "Return it": re.compile(r"\bReturns? (?:the same|its|it|one of|them|their)\b"),
+    "beside": re.compile(r"\bbeside\b", re.IGNORECASE),
+    "behind": re.compile(r"\bbehind\b", re.IGNORECASE),
+    "apart": re.compile(r"\bapart\b(?!\s+from\b)", re.IGNORECASE),
+    "is no": re.compile(r"(?<!there )\b(?:is|are)\s+no\b(?!\s+(?:longer|more)\b)", re.IGNORECASE),
+    "tell": re.compile(r"\b(?:tells?|told)\b", re.IGNORECASE),
 }
 #: A phrase of two words or more that follows itself, as a faulty replacement leaves it; behind a full stop only if the
 #: phrase is all that follows.
@@ -49,6 +55,8 @@ NAMES = ("what", "found")
 COLUMNS = ("words", *PHRASES, "repeated", *PRONOUNS, *(f"name {name}" for name in NAMES))
 _WORD = re.compile(r"[A-Za-z']+")
 _BLOCK = re.compile(r"^```.*?^```$", re.DOTALL | re.MULTILINE)
+#: A blank line: paragraphs and headings are texts of their own.
+_PARAGRAPH = re.compile(r"\n\s*\n")
 _JINJA_COMMENT = re.compile(r"\{#.*?#\}|/\*.*?\*/|//[^\n]*", re.DOTALL)
 
 
@@ -75,7 +83,7 @@ def texts_of(file: Path) -> list[str]:
     source = file.read_text(encoding="utf-8")
     if file.suffix == ".py":
         return list(texts_of_python(source))
-    return [_BLOCK.sub("", source)] if file.suffix == ".md" else _JINJA_COMMENT.findall(source)
+    return _PARAGRAPH.split(_BLOCK.sub("", source)) if file.suffix == ".md" else _JINJA_COMMENT.findall(source)
 
 
 def repetitions(text: str) -> list[str]:
@@ -95,6 +103,7 @@ def files_of_packages() -> dict[str, list[Path]]:
     packages["(pages)"] = [
         ROOT / "README.md",
         *sorted(file for file in (ROOT / "docs").glob("*.md") if file.stem not in ("errors", "modules")),
+        *sorted((ROOT / "docs" / "theory").glob("*.md")),
     ]
     return packages
 

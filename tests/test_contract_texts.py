@@ -31,7 +31,6 @@ WITHOUT_EXAMPLE = {
     "Model.section_loads",
     "Model.steady_motion",
     "Solution.plot_sections",
-    "with_controller",
 }
 #: Methods for other rooms, which take objects that callers do not make.
 INTERNAL = {

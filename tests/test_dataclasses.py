@@ -147,10 +147,10 @@ class Sent:
 def test_a_pickle_is_read_without_compiling_methods() -> None:
     sent = pickle.dumps(Sent(1, (Sent(2),)))
     program = (
-        "import pickle\nfrom eomgen.base.data import _Deferred\nfrom tests.test_dataclasses import Sent\n"
+        "import pickle\nfrom eomgen.base.data import _DeferredAttribute\nfrom tests.test_dataclasses import Sent\n"
         f"item = pickle.loads({sent!r})\n"
-        "print(item.inner[0].x, isinstance(vars(Sent)['__init__'], _Deferred))\n"
-        "print(item == Sent(1, (Sent(2),)), isinstance(vars(Sent)['__eq__'], _Deferred))"
+        "print(item.inner[0].x, isinstance(vars(Sent)['__init__'], _DeferredAttribute))\n"
+        "print(item == Sent(1, (Sent(2),)), isinstance(vars(Sent)['__eq__'], _DeferredAttribute))"
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert result.stdout.split() == ["2", "True", "True", "False"]
@@ -200,4 +200,5 @@ def test_all_classes_of_data_can_be_compiled() -> None:
     assert len(kinds) > 100
     for kind in kinds:
         assert all(isinstance(item, dataclasses.Field) for item in dataclasses.fields(kind))
-        assert not any(isinstance(value, data._Deferred) for value in vars(kind).values())
+        assert all(hasattr(kind, name) for name in data._LAST)
+        assert not any(isinstance(value, data._DeferredAttribute) for value in vars(kind).values())

@@ -293,7 +293,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "outcome",
         "checkpoint",
         "simulate simulator",
-        "start",
+        "floquet start",
     ),
     "products.derivatives": (
         "equations functionals linear_steps motion",
@@ -388,6 +388,7 @@ LATE: dict[str, dict[str, str]] = {
     "products.laws.code": {
         "toolchain.builder": "scenes are read without a compiler",
         "toolchain.compiler": "as the builder",
+        "toolchain.python_functions": "files in Python are executed at a build",
     },
     "products.reliability.command": {"": "as in cli"},
     "products.studies.model_commands": {"": "as in cli"},
@@ -414,8 +415,13 @@ LATE: dict[str, dict[str, str]] = {
     "pipeline.pipeline": {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
     },
+    "results.solution_files": {"results.scenery": "files are read again on request"},
     "results.solution": {
+        "results.plots": "pictures are drawn on request",
+        "results.scenery": "likewise",
+        "results.section_loads": "pictures are drawn on request",
         "results.animation": "solutions are used without it",
+        "results.rainflow": "cycles are counted for few solutions",
         "results.spectrum": "spectra of excitations come with it; most solutions are not analysed by frequency",
     },
     "scene.sources.register": {"scene.sources.toml": "a scene of a record is not read"},
@@ -435,12 +441,23 @@ LATE: dict[str, dict[str, str]] = {
         "scene.include": "most scenes include nothing",
         "scene.repeat": "likewise",
     },
-    "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
+    "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are not URDF"},
+    "simulation.simulate": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
+    "simulation.checkpoint": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
+    "simulation.outcome": {"simulation.judgement": "a run is judged when its solution is asked for it"},
+    "simulation.judgement.finished_run": {
+        "analysis.state_warnings": "a run is judged when its solution is asked for it",
+        "simulation.accuracy": "likewise",
+        "simulation.judgement": "likewise",
+    },
     "simulation.stepping.settings": {
         "formula.motion_faults": "it evaluates on the tape; most scenes prescribe no motion",
     },
     "simulation.stepping.states": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
-    "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},
+    "simulation.run_model": {
+        "analysis.linearize": "SciPy; only linear models about motions need it",
+        "results.scenery": "pictures are drawn on request",
+    },
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
 }
 SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.waves"}

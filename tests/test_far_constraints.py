@@ -210,8 +210,8 @@ def test_a_slider_that_has_travelled_far_in_absolute_coordinates_is_refused(kind
             eomgen.build(scene, profile="quick")
         assert (
             str(refusal.value)
-            == "model error: constraints: turning moves road: origins meet along x by 1e+06 m per rad, so that nothing"
-            " tells whether these rows follow from others: road: z stays perpendicular to x, road: z stays"
+            == "model error: constraints: turning moves road: origins meet along x by 1e+06 m per rad, so that it is"
+            " unknown whether these rows follow from others: road: z stays perpendicular to x, road: z stays"
             " perpendicular to y; try: the two frames of the constraint near each other, or its first and second"
             ' exchanged, or coordinates = "joint"'
         )

@@ -14,7 +14,7 @@ import eomgen
 from eomgen import random_vibration
 from eomgen.errors import UsageError
 from eomgen.integrators.families.family import Sizes
-from eomgen.integrators.families.register import METHOD_NAMES, method_named, row_of
+from eomgen.integrators.families.register import method_named, method_names, row_of
 from eomgen.products.derivatives.linearise import sensitivities
 from eomgen.products.ensembles.simulate_many import simulate_many
 from eomgen.scene.sources.register import BUILT_IN
@@ -53,7 +53,7 @@ def test_options_that_are_handed_on_are_shown(function: Callable[..., Any]) -> N
         assert given[option].default == taken[option].default, option
 
 
-@pytest.mark.parametrize("method", METHOD_NAMES)
+@pytest.mark.parametrize("method", method_names())
 def test_methods_with_their_parameters_and_settings(method: str) -> None:
     described = words(eomgen.Model.simulate)
     assert method in described

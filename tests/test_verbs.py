@@ -235,9 +235,9 @@ REMEDY = "try: another version of unitverbs, or uninstall it"
     ("text", "fault"),
     [
         ("raise RuntimeError('no licence')", "does not load: RuntimeError: no licence"),
-        ("UNITS = 3", "is no eomgen.verbs.Verb"),
+        ("UNITS = 3", "is not an eomgen.verbs.Verb"),
         (PLUGIN.replace('Verb("units"', 'Verb("unit"'), "has the row of another verb, 'unit'"),
-        (PLUGIN.replace('"unitverbs:units"', '"unitverbs.units"'), "names 'unitverbs.units', which is no module:name"),
+        (PLUGIN.replace('"unitverbs:units"', '"unitverbs.units"'), "names 'unitverbs.units', which is not module:name"),
         (
             PLUGIN.replace("unitverbs:units_of_parameters", "unitverbs:simulate"),
             "takes the name simulate, which there is",
@@ -265,9 +265,9 @@ def test_a_row_that_cannot_be_used_is_named_once(
     ("name", "replaced", "fault"),
     [
         ("units", "nowhere:units", "does not load: ModuleNotFoundError: No module named 'nowhere'"),
-        ("units", "unitverbs:UNITS", "is no click.Command"),
+        ("units", "unitverbs:UNITS", "is not a click.Command"),
         ("units_of_parameters", "unitverbs:nothing", "does not load: AttributeError: module 'unitverbs' has no"),
-        ("units_of_parameters", "unitverbs:UNITS", "is no function"),
+        ("units_of_parameters", "unitverbs:UNITS", "is not a function"),
     ],
 )
 def test_a_target_that_cannot_be_used_is_named(

@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.solvers.redundancy import NoGap, independent_columns
+from eomgen.solvers.redundancy import NoRankGap, independent_columns
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -116,8 +116,8 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
     motions = max(_MOTIONS, -(-_ROWS * len(names) // model.nv))
     try:
         result = independent_columns(_rows(model, motions, rng, p))
-    except NoGap as error:
-        fault = f"it cannot be told how many combinations there are: {error}"
+    except NoRankGap as error:
+        fault = f"the number of combinations is unknown: {error}"
         hint = "masses, inertias and lengths of like sizes in other units, or another seed"
         raise NumericalError(Problem("base_parameters", fault, hint)) from None
     matrix = np.zeros((len(result.kept), len(names)))

@@ -1,7 +1,8 @@
-"""Rest beside drives of constant rate: the velocities that drives give, and whether a state stays at rest beside them.
+"""Rest relative to drives of constant rate: the velocities of the driven coordinates, and whether a state stays at
+rest.
 
-Laws of time enter the rows as Phi_t. A state is at rest beside them if only driven coordinates move, B v = -Phi_t with
-v constant, and if no force on the rest changes along this motion (a relative equilibrium; Marsden 1992,
+Laws of time enter the rows as Phi_t. A state is at rest relative to the drives if only driven coordinates move, B v =
+-Phi_t with v constant, and if no force on the rest changes along this motion (a relative equilibrium; Marsden 1992,
 chapter 4).
 """
 
@@ -56,13 +57,13 @@ def driven_velocity(model: CompiledModel, measures: SceneMeasures, q: Array) -> 
     Raises
     ------
     NumericalError
-        Bodies have absolute coordinates, whose velocities at rest beside drives are not constant.
+        Bodies have absolute coordinates, whose velocities at rest relative to drives are not constant.
     """
     rates = law_rates(model, measures, q)
     if not np.any(rates):
         return np.zeros(model.nv)
     if model.description.joints:
-        fault = "bodies have absolute coordinates, in which rest beside drives is a steady motion"
+        fault = "bodies have absolute coordinates, in which rest relative to drives is a steady motion"
         raise NumericalError(Problem("equilibrium", fault, 'model.steady_motion(), or coordinates = "joint"'))
     (B,) = model.evaluate("constraint_jacobian", q, **_given(measures)).values()
     extents = _extents(model, measures, q)
@@ -121,7 +122,7 @@ def check_rates(model: CompiledModel, measures: SceneMeasures, q: Array, v: Arra
             before, after = distinct(float(v[k]), float(then[k]))
             unit = model.v_units[k]
             fault = (
-                f"nothing rests beside the drive of {drives(model, v)}, for {model.v_names[k]} changes along it:"
+                f"nothing rests relative to the drive of {drives(model, v)}, for {model.v_names[k]} changes along it:"
                 f" {before} {unit} at t = {measures.t:.6g} s, {after} {unit} at t = {later.t:.6g} s"
             )
             hint = f'a law of constant rate such as "w*t", a t at which its rate is zero, {_AS_IT_MOVES}'
@@ -129,7 +130,7 @@ def check_rates(model: CompiledModel, measures: SceneMeasures, q: Array, v: Arra
 
 
 def check_lasting(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: Array, v: Array, z: Array) -> None:
-    """Raise NumericalError if forces at rest beside drives change as these move on from q with v."""
+    """Raise NumericalError if forces at rest relative to drives change as the drives move on from q with v."""
     extents = _extents(model, measures, q)
     pace = float(np.max(np.abs(v) / extents))
     left = 2.0 * np.abs(_unbalanced(model, measures, u, q, v, z))
@@ -142,7 +143,7 @@ def check_lasting(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: A
             continue
         unit = model.v_units[k].replace("/s", "/s^2")
         fault = (
-            f"nothing rests beside the drive of {drives(model, v)}, for forces change as it moves: at"
+            f"nothing rests relative to the drive of {drives(model, v)}, for forces change as it moves: at"
             f" t = {later.t:.6g} s {model.v_names[k]} would accelerate with {excess[k]:.3g} {unit}"
         )
         hint = off_axis_hint(model, measures, q, v) or (

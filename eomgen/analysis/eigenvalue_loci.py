@@ -151,7 +151,7 @@ def campbell(
     Returns
     -------
     Campbell
-        After Ctrl-C, which ``interrupted`` tells, with the values and crossings found so far.
+        After Ctrl-C, which ``interrupted`` shows, with the values and crossings found so far.
 
     Raises
     ------
@@ -220,5 +220,5 @@ def _check_orders(orders: Sequence[float], whirl: Sequence[tuple[str, str]]) -> 
         raise UsageError(Problem("orders", f"an order is {bad[0]:.6g}", "positive numbers such as (1, 2)"))
     wrong = [pair for pair in whirl if isinstance(pair, str) or len(pair) != 2]
     if wrong:
-        fault = f"{shown(wrong[0])} is no pair of deflections"
+        fault = f"{shown(wrong[0])} is not a pair of deflections"
         raise UsageError(Problem("whirl", fault, '[("x", "y")], the second a quarter turn from the first'))

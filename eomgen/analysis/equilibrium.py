@@ -19,7 +19,7 @@ from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem
 from eomgen.formula.features import rough_operations
 from eomgen.lie.product import difference
-from eomgen.solvers.bordered_newton import LoadedStatics, Rest
+from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
 from eomgen.solvers.equilibrium_search import left_at_start, nearest_rest
 from eomgen.solvers.load_steps import by_load_steps
@@ -48,7 +48,7 @@ _STEPS = StepLimits(factor=0.5)
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A state of rest, beside coordinates driven at a constant rate.
+    """A state of equilibrium, relative to coordinates driven at a constant rate.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ def equilibrium(
     from an unstable one. With ``any_kind``, the result is the nearest of all equilibria found, with distances measured
     by the kinetic energy of a motion in unit time: candidates are the end of the damped motion, and the ends of
     Newton's paths from the initial state and from slow points of the damped motion. If no damped motion settles,
-    Newton's equilibrium is returned. ``notes`` tell if the result differs from the end of the damped motion, and name
+    Newton's equilibrium is returned. ``notes`` say if the result differs from the end of the damped motion, and name
     springs and tyres that are inside out at rest, and ways that are longer than the scene. Dampers and regularised
     friction do not act at rest.
 
@@ -210,7 +210,9 @@ def _by_load_steps(
     """Search for rest by load steps; return the search or the reason for its failure, and the displacement away from an
     unstable rest on the way, or None."""
     try:
-        rest, path, left_along = by_load_steps(loaded, Rest(start.q, start.lam, start.z, 1.0), _STEPS, stable=stable)
+        rest, path, left_along = by_load_steps(
+            loaded, LoadedState(start.q, start.lam, start.z, 1.0), _STEPS, stable=stable
+        )
         search = Search(polished(statics, examine(statics, rest.q, rest.z)), True, len(path) - 1, path)
     except PathEndError as end:
         part = end.point.rest.s if end.point else 0.0
@@ -228,7 +230,9 @@ def _skew(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint) -> bo
     skew = float(np.max(np.abs(point.stiffness - point.stiffness.T), initial=0.0)) > 1e-6 * point.largest_stiffness
     if skew or not model.description.exact_beams:
         return skew
-    return not TangentStiffness.at(loaded, Rest(point.q, point.lam, point.z, 1.0)).symmetric  # loads beside stretch
+    return not TangentStiffness.at(
+        loaded, LoadedState(point.q, point.lam, point.z, 1.0)
+    ).symmetric  # loads in addition to stretch
 
 
 def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint, v: Array, against: int) -> str:
@@ -260,7 +264,7 @@ def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _
     values, vectors = np.linalg.eigh(point.symmetric)
     largest, directions = point.largest_stiffness, point.basis @ vectors
     soft = np.abs(values) <= max(1e2 * SOFT * largest, _no_stiffness(statics))
-    rest, mass = Rest(point.q, point.lam, point.z, 1.0), statics.mass(point.q)
+    rest, mass = LoadedState(point.q, point.lam, point.z, 1.0), statics.mass(point.q)
     values[soft], directions[:, soft] = soft_modes(loaded, rest, mass, directions[:, soft], largest)
     order = np.argsort(values, kind="stable")
     return _Stiffness(values[order], directions[:, order], largest)
@@ -273,7 +277,7 @@ def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:
     sides = ("positive", "negative") if shares[k] > 0.0 else ("negative", "positive")
     name = model.v_names[k].removeprefix("v.")
     return (
-        f"past a bifurcation or limit point, behind which load steps lead to rest that is unstable: this is the stable"
+        f"past a bifurcation or limit point, past which load steps lead to rest that is unstable: this is the stable"
         f" rest on the {sides[0]} side of {name}, others may be on its {sides[1]} side (initial near them, or"
         " equilibrium_path(...).branch)"
     )
@@ -306,8 +310,8 @@ def _left(model: CompiledModel, statics: Statics, damped: Search) -> str:
 
 
 def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs, v: Array) -> Statics:
-    """Return the model at rest beside coordinates moving with v, with the base held and lengths relative to the lengths
-    of the scene and of the start."""
+    """Return the model at rest relative to coordinates moving with v, with the base held and lengths relative to the
+    lengths of the scene and of the start."""
     rest, rows, p = np.zeros(model.nv), len(model.multipliers), measures.p
     given: dict[str, Any] = {"t": measures.t, "parameters": p, "base": measures.base}
     forces = given | {"u": u}
@@ -378,7 +382,7 @@ def _result(
     frequencies = np.where(soft, 0.0, np.sign(values) * np.sqrt(np.abs(values)))
     acceleration = float(np.max(np.abs(point.acceleration), initial=0.0))
     residual = float(np.max(np.abs(point.residual), initial=0.0))
-    beside = f" beside the drive of {drives(model, v)}" if np.any(v) else ""
+    beside = f" relative to the drive of {drives(model, v)}" if np.any(v) else ""
     message = f"at rest{beside} after {search.steps} steps, unbalanced acceleration {acceleration:.3g}"
     if stable is False:
         worst = _components(model, directions[:, [int(np.argmin(values))]])

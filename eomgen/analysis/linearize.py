@@ -286,7 +286,7 @@ def _finite_blocks(
     *,
     disturbed: bool,
 ) -> dict[str, Array]:
-    """Return the partials of the equations at a state; raise NumericalError if a partial is no finite number."""
+    """Return the partials of the equations at a state; raise NumericalError if a partial is not finite."""
     of_inputs = model.nu or model.nz or disturbed
     # unless another force acts
     whole = "linearization" if "linearization" in model.functions or of_inputs else "partials"
@@ -328,7 +328,7 @@ def about(
     free = freedom(measures, partials, [names.measured.index(name) for name in independent])
     held = [name for name in independent if names.measured.index(name) not in free.coordinates]
     if held:
-        fault = f"constraints do not leave {', '.join(held)} free beside the other independent coordinates"
+        fault = f"constraints do not leave {', '.join(held)} free in addition to the other independent coordinates"
         raise UsageError(
             Problem("independent", fault, f"up to {len(free.coordinates)} components that can move by themselves")
         )
@@ -366,7 +366,7 @@ def _warn_of_change(
     if change > _SAME * float(np.max(np.abs(before))):
         sentence = (
             f"linear about the {state.kind}: the linear model changes with the turn of {drives(model, state.v)}, so it"
-            " holds at this instant only; try: a scene that is symmetric about the axis of the turn, or simulate"
+            " holds at this instant only; try: a scene that is symmetric about the axis of the turn, or floquet"
         )
         warnings.warn(sentence, RuntimeWarning, stacklevel=4)
 

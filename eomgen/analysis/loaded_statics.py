@@ -1,10 +1,10 @@
 """A compiled model at rest as sparse equations of a load factor: of all loads, or of one parameter; section forces of
 geometrically exact beams are extrapolated from the strains of their elements.
 
-In a step of Newton's method strains change to second order beside their linear change, and a stiff section makes large
-forces of that, which spoil the next tangent. With the section forces of the linear change in the geometric part of the
-tangent instead, slender beams take as many steps as others: D. Magisano, L. Leonetti and G. Garcea, Comput. Methods
-Appl. Mech. Engrg. 313 (2017) 986.
+In a step of Newton's method strains change to second order in addition to their linear change, and a stiff section
+makes large forces of that, which spoil the next tangent. With the section forces of the linear change in the geometric
+part of the tangent instead, slender beams take as many steps as others: D. Magisano, L. Leonetti and G. Garcea, Comput.
+Methods Appl. Mech. Engrg. 313 (2017) 986.
 
 An element between frames A and B has d = log(H_A^-1 H_B), d' = T^-1(d) v_B - T^-1(-d) v_A, and its nodes take D^T s by
 the section forces s, D being the derivative of d along both twists.
@@ -30,7 +30,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import update
-from eomgen.solvers.bordered_newton import WHOLE, Balance, LoadedStatics, Matrix, Rest, Tangents
+from eomgen.solvers.bordered_newton import WHOLE, Balance, LoadedState, LoadedStatics, Matrix, Tangents
 from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
@@ -258,7 +258,7 @@ def loaded_statics(
     varied: LoadParameter | None = None,
     reach: float = 1.0,
 ) -> LoadedStatics:
-    """Return the model at rest beside coordinates moving with v, with the base held.
+    """Return the model at rest relative to coordinates moving with v, with the base held.
 
     Parameters
     ----------
@@ -276,7 +276,7 @@ def loaded_statics(
         p, t, inputs = varied.at(s)
         return {"t": t, "parameters": p, "base": held_base(model, p, t), "u": inputs}
 
-    def balance(rest: Rest) -> Balance:
+    def balance(rest: LoadedState) -> Balance:
         where = given(rest.s)
         state = {"v": v, "a": still, "z": rest.z, **where}
         (residual,) = model.evaluate("residual", rest.q, multipliers=rest.multipliers, **state).values()
@@ -286,24 +286,26 @@ def loaded_statics(
         rates = model.internal_rates(rest.q, v, rest.z, **where) if model.nz else np.zeros(0)
         return Balance(residual, constraint, rates)
 
-    def tangents(rest: Rest) -> Tangents:
+    def tangents(rest: LoadedState) -> Tangents:
         if whole:
             state = {"q": rest.q, "v": v, "a": still, "z": rest.z, "multipliers": rest.multipliers, **given(rest.s)}
             return Tangents(**whole_partials(model, state))
         result = sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s))
         return Tangents(result.K, result.B, result.Rz, result.Fq, result.Fz)
 
-    def mass(rest: Rest) -> csc_array:
+    def mass(rest: LoadedState) -> csc_array:
         where = given(rest.s)
         if "mass" in model.functions:
             return csc_array(model.mass(rest.q, parameters=where["parameters"]))
         return sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, where).M
 
-    def by_factor(rest: Rest) -> Balance:
+    def by_factor(rest: LoadedState) -> Balance:
         if varied is None:
             return Balance(np.zeros(model.nv), np.zeros(rows), np.zeros(model.nz))
         step = _STEP * reach
-        more, less = (balance(Rest(rest.q, rest.multipliers, rest.z, rest.s + sign * step)) for sign in (1.0, -1.0))
+        more, less = (
+            balance(LoadedState(rest.q, rest.multipliers, rest.z, rest.s + sign * step)) for sign in (1.0, -1.0)
+        )
         parts = ("residual", "constraint", "rates")
         return Balance(*((getattr(more, part) - getattr(less, part)) / (2.0 * step) for part in parts))
 

@@ -25,7 +25,7 @@ from eomgen.compiled.arguments import check_finite, components
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.solvers.bordered_newton import Rest, sparse
+from eomgen.solvers.bordered_newton import LoadedState, sparse
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
 from eomgen.solvers.load_steps import by_load_steps
 from eomgen.solvers.tangent_stiffness import compliance
@@ -66,7 +66,7 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
     base = model.base(t, parameters=p)
     still = np.zeros(model.nv)
     statics = loaded_statics(model, SceneMeasures(model, p, t, base), q, u, still)
-    start = Rest(q, np.zeros(len(model.multipliers)), z, 1.0)
+    start = LoadedState(q, np.zeros(len(model.multipliers)), z, 1.0)
     try:
         rest, path, _ = by_load_steps(statics, start, _STEPS)
     except PathEndError as end:
@@ -96,7 +96,7 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
     return SteadyMotion(rest.q, still, rest.z, rest.multipliers, t, 0.0, len(path) - 1, (), (), message, None, still)
 
 
-def _residual_later(model: CompiledModel, rest: Rest, u: Inputs, p: Array, later: float) -> Array:
+def _residual_later(model: CompiledModel, rest: LoadedState, u: Inputs, p: Array, later: float) -> Array:
     """Return the residual of the equilibrium equations at a rest, (nv,), at another time."""
     measures = SceneMeasures(model, p, later, model.base(later, parameters=p))
     then = loaded_statics(model, measures, rest.q, u, np.zeros(model.nv))

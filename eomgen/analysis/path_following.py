@@ -22,10 +22,18 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Rest, corrected, direction, weights
+from eomgen.solvers.bordered_newton import (
+    Balance,
+    Direction,
+    LoadedState,
+    LoadedStatics,
+    corrected,
+    direction,
+    weights,
+)
 from eomgen.solvers.critical_points import (
     CriticalPoint,
-    Examined,
+    ExaminedPoint,
     critical_points,
     examined,
     half_way,
@@ -140,7 +148,7 @@ def start_of_path(
     measures = SceneMeasures(model, p, time, held_base(model, p, time))
     begun = initial_state(model, initial, p)
     statics = loaded_statics(model, measures, begun.q, u, np.zeros(model.nv), varied, abs(change))
-    guess = Rest(begun.q, np.zeros(len(model.multipliers)), begun.z, value)
+    guess = LoadedState(begun.q, np.zeros(len(model.multipliers)), begun.z, value)
     try:
         rest = _rest_at(statics, guess)
         return varied, statics, first_point(statics, rest, float(np.sign(change)))
@@ -150,7 +158,7 @@ def start_of_path(
         raise NumericalError(Problem(call, fault, hint)) from None
 
 
-def _rest_at(statics: LoadedStatics, guess: Rest) -> Rest:
+def _rest_at(statics: LoadedStatics, guess: LoadedState) -> LoadedState:
     """Return rest at the start of a path, by load steps from the initial state."""
     still = Balance(np.zeros(len(statics.sizes)), np.zeros(len(guess.multipliers)), np.zeros(len(guess.z)))
     value = guess.s
@@ -182,7 +190,7 @@ def _followed(
     """Return the path from a point to a value of the varied number, as far as possible; Ctrl-C returns the path so
     far."""
     points, critical = [start], list[tuple[int, CriticalPoint]]()
-    result: list[Examined] = [examined(statics, start)] if stability else []
+    result: list[ExaminedPoint] = [examined(statics, start)] if stability else []
     message, interrupted, reach = "", False, abs(target - start.rest.s) or 1.0
     try:
         for point in follow(statics, start, target, limits, 0.3):
@@ -255,7 +263,7 @@ def components_of(model: CompiledModel, statics: LoadedStatics, mode: Array) -> 
 
 
 def _columns(
-    model: CompiledModel, varied: LoadParameter, rests: Sequence[Rest]
+    model: CompiledModel, varied: LoadParameter, rests: Sequence[LoadedState]
 ) -> tuple[dict[str, Array], dict[str, str], tuple[str, ...]]:
     """Return the scene's outputs and the positions of bodies at rest, (n,) each, the units, and the names of the
     outputs."""
@@ -309,7 +317,7 @@ def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float) -> Path
             if way < 0.0:
                 onwards = direction(statics, result.rest, Direction(-along.unknowns, 0.0)) or onwards
             return PathPoint(result.rest, onwards, 0.0, result.corrections, 0.0)
-    fault = f"no equilibrium was found beside the {critical.kind}"
+    fault = f"no equilibrium was found near the {critical.kind}"
     raise NumericalError(Problem("branch", fault, "another size, such as 0.3 or -1"))
 
 
@@ -408,7 +416,7 @@ def buckling_loads(
     return BucklingLoads(varied.name, varied.unit, value, value + factors, modes, named, warning)
 
 
-def _misleads(statics: LoadedStatics, rest: Rest, name: str, value: float, factors: Array) -> str:
+def _misleads(statics: LoadedStatics, rest: LoadedState, name: str, value: float, factors: Array) -> str:
     """Return a warning if another load is predicted half way to the lowest load; empty if the predictions agree."""
     if not len(factors):
         return ""

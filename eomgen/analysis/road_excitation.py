@@ -72,7 +72,7 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
     )
 
 
-class _Passed(NamedTuple):
+class _MeasuredProfileInput(NamedTuple):
     """An input that is a measured profile under a wheel, or the rate of the profile, at the default parameters."""
 
     curve: Curve
@@ -81,14 +81,14 @@ class _Passed(NamedTuple):
     is_rate: bool
 
 
-def _measured(model: CompiledModel) -> dict[str, _Passed]:
+def _measured(model: CompiledModel) -> dict[str, _MeasuredProfileInput]:
     """Return the inputs that are a curve of points at a distance that is travelled at a constant speed."""
     values = model.description.values({})
     result = {item.name: _passed(item.formula, values) for item in model.description.inputs if item.formula is not None}
     return {name: passed for name, passed in result.items() if passed is not None}
 
 
-def _passed(formula: Formula, values: Mapping[str, float]) -> _Passed | None:
+def _passed(formula: Formula, values: Mapping[str, float]) -> _MeasuredProfileInput | None:
     at = applications(formula)
     if len(at) != 1 or not isinstance(at[0].curve, Curve):
         return None
@@ -105,7 +105,7 @@ def _passed(formula: Formula, values: Mapping[str, float]) -> _Passed | None:
     for order in (0, 1):
         expected = speed**order * curve(speed * t + start, order)
         if np.allclose(given, expected, rtol=1e-9, atol=1e-12 * float(np.abs(expected).max())):
-            return _Passed(curve, speed, -start, bool(order))
+            return _MeasuredProfileInput(curve, speed, -start, bool(order))
     return None
 
 
@@ -121,7 +121,9 @@ def _measured_road(curves: Sequence[Curve]) -> MeasuredRoad:
     return MeasuredRoad.of_profile(x, first(x), widest=gap, source="measured")
 
 
-def _over_profile(measured: Mapping[str, _Passed], road: Road | None, speed: float | None) -> RoadExcitation:
+def _over_profile(
+    measured: Mapping[str, _MeasuredProfileInput], road: Road | None, speed: float | None
+) -> RoadExcitation:
     """Return the wheels on a measured road with the spectrum of the road."""
     wheels = {name: passed for name, passed in measured.items() if not passed.is_rate}
     rates = {

@@ -5,7 +5,7 @@ Scenes with many velocity components have the term ``iteration``, which gives no
 unknowns s of the recursion, rows g(q, v, a, s) - s = 0, which are eliminated here (Schur complement). Scenes without
 that term are small, and have whole matrices.
 
-The softest modes come from the sparse equations of rest by inverse iteration; strains tell whether anything opposes a
+The softest modes come from the sparse equations of rest by inverse iteration; strains show whether anything opposes a
 direction at all, since energies of strains are sums of squares, which do not cancel.
 """
 
@@ -24,7 +24,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem
 from eomgen.linear.sampling import SampledPart
-from eomgen.solvers.bordered_newton import LoadedStatics, Rest, sparse
+from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, sparse
 from eomgen.solvers.tangent_stiffness import ROUNDING
 from eomgen.system.sparsity import Places, unpacked_places
 
@@ -231,7 +231,9 @@ def dense(matrix: csc_array) -> Array:
 _ITERATIONS, _NOTHING = 4, 1e-24
 
 
-def soft_modes(statics: LoadedStatics, rest: Rest, mass: Array, shapes: Array, largest: float) -> tuple[Array, Array]:
+def soft_modes(
+    statics: LoadedStatics, rest: LoadedState, mass: Array, shapes: Array, largest: float
+) -> tuple[Array, Array]:
     """Return squared frequencies, (modes,), rad²/s², and their directions, (nv, modes), orthonormal in the metric of
     the mass; the squared frequency of a direction that is not opposed by any force is exactly 0.
 

@@ -24,7 +24,7 @@ _SAMPLES = 4
 
 
 @dataclass(frozen=True)
-class At:
+class ConditionValues:
     """Values and partials of all conditions of a steady motion, at q, v, a = vdot, z and multipliers.
 
     Attributes
@@ -113,7 +113,7 @@ class Conditions:
         return np.asarray(np.linalg.solve(self.model.mass(q, parameters=self.parameters), r), dtype=float)
 
     def values(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> Array:
-        """Return the values of ``At.values``, without partials."""
+        """Return the values of ``ConditionValues.values``, without partials."""
         model = self.model
         parts = self._term("residual", q, v, a, z=z, multipliers=lam)
         if model.multipliers:
@@ -125,7 +125,7 @@ class Conditions:
             parts += self._term("internal_rate", q, v, a, z=z)
         return np.concatenate(parts)
 
-    def at(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> At:
+    def at(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> ConditionValues:
         """Return values and partials."""
         model = self.model
         nv, nz, rows = model.nv, model.nz, len(model.multipliers)
@@ -141,7 +141,7 @@ class Conditions:
         Rz, Fq, Fv, Fz = np.zeros((nv, 0)), np.zeros((0, nv)), np.zeros((0, nv)), np.zeros((0, 0))
         if nz:
             Rz, Fq, Fv, Fz = self._term("internal_partials", q, v, a, z=z)
-        return At(residual, position, velocity, acceleration, rates, K, C, M, Rz, B, Z, Aq, Av, Fq, Fv, Fz)
+        return ConditionValues(residual, position, velocity, acceleration, rates, K, C, M, Rz, B, Z, Aq, Av, Fq, Fv, Fz)
 
     def multipliers(self, q: Array, v: Array, a: Array, z: Array) -> Array:
         """Return the multipliers that leave least of the forces unbalanced, these in the measure of kinetic energy."""
@@ -179,12 +179,11 @@ class Conditions:
                 return met.q, met.v, a, np.asarray(np.linalg.lstsq(B.T, force, rcond=None)[0])
         return None
 
-    def measured(self, at: At, parts: Array) -> tuple[Array, Array]:
-        """Return ``At.values`` (or columns) divided by the measures, with forces as the accelerations that result from
-        these.
+    def measured(self, at: ConditionValues, parts: Array) -> tuple[Array, Array]:
+        """Return values or columns of ``ConditionValues`` divided by the measures.
 
-        Also the rounding of the terms in each value. Accelerations are measured by the pace, twice, and the
-        extent.
+        Forces count as the accelerations that result. Also the rounding of the terms in each value. Accelerations are
+        measured by the pace, twice, and the extent.
         """
         extents, pace = self.extents, self.pace
         speed = pace * extents

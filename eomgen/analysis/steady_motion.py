@@ -24,7 +24,14 @@ from eomgen.analysis.driven_rest import driven_components, held_base, where_driv
 from eomgen.analysis.sparse_partials import check_continuous
 from eomgen.analysis.state_warnings import SceneMeasures, beams_beyond_linear_range, inertia_warning, off_axis_hint
 from eomgen.analysis.steady_conditions import Conditions
-from eomgen.analysis.steady_search import Given, Linear, SteadySearch, linear_conditions, motion_at, search
+from eomgen.analysis.steady_search import (
+    Linear,
+    PrescribedComponents,
+    SteadySearch,
+    linear_conditions,
+    motion_at,
+    search,
+)
 from eomgen.analysis.symmetries import Fields, KnownSymmetries
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
@@ -232,7 +239,7 @@ def motion_along(
     conditions = _conditions(able, p, time, u, q, np.where(held_v, v, start.v))
     try:
         q = conditions.followed(q)
-        given = Given(held_q, held_v, v, conditions.ignorable(q, start.z))
+        given = PrescribedComponents(held_q, held_v, v, conditions.ignorable(q, start.z))
         names = [able.v_names[k] for k in np.flatnonzero(given.alone)]
         result = search(conditions, known.near(conditions, q, start.z), given, q, start.v, start.z)
         if not result.balanced:
@@ -273,7 +280,7 @@ def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v
     return Conditions(model, p, t, u, extents, pace)
 
 
-def _undetermined(conditions: Conditions, search: SteadySearch, given: Given) -> list[str]:
+def _undetermined(conditions: Conditions, search: SteadySearch, given: PrescribedComponents) -> list[str]:
     """Return the names of the unknowns along which the conditions stay met."""
     model = conditions.model
     linear = linear_conditions(conditions, search.fields, given, search.state)
@@ -328,7 +335,7 @@ def _check_lasting(
 
 
 def _failure(
-    model: CompiledModel, conditions: Conditions, search: SteadySearch, given: Given, hint: str
+    model: CompiledModel, conditions: Conditions, search: SteadySearch, given: PrescribedComponents, hint: str
 ) -> NumericalError:
     """Return the unmet conditions: accelerating components, constraint equations, and given velocities."""
     state = search.state

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.analysis.steady_conditions import At, Conditions
+from eomgen.analysis.steady_conditions import Conditions, ConditionValues
 from eomgen.analysis.symmetries import Fields, constant
 from eomgen.base.arrays import Array
 from eomgen.lie.product import update
@@ -27,7 +27,7 @@ _SAME = 1e-9
 _FORCED = 0.05
 
 
-class Given(NamedTuple):
+class PrescribedComponents(NamedTuple):
     """Which components of q are held and which of v are given (nv,), the values of these, and which are ignorable."""
 
     held_q: Mask
@@ -60,7 +60,9 @@ class SteadySearch(NamedTuple):
     balanced: bool
 
 
-def search(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> SteadySearch:
+def search(
+    conditions: Conditions, fields: Fields, given: PrescribedComponents, q: Array, v: Array, z: Array
+) -> SteadySearch:
     """Search along symmetries, then with constant velocities; the reported failure is from the first applicable
     search."""
     along = _search_around(conditions, fields, given, q, v, z) if len(fields) else None
@@ -87,7 +89,9 @@ def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
     return result
 
 
-def _search_around(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> SteadySearch:
+def _search_around(
+    conditions: Conditions, fields: Fields, given: PrescribedComponents, q: Array, v: Array, z: Array
+) -> SteadySearch:
     """Search from the start, and if the search ends without balance, from states around the start."""
     rng = np.random.default_rng(2)
     first = result = _search(conditions, fields, given, _start(conditions, fields, given, q, v, z))
@@ -103,7 +107,9 @@ def _search_around(conditions: Conditions, fields: Fields, given: Given, q: Arra
     return result if result.balanced else first
 
 
-def _start(conditions: Conditions, fields: Fields, given: Given, q: Array, v: Array, z: Array) -> MovingState:
+def _start(
+    conditions: Conditions, fields: Fields, given: PrescribedComponents, q: Array, v: Array, z: Array
+) -> MovingState:
     """Return the motion along the fields at q that is nearest to the velocities; given velocities have precedence."""
     X = fields.directions(q) / conditions.extents[:, np.newaxis]
     wanted, held = np.where(given.held_v, given.v, v) / conditions.extents, given.held_v
@@ -141,10 +147,12 @@ class Linear(NamedTuple):
     across: Array
     by_eta: Array
     by_g: Array
-    at: At
+    at: ConditionValues
 
 
-def linear_conditions(conditions: Conditions, fields: Fields, given: Given, state: MovingState) -> Linear:
+def linear_conditions(
+    conditions: Conditions, fields: Fields, given: PrescribedComponents, state: MovingState
+) -> Linear:
     """Return the conditions at a state. Raises numpy.linalg.LinAlgError if M is not positive definite."""
     conditions.root_of_mass(state.q)
     at = conditions.at(*state.motion)
@@ -194,7 +202,7 @@ def _across(M: Array, X: Array, held: Mask) -> Array:
     return np.asarray(free @ _null_space((free.T @ M @ along).T))
 
 
-def _search(conditions: Conditions, fields: Fields, given: Given, state: MovingState) -> SteadySearch:
+def _search(conditions: Conditions, fields: Fields, given: PrescribedComponents, state: MovingState) -> SteadySearch:
     """Return the end of a damped Gauss-Newton iteration with steps of least size, halved until the residual falls."""
     steps, balanced = 0, False
     for steps in range(_MAX_STEPS + 1):
@@ -222,7 +230,7 @@ def _search(conditions: Conditions, fields: Fields, given: Given, state: MovingS
     return SteadySearch(fields, state, steps, balanced)
 
 
-def _values(conditions: Conditions, given: Given, at: At, state: MovingState) -> Array:
+def _values(conditions: Conditions, given: PrescribedComponents, at: ConditionValues, state: MovingState) -> Array:
     """Return the conditions, divided by the measures at another state."""
     values, _ = conditions.measured(at, conditions.values(*state.motion))
     of_given = np.flatnonzero(given.held_v)

@@ -213,7 +213,7 @@ class UnknownAttribute(UsageError, AttributeError):
     """An attribute that an object does not have."""
 
 
-class NotUnpacked(UsageError, TypeError):
+class SingleObject(UsageError, TypeError):
     """A result that is one object, and no sequence."""
 
 
@@ -221,7 +221,7 @@ class NoAssignment(UsageError, FrozenInstanceError):
     """An attribute that is read, and not assigned to."""
 
 
-class ByName(dict[str, T]):
+class NamedResults(dict[str, T]):
     """Results by name; a request for a missing name is answered with the nearest names.
 
     Parameters
@@ -252,7 +252,7 @@ def _several(kind: str) -> str:
     return f"{kind[:-1]}ies" if kind.endswith("y") else f"{kind}s"
 
 
-class ReadOnly(ByName[T]):
+class ReadOnly(NamedResults[T]):
     """Values by name that a caller reads; the values are written elsewhere.
 
     Parameters
@@ -359,7 +359,7 @@ def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
     def decorated(kind: C) -> C:
         getattr(kind, "__init__")  # compiles methods of a dataclass  # noqa: B009
         for name in dir(kind):
-            member = inspect.getattr_static(kind, name)
+            member = next((vars(base)[name] for base in kind.__mro__ if name in vars(base)), None)
             if inspect.isfunction(member) and (name == "__init__" or not name.startswith("_")):
                 setattr(kind, name, checked_call(what_to_try if name == "__init__" else "", **meant)(member))
         return kind
@@ -401,11 +401,11 @@ def none_to_set(owner: object, name: str, arguments: Iterable[str], parameters: 
     return UnknownAttribute(Problem("", f"a {kind} has no {shown(name)} to set", hint))
 
 
-def not_unpacked(owner: object, what_to_try: str) -> NotUnpacked:
-    """Return the error for taking a result apart as a tuple: from the ``__iter__`` of the result."""
+def not_unpacked(owner: object, what_to_try: str) -> SingleObject:
+    """Return the error for unpacking a result as a tuple: from the ``__iter__`` of the result."""
     kind = type(owner).__name__
     article = "an" if kind[0] in "AEIOU" else "a"
-    return NotUnpacked(Problem("", f"{article} {kind} is one object, and not several to be unpacked", what_to_try))
+    return SingleObject(Problem("", f"{article} {kind} is one object, and not several to be unpacked", what_to_try))
 
 
 def not_assigned_to(what_to_try: str) -> Callable[[C], C]:

@@ -81,7 +81,7 @@ def read_cells(path: Path) -> tuple[list[str], list[tuple[str, list[str]]]]:
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
     except UnicodeDecodeError:
-        raise FileError(Problem(str(path), "this is no text in UTF-8, and a CSV file is needed", _HINT)) from None
+        raise FileError(Problem(str(path), "this is not a text in UTF-8, and a CSV file is needed", _HINT)) from None
     numbered = [(f"{path}, line {k}", line) for k, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
     if not numbered:
         raise FileError(Problem(str(path), "the file is empty", _HINT))
@@ -103,7 +103,7 @@ def read_table(path: Path) -> tuple[list[str], Array]:
     Raises
     ------
     FileError
-        As of ``read_cells``, and cells that are no numbers.
+        The file cannot be read, has no cells, or has cells that are not numbers.
     """
     names, rows = read_cells(path)
     result = [[_number(where, name, cell) for name, cell in zip(names, cells, strict=True)] for where, cells in rows]
@@ -116,7 +116,7 @@ def _cells(where: str, line: str, delimiter: str) -> list[str]:
     try:  # line by line, so that an open quotation mark cannot swallow the lines below it
         (row,) = csv.reader([line], delimiter=delimiter, strict=True)
     except csv.Error as error:
-        raise FileError(Problem(where, f"this is no CSV: {error}", "plain cells between delimiters")) from None
+        raise FileError(Problem(where, f"this is not a CSV file: {error}", "plain cells between delimiters")) from None
     return [cell.strip() for cell in row]
 
 
@@ -135,7 +135,7 @@ def _number(where: str, name: str, cell: str) -> float:
         return float(cell)
     except ValueError:
         hint = "a decimal point in place of the comma" if "," in cell else "numbers alone, without units"
-        raise FileError(Problem(f"{where}, column {name}", f"{shown(cell)} is no number", hint)) from None
+        raise FileError(Problem(f"{where}, column {name}", f"{shown(cell)} is not a number", hint)) from None
 
 
 def _is_number(cell: str) -> bool:

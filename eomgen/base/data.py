@@ -23,12 +23,14 @@ _MADE = {
     "eq": ("__eq__", "__hash__"),
     "frozen": ("__setattr__", "__delattr__"),
 }
+#: The attributes that are compiled on a request for one of them.
+_LAST = (*_MADE["repr"], *_MADE["eq"])
 _COMPILING = threading.RLock()
 #: Attributes that each class has of its own, which are not for another one.
 _OF_EVERY_CLASS = ("__dict__", "__weakref__", "__module__", "__abstractmethods__", "_abc_impl")
 
 
-class _Deferred:
+class _DeferredAttribute:
     """Attribute of a dataclass whose methods are not compiled yet: a request compiles the methods and returns the
     attribute itself."""
 
@@ -45,23 +47,40 @@ class _Deferred:
         return value.__get__(instance, owner) if hasattr(type(value), "__get__") else value
 
     def _compile(self) -> None:
+        """Compile the methods that a request for this attribute needs: text and comparisons, which most processes do
+        not need, or all the rest."""
+        kind = self.kind
+        if self.name in _LAST:
+            dataclasses.fields(kind)  # compiles the rest
+            namespace = {"__module__": self.module, "__qualname__": kind.__qualname__, "__doc__": kind.__doc__}
+            compiled = type(kind)(kind.__name__, (kind,), namespace)  # which inherits the fields
+            dataclasses.dataclass(**{**self.options, "init": False})(compiled)
+            for name in [name for name in _LAST if isinstance(vars(kind).get(name), _DeferredAttribute)]:
+                setattr(kind, name, vars(compiled).get(name))
+        else:
+            self._compile_fields()
+
+    def _compile_fields(self) -> None:
         """Compile a copy of the class and move its attributes: other threads never see the class without methods."""
         kind = self.kind
-        own = {name: value for name, value in vars(kind).items() if not isinstance(value, _Deferred)}
+        own = {name: value for name, value in vars(kind).items() if not isinstance(value, _DeferredAttribute)}
         namespace = {name: value for name, value in own.items() if name not in ("__dict__", "__weakref__")}
         namespace |= {"__module__": self.module, "__qualname__": kind.__qualname__}
-        compiled = type(kind)(kind.__name__, kind.__bases__, namespace)
-        dataclasses.dataclass(**self.options)(compiled)  # types of fields are looked up in the module
+        compiled: Any = type(kind)(kind.__name__, kind.__bases__, namespace)
+        options = {**self.options, "repr": False, "eq": self.options.get("order", False)}
+        dataclasses.dataclass(**options)(compiled)  # types of fields are looked up in the module
+        for name in ("repr", "eq"):
+            setattr(compiled.__dataclass_params__, name, self.options.get(name, True))
         made = {name: value for name, value in vars(compiled).items() if own.get(name, self) is not value}
         for value in made.values():  # methods of frozen classes know their class
             for cell in getattr(value, "__closure__", None) or ():
                 if cell.cell_contents is compiled:
                     cell.cell_contents = kind
         for name, value in made.items():
-            if name not in _OF_EVERY_CLASS:
+            if name not in _OF_EVERY_CLASS and (name, value) != ("__hash__", None):  # Python's, with an own __eq__
                 setattr(kind, name, value)
         for name in [name for name in vars(kind) if name not in vars(compiled)]:
-            if name not in _OF_EVERY_CLASS:
+            if name not in (*_OF_EVERY_CLASS, *_LAST):
                 delattr(kind, name)
 
 
@@ -70,7 +89,8 @@ def _deferred(kind: type, options: dict[str, Any]) -> type:
     for name in ("__signature__", *(name for option, names in _MADE.items() if given[option] for name in names)):
         own = vars(kind).get(name)
         if own is None:  # a class with an own __eq__ has None as its __hash__
-            setattr(kind, name, _Deferred(kind, name, options))
+            unhashable = name == "__hash__" and not (given["frozen"] or given.get("unsafe_hash"))
+            setattr(kind, name, None if unhashable else _DeferredAttribute(kind, name, options))
     return kind
 
 

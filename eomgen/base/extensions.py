@@ -33,7 +33,7 @@ def loaded(entry: EntryPoint, kind: type[Row]) -> Row:
     except Exception as error:  # a module of another distribution may raise any error at import
         raise broken(entry, f"does not load: {type(error).__name__}: {error}") from error
     if not isinstance(row, kind):
-        raise broken(entry, f"is no {kind.__module__}.{kind.__qualname__}")
+        raise broken(entry, f"is not an {kind.__module__}.{kind.__qualname__}")
     return row
 
 

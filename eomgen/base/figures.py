@@ -41,7 +41,7 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str]) -> list[Any]:
     Raises
     ------
     UsageError
-        An object that is no axes, or another number of axes than of panels.
+        An object that is not axes, or another number of axes than of panels.
     """
     from matplotlib.axes import Axes  # noqa: PLC0415  # slow to import, and only drawing needs it
 

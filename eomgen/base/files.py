@@ -86,8 +86,8 @@ def check_writable(path: Path) -> None:
 
 
 def temporary_file(path: Path) -> IO[bytes]:
-    """Open a new file for bytes beside ``path``, under a hidden unique name; the file remains when it is closed, and
-    the caller renames or removes the file by its ``name``.
+    """Open a new file for bytes in the folder of ``path``, under a hidden unique name; the file remains when it is
+    closed, and the caller renames or removes the file by its ``name``.
 
     The system sets the permissions of new files. Reading the process's mask would change the mask for a moment, for
     files of other threads as well.
@@ -183,7 +183,7 @@ def read_arrays(
     try:
         with path.open("rb") as stream:
             if not zipfile.is_zipfile(stream):
-                raise ValueError("it is no .npz archive, or not all of one")
+                raise ValueError("it is not an .npz archive, or not all of one")
             with zipfile.ZipFile(stream) as archive:
                 _check_sizes(archive)
             stream.seek(0)
@@ -191,7 +191,7 @@ def read_arrays(
                 arrays = {name: stored[name] for name in stored.files}
         metadata = json.loads(str(arrays.pop(_METADATA)[()]))
         if not isinstance(metadata, dict):
-            raise ValueError("its metadata are no mapping")
+            raise ValueError("its metadata are not a mapping")
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
     except KeyError as error:
@@ -228,18 +228,28 @@ def _check_sizes(archive: ZipFile) -> None:
 
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+#: In place of the digest of a missing file, which a reader has left out.
+ABSENT = "absent"
 _DIGESTS: ContextVar[dict[str, str] | None] = ContextVar("digests", default=None)
 
 
 def read_bytes(path: Path, most: int) -> bytes:
     """Return the first bytes of a file, at most ``most`` + 1 bytes. Raises OSError or ValueError."""
-    with path.open("rb") as stream:
-        data = stream.read(most + 1)
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(most + 1)
+    except FileNotFoundError:
+        _collect(path, ABSENT)
+        raise
+    _collect(path, digest_of_file(data))
+    return data
+
+
+def _collect(path: Path, digest: str) -> None:
     digests = _DIGESTS.get()
     if digests is not None:
-        file, digest = os.path.abspath(path), digest_of_file(data)  # noqa: PTH100  # links are followed again
+        file = os.path.abspath(path)  # noqa: PTH100  # links are followed again
         digests[file] = digest if digests.get(file, digest) == digest else ""  # the file changed in between
-    return data
 
 
 def digest_of_file(data: bytes) -> str:
@@ -249,8 +259,8 @@ def digest_of_file(data: bytes) -> str:
 
 @contextmanager
 def digests_of_files() -> Iterator[dict[str, str]]:
-    """Collect the digests of the files that ``read_bytes`` reads meanwhile, by absolute path; empty for a file that
-    changed meanwhile."""
+    """Collect the digests of the files that ``read_bytes`` reads meanwhile, by absolute path; ``ABSENT`` for a missing
+    file, empty for a file that changed meanwhile."""
     digests: dict[str, str] = {}
     before = _DIGESTS.set(digests)
     try:

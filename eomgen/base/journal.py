@@ -31,7 +31,7 @@ class Journal(Generic[Row]):
     others : str
         Description of other work in messages, for instance ``another scene``.
     row_of : callable
-        Makes a row of a line; KeyError, TypeError or ValueError tell that the line is no row.
+        Makes a row of a line; KeyError, TypeError or ValueError mean that the line is not a row.
     resume : bool
         Whether the rows of an existing file are taken.
 

@@ -1,12 +1,14 @@
 """Parts of messages: the nearest known name, lists and counts of names, a user's text in quotes, numbers in as few
-digits as tell them apart; and the rule for legal names."""
+digits as distinguish them; and the rule for legal names."""
 
 from __future__ import annotations
 
 import itertools
 import re
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
+from typing import Any
 
 NAME_LENGTH = 64
 NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
@@ -18,8 +20,47 @@ _LISTED = 8
 _COMPARED = 300  # a hint is not worth more time
 
 
+#: Level of messages about work that is done, ``logging.INFO``.
+_INFO = 20
+
+
+class Log:
+    """Messages about work that is done, for the logger of a module.
+
+    Only processes that have imported ``logging`` can ask for these messages, and other processes save the import.
+
+    Parameters
+    ----------
+    name : str
+        Name of the module.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._logger: Any = None
+
+    @property
+    def enabled(self) -> bool:
+        """Whether messages of the level ``INFO`` are shown or kept."""
+        if self._logger is None:
+            if "logging" not in sys.modules:
+                return False
+            self._logger = sys.modules["logging"].getLogger(self._name)
+        return bool(self._logger.isEnabledFor(_INFO))
+
+    def info(self, text: str, *values: object) -> None:
+        """Hand on a message of the level ``INFO``, with values for the places in its text."""
+        if self.enabled:
+            self._logger.info(text, *values, stacklevel=2)
+
+    def debug(self, text: str, *values: object) -> None:
+        """Hand on a message of the level ``DEBUG``, as ``info`` does."""
+        if self.enabled:
+            self._logger.debug(text, *values, stacklevel=2)
+
+
 def is_legal(name: str) -> bool:
-    """Tell whether a name is an ASCII identifier of at most 64 characters."""
+    """Return whether a name is an ASCII identifier of at most 64 characters."""
     return _NAME.fullmatch(name) is not None
 
 
@@ -35,14 +76,14 @@ def shown(text: object) -> str:
 
 
 def distinct(first: float, second: float, digits: int = 4) -> tuple[str, str]:
-    """Return two numbers in as few digits as tell the numbers apart, and no fewer than ``digits``."""
+    """Return two numbers in as few digits as distinguish the numbers, and no fewer than ``digits``."""
     while digits < 17 and f"{first:.{digits}g}" == f"{second:.{digits}g}":
         digits += 1
     return f"{first:.{digits}g}", f"{second:.{digits}g}"
 
 
 def distinct_texts(values: Sequence[float], digits: int = 6) -> list[str]:
-    """Return numbers in as few digits as tell all different numbers apart, and no fewer than ``digits``."""
+    """Return numbers in as few digits as distinguish all different numbers, and no fewer than ``digits``."""
     while digits < 17 and len({f"{value:.{digits}g}" for value in values}) < len(set(values)):
         digits += 1
     return [f"{value:.{digits}g}" for value in values]

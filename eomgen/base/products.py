@@ -69,7 +69,7 @@ def rows_of(group: str, kind: type[Row]) -> tuple[Row, ...]:
 def placed(
     rows: Sequence[Row], added: Sequence[Row], name: Callable[[Row], str], behind: Callable[[Row], str]
 ) -> tuple[Row, ...]:
-    """Return rows with the added rows among them, each directly behind the row that the added row names.
+    """Return rows with the added rows among them, each directly after the row that the added row names.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def _specification(fullname: str, name: str, *, is_package: bool = False) -> Mod
     return ModuleSpec(fullname, loader, is_package=is_package)
 
 
-class _Within:
+class _SubmoduleFinder:
     """Finder of modules within imported public modules; asked first, since the folders of these modules hold files of
     the same names."""
 
@@ -160,7 +160,7 @@ class _Within:
         return None
 
 
-_WITHIN = _Within()
+_WITHIN = _SubmoduleFinder()
 
 
 def spec_of(name: str) -> ModuleSpec | None:

@@ -10,10 +10,10 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextvars import ContextVar
-from html import escape
 from types import FrameType
 from typing import Any
 
+from eomgen.base.html import escaped
 from eomgen.errors import Problem, UsageError
 
 #: Called with (steps done, all steps).
@@ -25,7 +25,7 @@ _SELDOM = 0.2
 _PATIENCE = 1.0
 #: Delay of the display of compilers, s: a user waits for the end of the compilers before anything else happens.
 _SHORT_PATIENCE = 0.5
-#: Function that tells the progress of compilers in a display that is already there.
+#: Function that reports the progress of compilers in a display that is already there.
 _TELLS: ContextVar[Callable[[str], None] | None] = ContextVar("told_by", default=None)
 
 
@@ -125,7 +125,7 @@ def waiting(title: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def told_by(tell: Callable[[str], None]) -> Iterator[None]:
-    """Let a display that is already there tell the progress of compilers."""
+    """Let a display that is already there report the progress of compilers."""
     token = _TELLS.set(tell)
     try:
         yield
@@ -173,7 +173,7 @@ def _notebook_line(title: str, began: float) -> Iterator[Progress]:
         seconds = time.monotonic() - began
         if seconds < _SHORT_PATIENCE:
             return
-        line = shows.HTML(escape(_units(title, done, total, seconds)))
+        line = shows.HTML(escaped(_units(title, done, total, seconds)))
         if handle is None:
             handle = shows.display(line, display_id=True)
         else:
@@ -221,7 +221,7 @@ def notebook_bar(title: str) -> Iterator[Progress]:
 
 def _html(title: str, done: int, total: int) -> str:
     part = done / max(total, 1)
-    return f'{escape(title)} <progress value="{part:.4f}" style="width:20em"></progress> {part:.1%}'
+    return f'{escaped(title)} <progress value="{part:.4f}" style="width:20em"></progress> {part:.1%}'
 
 
 def _in_notebook() -> bool:

@@ -20,12 +20,12 @@ def thread_count() -> int:
     Raises
     ------
     UsageError
-        The variable is no whole number from 1 on.
+        The variable is not a whole number from 1 on.
     """
     if not (text := os.environ.get(THREADS_VARIABLE, "")):
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if not text.isascii() or not text.isdigit() or int(text) < 1:
-        fault = f"{text!r} is no number of threads"
+        fault = f"{text!r} is not a number of threads"
         raise UsageError(
             Problem(f"environment variable {THREADS_VARIABLE}", fault, f"{THREADS_VARIABLE}=2, or unset it")
         )

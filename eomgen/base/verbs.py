@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 #: The group of entry points under which a distribution gives verbs, each a ``Verb``.
 GROUP = "eomgen.verbs"
-_TARGET = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
+_TARGET = r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*"
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Verb:
                 raise
             raise broken(self.entry, f"names {target}, which does not load: {type(error).__name__}: {error}") from error
         if self.entry is not None and not kind(value):
-            raise broken(self.entry, f"names {target}, which is no {wanted}")
+            raise broken(self.entry, f"names {target}, which is not a {wanted}")
         return value
 
 
@@ -125,6 +125,7 @@ CORE: tuple[Verb, ...] = (
     Verb("schema", "Print the JSON Schema of scene files.", "eomgen.cli.schema:schema"),
     Verb("doctor", "Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.doctor:doctor"),
     Verb("steady_motion", methods=("eomgen.analysis.steady_motion:steady_motion",)),
+    Verb("floquet", methods=("eomgen.simulation.floquet:floquet",)),
     Verb("base_parameters", methods=("eomgen.analysis.base_parameters:base_parameters",)),
 )
 
@@ -149,7 +150,7 @@ def methods() -> frozenset[str]:
 
 
 @dataclass(frozen=True)
-class Others:
+class ExternalVerbs:
     """Verbs of other distributions.
 
     Attributes
@@ -168,7 +169,7 @@ class Others:
 
 
 @cache
-def others() -> Others:
+def others() -> ExternalVerbs:
     """Return the verbs of installed distributions; an entry point that cannot be used is among the faults."""
     verbs: dict[str, Verb] = {}
     added: dict[str, tuple[Verb, str]] = {}
@@ -182,7 +183,7 @@ def others() -> Others:
         else:
             verbs[verb.name] = verb
             added |= {name: (verb, target) for name, _, target in methods_of((verb,))}
-    return Others(verbs, added, faults)
+    return ExternalVerbs(verbs, added, faults)
 
 
 def _checked(entry: EntryPoint, names: set[str], taken_methods: set[str]) -> Verb:
@@ -191,8 +192,8 @@ def _checked(entry: EntryPoint, names: set[str], taken_methods: set[str]) -> Ver
     if row.name != entry.name:
         raise broken(entry, f"has the row of another verb, {shown(row.name)}")
     for target in (*filter(None, (row.command,)), *row.methods):
-        if not _TARGET.fullmatch(target):
-            raise broken(entry, f"names {shown(target)}, which is no module:name")
+        if not re.fullmatch(_TARGET, target):
+            raise broken(entry, f"names {shown(target)}, which is not module:name")
     given = [name for name, _, _ in methods_of((row,))]
     taken = [*({row.name} & names), *(name for name in given if name in taken_methods)]
     if taken:

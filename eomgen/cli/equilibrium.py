@@ -65,7 +65,7 @@ class PathRequest:
         if along is None and buckling is None:
             return None
         if along is not None and buckling is not None:
-            raise UsageError(Problem("--buckling", "it is asked for beside --path", "one of them"))
+            raise UsageError(Problem("--buckling", "it is asked for together with --path", "one of them"))
         endings = (".csv", ".json") if along is not None else (".json",)
         if out is not None and Path(out).suffix not in endings:
             fault = f"{'a path is' if along is not None else 'buckling loads are'} written as {' or '.join(endings)}"

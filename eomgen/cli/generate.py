@@ -45,6 +45,11 @@ from eomgen.scene.sources.register import all_options, source_of
     default=None,
     help="Write the controller of the scene without the machine: signals in, commands out.",
 )
+@click.option(
+    "--uniform",
+    is_flag=True,
+    help="Write all functions and steps with one signature, too, which a program can call for every model.",
+)
 @set_option
 @json_option
 @debug_option
@@ -56,6 +61,7 @@ def generate(
     target: str,
     real: str | None,
     only: str | None,
+    uniform: bool,
     parameters: Sequence[str],
     as_json: bool,
     **reading: Any,
@@ -78,7 +84,9 @@ def generate(
         values = in_units("--set", values, described.parameters)
         if only is None:
             say_stand_in(described, method, "C, which is written earlier, steps with")
-    files = pipeline.generate(described, folder, terms, method, target=target, real=real, parameters=values, only=only)
+    files = pipeline.generate(
+        described, folder, terms, method, target=target, real=real, parameters=values, only=only, uniform=uniform
+    )
     if as_json:
         print_json([str(file) for file in files])
     else:

@@ -388,7 +388,7 @@ def _joined(names: Sequence[str]) -> list[str]:
 
 
 def _text(name: str) -> tuple[str, ...]:
-    """Return the parts of a name before, between and behind the numbers in the name."""
+    """Return the parts of a name before, between and after the numbers in the name."""
     return tuple(re.split(r"\d+", name))
 
 

@@ -32,6 +32,7 @@ from eomgen.cli.running import read_scene
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
+    from eomgen.linear.campbell_plot import CampbellView
     from eomgen.linear.eigenvalue_loci import Campbell
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.modes import Modes
@@ -41,20 +42,29 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CampbellRequest:
-    """Request of ``--campbell``, ``--orders`` and ``--whirl``."""
+    """Request of ``--campbell``, ``--orders``, ``--whirl``, ``--modes`` and ``--speed-unit``."""
 
     speed: str
     values: list[float]
     orders: tuple[float, ...] | None
     whirl: list[tuple[str, str]]
+    #: Columns of the eigenvalues, from 0 on.
+    modes: tuple[int, ...] | None
+    speed_unit: str | None
 
     @classmethod
     def read(
-        cls, sweep: tuple[str, list[float]] | None, orders: str | None, whirl: tuple[str, ...]
+        cls,
+        sweep: tuple[str, list[float]] | None,
+        orders: str | None,
+        whirl: tuple[str, ...],
+        modes: str | None,
+        speed_unit: str | None,
     ) -> CampbellRequest | None:
         """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
         if sweep is None:
-            for option, given in (("--orders", orders), ("--whirl", whirl)):
+            options = {"--orders": orders, "--whirl": whirl, "--modes": modes, "--speed-unit": speed_unit}
+            for option, given in options.items():
                 if given:
                     raise UsageError(Problem(option, "it belongs to a Campbell diagram", "--campbell spin=0:300:31"))
             return None
@@ -64,7 +74,19 @@ class CampbellRequest:
             if not colon or not first.strip() or not second.strip():
                 raise UsageError(Problem(f"--whirl {text}", "two deflections are needed", "--whirl x:y"))
             pairs.append((first.strip(), second.strip()))
-        return cls(*sweep, _orders(orders), pairs)
+        return cls(*sweep, _orders(orders), pairs, _modes(modes), speed_unit)
+
+    def view(self, diagram: Campbell, band: tuple[float, float] | None) -> CampbellView:
+        """Return the part of the diagram that is drawn. Raises UsageError for a part that the diagram does not have."""
+        from eomgen.linear.campbell_plot import CampbellView  # noqa: PLC0415
+
+        count = diagram.eigenvalues.shape[1]
+        missing = [number + 1 for number in self.modes or () if number >= count]
+        if missing:
+            raise UsageError(Problem("--modes", f"there is no mode {missing[0]}", f"numbers from 1 to {count}"))
+        view = CampbellView(band, self.modes, None, self.speed_unit)
+        view.check(diagram)
+        return view
 
     def diagram(self, model: Model, **options: Any) -> Campbell:
         """Return the diagram; options as of ``Model.campbell``."""
@@ -88,6 +110,19 @@ def _orders(text: str | None) -> tuple[float, ...] | None:
     if not all(0.0 < order < float("inf") for order in orders):
         raise UsageError(Problem(f"--orders {text}", "positive numbers are needed", "--orders 1,2"))
     return orders
+
+
+def _modes(text: str | None) -> tuple[int, ...] | None:
+    """Return the columns, from 0 on, of modes that are counted from 1."""
+    if text is None:
+        return None
+    try:
+        numbers = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        numbers = (0,)
+    if min(numbers) < 1:
+        raise UsageError(Problem(f"--modes {text}", "numbers of modes from 1 on are needed", "--modes 1,2,4"))
+    return tuple(number - 1 for number in numbers)
 
 
 @dataclass(frozen=True)
@@ -173,7 +208,9 @@ _POINTS = 600
 @click.option(
     "--response", "responses", multiple=True, metavar="INPUT:OUTPUT", help="A frequency response; may be repeated."
 )
-@click.option("--band", default=None, metavar="FROM:TO", help="Of frequency responses and rides, in Hz.")
+@click.option(
+    "--band", default=None, metavar="FROM:TO", help="Of frequency responses, rides and drawn Campbell diagrams, in Hz."
+)
 @click.option(
     "--ride", "rides", multiple=True, metavar="OUTPUT[:Wk]", help="Rms on the scene's random roads; may be repeated."
 )
@@ -181,7 +218,9 @@ _POINTS = 600
     "--campbell", "diagram", default=None, metavar="NAME=FROM:TO:N", help="Frequencies over a speed, critical speeds."
 )
 @click.option("--orders", default=None, metavar="N,N,...", help="Of a Campbell diagram, multiples of the speed.")
-@click.option("--whirl", multiple=True, metavar="X:Y", help="Deflections whose orbits tell the sense; may be repeated.")
+@click.option("--whirl", multiple=True, metavar="X:Y", help="Deflections whose orbits show the sense; may be repeated.")
+@click.option("--modes", default=None, metavar="N,N,...", help="Of the picture of a Campbell diagram, from 1 on.")
+@click.option("--speed-unit", type=click.Choice(["rad/s", "rpm", "Hz"]), help="Of the picture of a Campbell diagram.")
 @click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else the scene's.")
 @click.option("--speeds", default=None, metavar="V,V,...", help="Speeds of rides in m/s; else the scene's.")
 @profile_option
@@ -193,7 +232,8 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     pairs, band = [_pair(text) for text in options.pop("responses")], _band(options.pop("band"))
     ride = RideRequest.read(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
     campbell = CampbellRequest.read(
-        _sweep(options.pop("diagram"), "--campbell"), options.pop("orders"), options.pop("whirl")
+        _sweep(options.pop("diagram"), "--campbell"),
+        *(options.pop(name) for name in ("orders", "whirl", "modes", "speed_unit")),
     )
     request = _Request(scene, options)
     excitation = request.model.road_excitation() if ride is not None else None
@@ -216,10 +256,14 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     diagram, ends = (None, "") if campbell is None else request.campbell(campbell)
     if diagram is not None:
         data["campbell"] = linear_files.described_campbell(diagram)
+    view = None if campbell is None or diagram is None else campbell.view(diagram, band)
     files = request.written(lin, data, Path(folder), sweep, pairs, band) if folder is not None else []
-    if folder is not None and diagram is not None:
+    if folder is not None and diagram is not None and view is not None:
+        from eomgen.linear.campbell_plot import draw_campbell  # noqa: PLC0415
+
         files.append(linear_files.write_campbell(diagram, Path(folder) / "campbell.csv"))
-        files.append(plots.draw_campbell(diagram, request.model.name, Path(folder) / "campbell.png"))
+        picture = Path(folder) / "campbell.png"
+        files.append(draw_campbell(diagram, request.model.name, picture, view))
     if folder is not None and ride is not None and excitation is not None and table is not None:
         spectra = ride.spectra(lin, excitation)
         files.append(linear_files.write_ride(table, Path(folder) / "ride.csv"))
@@ -281,7 +325,7 @@ class _Request:
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
 
     def campbell(self, wanted: CampbellRequest) -> tuple[Campbell | None, str]:
-        """Return the Campbell diagram, as much of it as was computed, and a line that tells of Ctrl-C."""
+        """Return the Campbell diagram, as much of it as was computed, and a line that reports Ctrl-C."""
         given: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
         motion = {name: value for name, value in self.velocities.items() if name != wanted.speed}
         at = {"at": self.at} if wanted.speed in self.model.parameters else {}

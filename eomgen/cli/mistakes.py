@@ -22,6 +22,7 @@ _VERBS: Mapping[str, str] = {
     **dict.fromkeys(("view", "movie", "visualize", "animation"), "animate"),
     **dict.fromkeys(("statics", "static", "rest", "trim"), "equilibrium"),
     **dict.fromkeys(("verify", "test"), "check"),
+    **dict.fromkeys(("campbell", "critical"), "linearize SCENE --campbell spin=0:300:31 --out FOLDER"),
     "help": "eomgen --help, or eomgen VERB --help",
     "version": "eomgen --version",
 }
@@ -57,7 +58,7 @@ _EXAMPLES: Mapping[str, str] = {
 
 
 def of_verb(word: str, verbs: Collection[str]) -> str:
-    """Return the remedy for a word that is no verb."""
+    """Return the remedy for a word that is not a verb."""
     if word.endswith((".toml", ".urdf")):
         return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join(list(verbs)[:7])}"
     return _VERBS.get(word.lower()) or nearest(word, list(verbs))
@@ -76,7 +77,7 @@ def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
     Parameters
     ----------
     path : the command as called: ``eomgen simulate``
-    words : the command line behind ``eomgen``
+    words : the words after ``eomgen``
     """
     listing = f"{path} --help"
     if isinstance(error, click.NoSuchOption):

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-#: A further name and value behind a comma; a call in place of a number.
+#: A further name and value after a comma; a call in place of a number.
 _ASSIGNED = re.compile(r",\s*[A-Za-z_][\w.]*\s*=")
 _FORMULA = re.compile(r"[a-z]\w*\(")
 #: Names and text of arguments in a docstring; the end of a sentence.
@@ -124,7 +124,7 @@ def _bound(_: click.Context, param: click.Parameter, text: str | None) -> dict[s
         return None
     seconds = in_label(option, text, "s") if is_quantity(text) else _number(option, text)
     if not seconds > 0.0:
-        raise UsageError(Problem(option, f"{shown(text)} is no step", '0.003, or "3 ms"'))
+        raise UsageError(Problem(option, f"{shown(text)} is not a step", '0.003, or "3 ms"'))
     return {"largest_step": seconds}
 
 
@@ -132,7 +132,7 @@ def _number(option: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise UsageError(Problem(option, f"{shown(text)} is no time", '2, or "2 s"')) from None
+        raise UsageError(Problem(option, f"{shown(text)} is not a time", '2, or "2 s"')) from None
 
 
 profile_option = click.option(

@@ -26,7 +26,7 @@ class _Console(Console):
 
 
 def console(*, stderr: bool = False) -> Console:
-    """Return a console; if stdout is no terminal, lines are 120 characters wide."""
+    """Return a console; if stdout is not a terminal, lines are 120 characters wide."""
     stream = sys.stderr if stderr else sys.stdout
     return _Console(stderr=stderr, width=None if stream.isatty() else _PLAIN_WIDTH, highlight=False, emoji=False)
 

@@ -25,12 +25,12 @@ from eomgen.system.sparsity import packed_places, unpacked_places
 Samples = tuple[Any, Any, Any]
 #: Returns the continuation of numbers that follow another rule than ``continued``, or None if there is none.
 Known = Callable[[Samples], Any]
-#: Numbers in texts: a number with decimals is no count, but ``beam.7`` ends in one.
+#: Numbers in texts: a number with decimals is not a count, but ``beam.7`` ends in one.
 _NUMBER = re.compile(r"((?<![A-Za-z_\d])\d+\.\d+(?:e[-+]?\d+)?|\d+)")
 _SEPARATOR = ", "
 
 
-class Irregular(Exception):  # no error: the caller derives all parts then
+class IrregularSamples(Exception):  # no error: the caller derives all parts then
     """The samples differ by more than evenly growing integers and lists."""
 
 
@@ -51,7 +51,7 @@ def continued(samples: Samples, number: int, known: Known = lambda _: None) -> A
     first, second, third = samples
     kind = type(first)
     if not (kind is type(second) is type(third)):
-        raise Irregular(f"{kind.__name__} and {type(third).__name__}")
+        raise IrregularSamples(f"{kind.__name__} and {type(third).__name__}")
     if kind is int:
         return first + _even(first, second, third) * number
     if kind is str:
@@ -64,7 +64,7 @@ def continued(samples: Samples, number: int, known: Known = lambda _: None) -> A
         return kind(items)
     if isinstance(first, dict):
         if not first.keys() == second.keys() == third.keys():
-            raise Irregular("other keys")
+            raise IrregularSamples("other keys")
         return {key: continued((first[key], second[key], third[key]), number, known) for key in first}
     if is_dataclass(first):
         values = {
@@ -76,7 +76,7 @@ def continued(samples: Samples, number: int, known: Known = lambda _: None) -> A
         return kind(**values)
     if repr(first) == repr(second) == repr(third):
         return first
-    raise Irregular(f"{first!r}, {second!r}, {third!r}")
+    raise IrregularSamples(f"{first!r}, {second!r}, {third!r}")
 
 
 def continued_integers(samples: tuple[NDArray[np.int64], ...], number: int) -> NDArray[np.int64]:
@@ -94,7 +94,7 @@ def continued_integers(samples: tuple[NDArray[np.int64], ...], number: int) -> N
 
 def _even(first: int, second: int, third: int) -> int:
     if second - first != third - second:
-        raise Irregular(f"{first}, {second}, {third}")
+        raise IrregularSamples(f"{first}, {second}, {third}")
     return second - first
 
 
@@ -111,7 +111,7 @@ def _text(samples: Samples, number: int) -> str:
             first, second, third = map(int, items)
             made.append(str(first + _even(first, second, third) * number))
         else:
-            raise Irregular(items[0])
+            raise IrregularSamples(items[0])
     return "".join(made)
 
 
@@ -124,7 +124,7 @@ def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
     end."""
     growth = _even(*map(len, samples))
     if growth < 0:
-        raise Irregular("a list that becomes shorter")
+        raise IrregularSamples("a list that becomes shorter")
     if all(type(item) is int for sample in samples for item in sample):
         rows = cast("Any", tuple(np.array(sample, dtype=np.int64).reshape(-1, 1) for sample in samples))
         return list(map(int, continued_integers(rows, number)[:, 0].tolist()))
@@ -161,7 +161,7 @@ def _split(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]]
     for start in sorted(range(least, most + 1), key=lambda start: abs(start - middle))[:_TRIED]:
         if _repeats(kinds, rows, start, growth):
             return start
-    raise Irregular("a list without a repeated part")
+    raise IrregularSamples("a list without a repeated part")
 
 
 #: Places at which a repeated part is looked for: a period of a list has fewer items.

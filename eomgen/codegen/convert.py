@@ -207,6 +207,7 @@ def _sources(system: System, prefix: str, calls: Sequence[Call]) -> tuple[SceneS
     """Return the C files of the scene, each once, with the functions called in the file."""
     functions: dict[tuple[str, str], list[str]] = {}
     prototypes: dict[tuple[str, str], list[str]] = {}
+    python = {(call.function.source.name, call.function.source.text): call.function.source.python for call in calls}
     for item in system.controllers:
         if item.source is not None:
             key = (item.source.name, item.source.text)
@@ -224,7 +225,7 @@ def _sources(system: System, prefix: str, calls: Sequence[Call]) -> tuple[SceneS
         same = sum(file.name.startswith(f"{prefix}_user_{stem}") for file in made)
         file = f"{prefix}_user_{stem}{f'_{same + 1}' if same else ''}.c"
         declared = tuple(dict.fromkeys(prototypes[key]))
-        made.append(SceneSource(file, name, text, tuple(dict.fromkeys(called)), declared))
+        made.append(SceneSource(file, name, text, tuple(dict.fromkeys(called)), declared, python.get(key)))
     return tuple(made)
 
 
@@ -354,7 +355,7 @@ def _function(
     unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]
     if unknown:
         raise ModelError(
-            f"function {name} takes {', '.join(unknown)}, which is no input block", f"some of {', '.join(INPUT_BLOCKS)}"
+            f"function {name} takes {', '.join(unknown)}, not an input block", f"some of {', '.join(INPUT_BLOCKS)}"
         )
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs)
     blocks = [(block.name, block.shape, block.refs, block.description) for block in function.outputs if block.refs]

@@ -1,4 +1,4 @@
-"""Metadata of a compiled library: the Program without its statements, as JSON types, stored beside the library.
+"""Metadata of a compiled library: the Program without its statements, as JSON types, stored with the library.
 
 The runtime needs only this and the compiled code: no scene, no tape, no SymPy.
 """
@@ -30,6 +30,7 @@ _OF_THE_TEXT = (
     "velocities",
     "controller",
     "bounds",
+    "uniform",
 )
 
 
@@ -83,6 +84,8 @@ def interface_layout(program: Program) -> dict[str, Any]:
         }
         for function in program.functions
     ]
+    if functions := [dataclasses.asdict(source.python) for source in program.sources if source.python]:
+        layout["python"] = functions
     layout["stack"] = stack_bytes(program)
     layout["layout_version"] = LAYOUT_VERSION
     plain: dict[str, Any] = json.loads(json.dumps(layout, default=dict, sort_keys=True))

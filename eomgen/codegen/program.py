@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from typing import Any, Union
 
 from eomgen.base.data import dataclass, field
+from eomgen.system.signals import PythonFunction
 from eomgen.system.system import Quantity
 
 Expression = Union[int, tuple[Any, ...]]  # noqa: UP007  # evaluated at run time by readers of the type
@@ -175,6 +176,7 @@ class SceneSource:
     text : contents of the file
     functions : called functions of the file
     prototypes : declarations of called functions
+    python : the function in Python that the file calls, of a prototype
     """
 
     name: str
@@ -182,6 +184,7 @@ class SceneSource:
     text: str
     functions: tuple[str, ...]
     prototypes: tuple[str, ...]
+    python: PythonFunction | None = None
 
 
 @dataclass(frozen=True)
@@ -230,7 +233,7 @@ class Program:
         Components of the base struct that the equations of a step read, and the statements that give these alone, as
         one output. No statements if tables or loops give these components.
     angles : tuple of str
-        Numbers of q behind the factors: references of angles that are counted over turns.
+        Numbers of q after the factors: references of angles that are counted over turns.
     base_fields : tuple of (name, size, meaning)
     functions : tuple of ProgramFunction
     loops : tuple of ProgramLoop
@@ -264,6 +267,8 @@ class Program:
         Clocks and rows of samples of a controller alone, see ``integrators.events.controller_data``; empty for models.
     bounds : mapping from str to (lower, upper)
         Ends of the ranges of parameters and coordinates, by name; None for a side without an end.
+    uniform : bool
+        Whether the folder has all functions with one signature, too.
     """
 
     prefix: str
@@ -317,6 +322,7 @@ class Program:
     velocities: tuple[Quantity, ...] = ()
     controller: Mapping[str, Any] = field(default_factory=dict)
     bounds: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    uniform: bool = False
 
     def function(self, name: str) -> ProgramFunction:
         """Return a function by name. Raises KeyError with the known names."""

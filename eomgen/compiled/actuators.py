@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.compiled.arguments import check_name
-from eomgen.compiled.terms import Extensible, Parameters, States
+from eomgen.compiled.terms import ExtensibleModel, Parameters, States
 from eomgen.errors import NumericalError, Problem, UsageError
 
 #: Share of the largest singular value below which a direction counts as none.
@@ -75,7 +75,7 @@ class ActuatorEfforts:
 
 
 def actuator_efforts(
-    model: Extensible,
+    model: ExtensibleModel,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike,
@@ -146,7 +146,7 @@ def actuator_efforts(
 
 
 def _columns(
-    model: Extensible, actuators: Sequence[str] | None, given: dict[str, Any]
+    model: ExtensibleModel, actuators: Sequence[str] | None, given: dict[str, Any]
 ) -> tuple[tuple[str, ...], Array, dict[str, float]]:
     """Return the names of actuators, generalized forces per unit of each actuator, (..., nv, n), and the inputs set to
     zero."""
@@ -167,7 +167,7 @@ def _columns(
         twos = [terms.call("force", **given, u={**still, name: 2.0})[0] - base for name in names]
         for name, one, two in zip(names, ones, twos, strict=True):
             if np.any(np.abs(two - 2.0 * one) > 1e-9 * (np.abs(two).max() + np.abs(base).max() + 1e-300)):
-                fault = f"the generalized forces are not linear in the input {name}, so it is no actuator"
+                fault = f"the generalized forces are not linear in the input {name}, so it is not an actuator"
                 raise UsageError(Problem("actuators", fault, "actuators=[...], joints by their names"))
         columns = np.stack(ones, axis=-1) if names else np.zeros((terms.functions.sizes["v"], 0))
     if not names:

@@ -150,7 +150,7 @@ def check_place(name: object) -> None:
     """Raise UsageError if an array is given in place of the name of a body or frame, which comes first."""
     if not isinstance(name, str):
         fault = f"the name of a body or frame comes first, not {type(name).__name__}"
-        raise UsageError(Problem("", fault, 'the name, and q behind it: pose("body", q)'))
+        raise UsageError(Problem("", fault, 'the name, and then q: pose("body", q)'))
 
 
 def by_name(
@@ -190,7 +190,7 @@ def measured(name: str, value: Any, units: Sequence[str], otherwise: str = "") -
     """Return the values given for the components of a vector, each text ("30 deg") as the number in the unit of its
     component.
 
-    ``otherwise`` is the remedy for a text that is no number, if arguments other than numbers are allowed.
+    ``otherwise`` is the remedy for a text that is not a number, if arguments other than numbers are allowed.
 
     Raises
     ------

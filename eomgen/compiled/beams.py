@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import ByName
+from eomgen.base.calls import NamedResults
 from eomgen.base.data import dataclass, fields
 from eomgen.compiled.functions import Functions
-from eomgen.compiled.terms import Extensible, Inputs, Parameters, States
+from eomgen.compiled.terms import ExtensibleModel, Inputs, Parameters, States
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.solvers.beams import Beams, beams_of
@@ -166,7 +166,7 @@ class SectionLoads:
 
 
 def section_loads(
-    model: Extensible,
+    model: ExtensibleModel,
     q: ArrayLike,
     v: ArrayLike | None = None,
     t: ArrayLike = 0.0,
@@ -240,4 +240,4 @@ def by_beam(beams: Sequence[Sequence[str]], values: Mapping[str, Array]) -> Mapp
             strain[..., :3], strain[..., 3:], load[..., :3], load[..., 3:], ends[..., :3], ends[..., 3:],
         )  # fmt: skip  # one line for the parts
         start = here.stop
-    return ByName("beam", result)
+    return NamedResults("beam", result)

@@ -23,7 +23,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.messages import nearest, shown
 from eomgen.compiled.arguments import check_name, check_place, components
-from eomgen.compiled.terms import Evaluated, Extensible, Parameters
+from eomgen.compiled.terms import EvaluatedModel, ExtensibleModel, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.lie.numeric import quaternion_product, rotated
 from eomgen.system.description import BASE, WORLD, FixedFrame
@@ -42,7 +42,7 @@ class PointMotion(NamedTuple):
 
 
 def pose(
-    model: Extensible,
+    model: ExtensibleModel,
     body: str,
     q: ArrayLike,
     t: ArrayLike = 0.0,
@@ -92,7 +92,7 @@ def pose(
 
 
 def twist(
-    model: Extensible,
+    model: ExtensibleModel,
     body: str,
     q: ArrayLike,
     v: ArrayLike,
@@ -144,7 +144,7 @@ def twist(
 
 @checked_call("point(body, r, q): r is a place in the body's axes, [0, 0, 0] for its origin")
 def point(
-    model: Extensible,
+    model: ExtensibleModel,
     body: str,
     r: ArrayLike,
     q: ArrayLike,
@@ -214,7 +214,7 @@ def point(
     return PointMotion(position, velocity, rotated(turn, rate[..., 3:] + relative))
 
 
-def body_jacobian(model: Extensible, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
+def body_jacobian(model: ExtensibleModel, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
     """Return the Jacobian of a body or a frame in the axes of the body or frame.
 
     The inertial twist is ``body_jacobian(body, q) @ v`` plus the twist of the moving base at the body. Columns belong
@@ -253,7 +253,7 @@ def body_jacobian(model: Extensible, body: str, q: ArrayLike, *, parameters: Par
 
 @checked_call("point_jacobian(body, r, q): r is a place in the body's axes, [0, 0, 0] for its origin")
 def point_jacobian(
-    model: Extensible,
+    model: ExtensibleModel,
     body: str,
     r: ArrayLike,
     q: ArrayLike,
@@ -303,7 +303,7 @@ def point_jacobian(
     return np.swapaxes(rotated(turn, columns[..., 3:] + np.cross(columns[..., :3], r)), -1, -2)
 
 
-def _having(model: Extensible, name: str, *terms: str) -> Extensible:
+def _having(model: ExtensibleModel, name: str, *terms: str) -> ExtensibleModel:
     """Return a model of the same scene that has some terms of bodies, one of which is named."""
     if all(term in model.evaluator.functions for term in terms):
         return model
@@ -311,7 +311,7 @@ def _having(model: Extensible, name: str, *terms: str) -> Extensible:
     return model.having(tuple(dict.fromkeys((*_TOGETHER, *terms))))
 
 
-def _check_name(model: Evaluated, name: str) -> None:
+def _check_name(model: EvaluatedModel, name: str) -> None:
     """Raise UsageError for a name of no body and no frame; base and world are allowed if frames are fixed to the base
     or the world."""
     frames = model.evaluator.fixed_frames
@@ -319,7 +319,7 @@ def _check_name(model: Evaluated, name: str) -> None:
         check_name("body", name, [*model.evaluator.bodies, *frames])
 
 
-class _Placed(NamedTuple):
+class _BodyPoint(NamedTuple):
     """Carrying body of a point, and the point's position on the body; ``fixed`` is None for a body itself."""
 
     body: str
@@ -327,17 +327,17 @@ class _Placed(NamedTuple):
     position: Array
 
 
-def _placed(model: Evaluated, name: str, parameters: Parameters) -> _Placed:
+def _placed(model: EvaluatedModel, name: str, parameters: Parameters) -> _BodyPoint:
     """Return the body that a name stands for, or the body that carries a frame, with the frame's position (..., 3)."""
     check_place(name)
     terms = model.evaluator
     frame = terms.fixed_frames.get(name)
     if frame is None:
-        return _Placed(name, None, np.zeros(3))
-    return _Placed(frame.body, frame, _rigid(model, name, frame.body, terms.place_of(frame, parameters)))
+        return _BodyPoint(name, None, np.zeros(3))
+    return _BodyPoint(frame.body, frame, _rigid(model, name, frame.body, terms.place_of(frame, parameters)))
 
 
-def _fixed_in(model: Evaluated, body: str, r: ArrayLike, parameters: Parameters) -> tuple[str, Array]:
+def _fixed_in(model: EvaluatedModel, body: str, r: ArrayLike, parameters: Parameters) -> tuple[str, Array]:
     """Return the body that carries a point, and the point's coordinates in the frame of the body."""
     check_place(body)
     at = components("r", r, 3)
@@ -347,7 +347,7 @@ def _fixed_in(model: Evaluated, body: str, r: ArrayLike, parameters: Parameters)
     return place.body, _rigid(model, body, place.body, at)
 
 
-def _rigid(model: Evaluated, name: str, body: str, position: Array) -> Array:
+def _rigid(model: EvaluatedModel, name: str, body: str, position: Array) -> Array:
     """Return coordinates in a body's frame, after a check that the point is fixed in the frame."""
     if body in model.evaluator.beams and np.any(position != 0.0):
         fault = "the beam deforms, and the compiled model knows its shapes at the points of the scene only"
@@ -357,7 +357,7 @@ def _rigid(model: Evaluated, name: str, body: str, position: Array) -> Array:
     return position
 
 
-def _of_body(model: Evaluated, body: str, term: str, **given: Any) -> Array:
+def _of_body(model: EvaluatedModel, body: str, term: str, **given: Any) -> Array:
     terms = model.evaluator
     _check_name(model, body)
     if body in (BASE, WORLD):
@@ -367,7 +367,7 @@ def _of_body(model: Evaluated, body: str, term: str, **given: Any) -> Array:
     return result
 
 
-def _of_base(model: Evaluated, name: str, term: str, **given: Any) -> Array:
+def _of_base(model: EvaluatedModel, name: str, term: str, **given: Any) -> Array:
     """Return the values of a term of bodies for the base or the world, which carry frames, too."""
     terms = model.evaluator
     batch = np.broadcast_shapes(terms.configuration(given["q"]).shape[:-1], np.shape(given.get("t", 0.0)))
@@ -397,7 +397,7 @@ _DEPENDENT = 1e-10
 
 
 def jacobian(
-    model: Extensible,
+    model: ExtensibleModel,
     frame: str,
     q: ArrayLike,
     t: ArrayLike = 0.0,
@@ -436,7 +436,7 @@ def jacobian(
     Raises
     ------
     UsageError
-        Names that are not there, frames that are no task frames, wrong shapes.
+        Names that are not there, frames that are not task frames, wrong shapes.
 
     Examples
     --------
@@ -450,7 +450,7 @@ def jacobian(
 
 
 def jacobian_rate(
-    model: Extensible,
+    model: ExtensibleModel,
     frame: str,
     q: ArrayLike,
     v: ArrayLike,
@@ -473,7 +473,8 @@ def jacobian_rate(
     t : array_like, optional
         Time (...), s.
     reference : str, optional
-        As of ``jacobian``.
+        ``body``: in the frame's own axes. ``local_world_aligned``: in world axes, the linear part of the frame's
+        origin. ``world``: in world axes, the linear part of the point at the world's origin.
     parameters : mapping or array_like, optional
         Tunable parameters (..., np), SI units; defaults of the scene if not given.
     base : array_like, optional
@@ -482,12 +483,12 @@ def jacobian_rate(
     Returns
     -------
     (..., 6, nv) ndarray
-        Rows and columns as of ``jacobian``.
+        Rows: angular, then linear; columns: components of v, left-trivialised.
 
     Raises
     ------
     UsageError
-        As of ``jacobian``.
+        Names that are not there, frames that are not task frames, wrong shapes.
 
     Examples
     --------
@@ -499,7 +500,7 @@ def jacobian_rate(
 
 
 def drift(
-    model: Extensible,
+    model: ExtensibleModel,
     frame: str,
     q: ArrayLike,
     v: ArrayLike,
@@ -525,7 +526,8 @@ def drift(
     t : array_like, optional
         Time (...), s.
     reference : str, optional
-        As of ``jacobian``.
+        ``body``: in the frame's own axes. ``local_world_aligned``: in world axes, the linear part of the frame's
+        origin. ``world``: in world axes, the linear part of the point at the world's origin.
     parameters : mapping or array_like, optional
         Tunable parameters (..., np), SI units; defaults of the scene if not given.
     base : array_like, optional
@@ -539,7 +541,7 @@ def drift(
     Raises
     ------
     UsageError
-        As of ``jacobian``.
+        Names that are not there, frames that are not task frames, wrong shapes.
 
     Examples
     --------
@@ -553,7 +555,7 @@ def drift(
 
 
 def operational_inertia(
-    model: Extensible,
+    model: ExtensibleModel,
     frame: str,
     q: ArrayLike,
     t: ArrayLike = 0.0,
@@ -598,7 +600,7 @@ def operational_inertia(
     NumericalError
         A direction in which the frame cannot move: J has not full row rank there, or constraints hold the frame.
     UsageError
-        Names that are not there, frames that are no task frames, wrong shapes.
+        Names that are not there, frames that are not task frames, wrong shapes.
 
     Examples
     --------
@@ -623,7 +625,7 @@ def operational_inertia(
     return np.asarray(np.linalg.inv(mobility), dtype=np.float64)
 
 
-def _held_mobility(model: Extensible, frame: str, given: Mapping[str, Any]) -> Array:
+def _held_mobility(model: ExtensibleModel, frame: str, given: Mapping[str, Any]) -> Array:
     """Return J Z (Z^T M Z)^-1 Z^T J^T, (..., 6, 6).
 
     By the projector P = Z Z^T, which needs no basis of one size at all states: P M P + s (1 - P) equals M on the
@@ -641,7 +643,7 @@ def _held_mobility(model: Extensible, frame: str, given: Mapping[str, Any]) -> A
     return 0.5 * (mobility + np.swapaxes(mobility, -1, -2))
 
 
-def _of_frame(model: Extensible, term: str, frame: str, reference: str, **given: Any) -> Array:
+def _of_frame(model: ExtensibleModel, term: str, frame: str, reference: str, **given: Any) -> Array:
     if reference not in REFERENCES:
         name = str(reference)
         hint = _meant_reference(name) or nearest(name, REFERENCES)
@@ -654,15 +656,15 @@ def _meant_reference(name: str) -> str:
     return name.lower() if name.lower() in REFERENCES else _ELSEWHERE.get(name.lower(), "")
 
 
-def _taken(model: Extensible, term: str, frame: str, **given: Any) -> Array:
+def _taken(model: ExtensibleModel, term: str, frame: str, **given: Any) -> Array:
     """Return the values of a term for one body or frame."""
     check_place(frame)
     if isinstance(given.get("t"), str):
         hint = f'reference="{_meant_reference(given["t"]) or "body"}"'
-        raise UsageError(Problem("t", f"{shown(given['t'])} is no time: a reference goes by its name", hint))
+        raise UsageError(Problem("t", f"{shown(given['t'])} is not a time: a reference goes by its name", hint))
     terms = model.evaluator
     if frame not in terms.frames and frame in (*terms.bodies, *terms.fixed_frames):
-        fault = f"{frame} is no task frame, and the terms of frames give {', '.join(terms.frames)} only"
+        fault = f"{frame} is not a task frame, and the terms of frames give {', '.join(terms.frames)} only"
         raise UsageError(Problem("task_frames", fault, f'task_frames = [..., "{frame}"], or none for all'))
     if frame not in terms.frames:
         hint = f"{nearest(str(frame), terms.frames)}; for a point point_jacobian(body, r, q), or [frames] in the scene"

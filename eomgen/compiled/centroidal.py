@@ -12,11 +12,11 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.terms import Extensible, Parameters
+from eomgen.compiled.terms import ExtensibleModel, Parameters
 
 
 def center_of_mass(
-    model: Extensible,
+    model: ExtensibleModel,
     q: ArrayLike,
     t: ArrayLike = 0.0,
     *,
@@ -50,7 +50,7 @@ def center_of_mass(
     return _called(model, "center_of_mass", q=q, t=t, parameters=parameters, base=base)[0]
 
 
-def total_mass(model: Extensible, *, parameters: Parameters = None) -> Array:
+def total_mass(model: ExtensibleModel, *, parameters: Parameters = None) -> Array:
     """Return the mass of all bodies that move against the base.
 
     Parameters
@@ -77,7 +77,7 @@ def total_mass(model: Extensible, *, parameters: Parameters = None) -> Array:
 
 
 def center_of_mass_jacobian(
-    model: Extensible,
+    model: ExtensibleModel,
     q: ArrayLike,
     t: ArrayLike = 0.0,
     *,
@@ -114,7 +114,7 @@ def center_of_mass_jacobian(
 
 
 def center_of_mass_drift(
-    model: Extensible,
+    model: ExtensibleModel,
     q: ArrayLike,
     v: ArrayLike,
     t: ArrayLike = 0.0,
@@ -150,7 +150,7 @@ def center_of_mass_drift(
 
 
 def centroidal_momentum(
-    model: Extensible,
+    model: ExtensibleModel,
     q: ArrayLike,
     t: ArrayLike = 0.0,
     *,
@@ -189,7 +189,7 @@ def centroidal_momentum(
 
 
 def centroidal_momentum_rate(
-    model: Extensible,
+    model: ExtensibleModel,
     q: ArrayLike,
     v: ArrayLike,
     t: ArrayLike = 0.0,
@@ -213,7 +213,7 @@ def centroidal_momentum_rate(
     Returns
     -------
     (..., 6, nv) ndarray
-        Rows and columns as of ``centroidal_momentum``.
+        Rows: of angular momentum, then of linear momentum, world axes; columns: components of v.
 
     Examples
     --------
@@ -225,7 +225,7 @@ def centroidal_momentum_rate(
 
 
 def centroidal_drift(
-    model: Extensible,
+    model: ExtensibleModel,
     q: ArrayLike,
     v: ArrayLike,
     t: ArrayLike = 0.0,
@@ -262,5 +262,5 @@ def centroidal_drift(
     return _called(model, "centroidal_drift", q=q, v=v, t=t, parameters=parameters, base=base)[0]
 
 
-def _called(model: Extensible, term: str, **given: Any) -> tuple[Array, ...]:
+def _called(model: ExtensibleModel, term: str, **given: Any) -> tuple[Array, ...]:
     return model.having((term,)).evaluator.call(term, **given)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import components
-from eomgen.compiled.terms import Evaluated, Parameters
+from eomgen.compiled.terms import EvaluatedModel, Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate
 from eomgen.lie import product
@@ -26,10 +26,12 @@ from eomgen.lie.groups import group_named
 _REACH = {"rad": math.pi, "m": 1.0}
 
 
-def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, parameters: Parameters = None) -> Array:
+def integrate(
+    model: EvaluatedModel, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, parameters: Parameters = None
+) -> Array:
     """Return q exp(dq~): the configuration after an increment.
 
-    Quaternions are scaled back to unit length without a change of sign. Angles that are counted over turns, behind the
+    Quaternions are scaled back to unit length without a change of sign. Angles that are counted over turns, after the
     poses in q, follow.
 
     Parameters
@@ -72,7 +74,7 @@ def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, 
     return terms.followed(product.update(terms.factors, start, step), t, terms.parameters(parameters))
 
 
-def difference(model: Evaluated, first: ArrayLike, second: ArrayLike) -> Array:
+def difference(model: EvaluatedModel, first: ArrayLike, second: ArrayLike) -> Array:
     """Return the left-trivialised increment between two configurations.
 
     ``integrate(first, dq)`` is ``second`` up to signs of quaternions; rotations turn by pi at most.
@@ -102,7 +104,7 @@ def difference(model: Evaluated, first: ArrayLike, second: ArrayLike) -> Array:
     return product.difference(terms.factors, terms.configuration(first), terms.configuration(second))
 
 
-def neutral(model: Evaluated) -> Array:
+def neutral(model: EvaluatedModel) -> Array:
     """Return the configuration in which every joint is at zero: unit quaternions (1, 0, 0, 0), else zeros.
 
     In absolute coordinates every body is then at the world's origin, which constraints do not allow;
@@ -125,7 +127,7 @@ def neutral(model: Evaluated) -> Array:
 
 
 def random(
-    model: Evaluated,
+    model: EvaluatedModel,
     size: int | Sequence[int] = (),
     *,
     generator: np.random.Generator | int | None = None,
@@ -173,7 +175,7 @@ def random(
     return terms.followed(components("q", q, q.shape[-1]), 0.0, terms.parameters(parameters))
 
 
-def _ranges(model: Evaluated, parameters: Parameters) -> tuple[Array, Array]:
+def _ranges(model: EvaluatedModel, parameters: Parameters) -> tuple[Array, Array]:
     """Return the lowest and highest number of each component of q, (nq,) each."""
     terms = model.evaluator
     described = terms.description

@@ -67,8 +67,8 @@ def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, param
 
 #: Beginning of the sentence.
 CORRECTED = "corrected onto the constraints: "
-#: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is told; how many are
-#: listed.
+#: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is reported; how many
+#: are listed.
 _TOLD, _LISTED = 1e-6, 6
 
 

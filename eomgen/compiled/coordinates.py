@@ -60,7 +60,7 @@ def reaches(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> li
 def configuration_rate(factors: Sequence[Factor], q: Array, v: Array) -> Array:
     """Return the time derivative of configurations.
 
-    Quaternions change by p * (0, omega) / 2, positions by R xdot. References of angles, which are no part of the
+    Quaternions change by p * (0, omega) / 2, positions by R xdot. References of angles, which are not part of the
     factors, have zero rates.
 
     Parameters

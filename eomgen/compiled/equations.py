@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import ByName
+from eomgen.base.calls import NamedResults
 from eomgen.compiled.arguments import numbers
-from eomgen.compiled.terms import Evaluated, Inputs, Parameters, States, check_derivatives
+from eomgen.compiled.terms import EvaluatedModel, Inputs, Parameters, States, check_derivatives
 from eomgen.errors import NumericalError
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, relative_error
 from eomgen.system.sparsity import unpacked_places
@@ -24,7 +24,7 @@ from eomgen.system.sparsity import unpacked_places
 _STATES, _REMEMBERED = 4, 1000
 
 
-def check_digits(model: Evaluated, q: ArrayLike, p: Array, accelerations: Array) -> None:
+def check_digits(model: EvaluatedModel, q: ArrayLike, p: Array, accelerations: Array) -> None:
     """Warn of accelerations that lose digits at parameters other than the defaults, once for each set of these.
 
     How M is eliminated is chosen by the defaults when a model is built. Only the first states of a batch are examined.
@@ -55,7 +55,7 @@ def check_digits(model: Evaluated, q: ArrayLike, p: Array, accelerations: Array)
         raise NumericalError(f"{fault} heavy or long ones: M loses all digits when it is eliminated", _hint(model))
 
 
-def _lost(model: Evaluated, q: ArrayLike, p: Array) -> float:
+def _lost(model: EvaluatedModel, q: ArrayLike, p: Array) -> float:
     """Return the relative error of accelerations by cancellation, the largest of some states; 1 for an infinite M."""
     evaluator = model.evaluator
     q = evaluator.configuration(q)
@@ -69,7 +69,7 @@ def _lost(model: Evaluated, q: ArrayLike, p: Array) -> float:
     return relative_error(ratio, articulated=articulated) if np.isfinite(ratio) else 1.0
 
 
-def _hint(model: Evaluated) -> str:
+def _hint(model: EvaluatedModel) -> str:
     if model.evaluator.functions.library.layout["facts"]["ill_scaled"]:
         return "links that differ less"
     return "these parameters as defaults of the scene, or links that differ less"
@@ -93,7 +93,7 @@ class InternalPartials(NamedTuple):
     rate_z: Array
 
 
-def mass(model: Evaluated, q: ArrayLike, *, parameters: Parameters = None) -> Array:
+def mass(model: EvaluatedModel, q: ArrayLike, *, parameters: Parameters = None) -> Array:
     """Return the inertia matrix M(q).
 
     Parameters
@@ -120,7 +120,7 @@ def mass(model: Evaluated, q: ArrayLike, *, parameters: Parameters = None) -> Ar
     return model.evaluator.call("mass", q=q, parameters=parameters)[0]
 
 
-def coupling(model: Evaluated, q: ArrayLike, v: ArrayLike, *, parameters: Parameters = None) -> Array:
+def coupling(model: EvaluatedModel, q: ArrayLike, v: ArrayLike, *, parameters: Parameters = None) -> Array:
     """Return the nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest.
 
     Parameters
@@ -145,7 +145,7 @@ def coupling(model: Evaluated, q: ArrayLike, v: ArrayLike, *, parameters: Parame
 
 
 def force(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     t: ArrayLike = 0.0,
@@ -186,7 +186,7 @@ def force(
 
 
 def base_motion(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     t: ArrayLike = 0.0,
@@ -224,7 +224,7 @@ def base_motion(
 
 
 def inverse_dynamics(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike,
@@ -275,7 +275,9 @@ def inverse_dynamics(
     return tau
 
 
-def _warn_of_broken_loop(model: Evaluated, q: ArrayLike, v: ArrayLike, a: ArrayLike, given: Mapping[str, Any]) -> None:
+def _warn_of_broken_loop(
+    model: EvaluatedModel, q: ArrayLike, v: ArrayLike, a: ArrayLike, given: Mapping[str, Any]
+) -> None:
     """Warn if an acceleration breaks constraints."""
     if a is None:
         return
@@ -296,7 +298,7 @@ def _warn_of_broken_loop(model: Evaluated, q: ArrayLike, v: ArrayLike, a: ArrayL
 
 
 def bias(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     t: ArrayLike = 0.0,
@@ -338,7 +340,7 @@ def bias(
 
 
 def forward_dynamics(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     t: ArrayLike = 0.0,
@@ -390,7 +392,7 @@ def forward_dynamics(
 
 
 def accelerations(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     t: ArrayLike = 0.0,
@@ -407,7 +409,7 @@ def accelerations(
 
 
 def constrained_dynamics(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     t: ArrayLike = 0.0,
@@ -449,7 +451,7 @@ def constrained_dynamics(
 
 
 def partials(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike,
@@ -498,7 +500,7 @@ def partials(
     return K, C, M
 
 
-def has_residual_partials(model: Evaluated) -> bool:
+def has_residual_partials(model: EvaluatedModel) -> bool:
     """Return whether ``residual_partials`` gives whole matrices: by the term of the matrices, or by nonzeros of a small
     scene."""
     functions = model.evaluator.functions
@@ -510,7 +512,7 @@ def has_residual_partials(model: Evaluated) -> bool:
 
 
 def residual_partials(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: Array,
     v: Array,
     a: Array,
@@ -535,7 +537,7 @@ def residual_partials(
 
 
 def evaluate(
-    model: Evaluated,
+    model: EvaluatedModel,
     term: str,
     q: ArrayLike,
     v: ArrayLike | None = None,
@@ -589,7 +591,7 @@ def evaluate(
 
 
 def energy(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike | None = None,
@@ -640,11 +642,11 @@ def energy(
 def _energies(values: Array) -> dict[str, Array]:
     result = {name: values[..., index] for index, name in enumerate(ENERGIES)}
     with np.errstate(invalid="ignore"):  # of infinite energies
-        return ByName("energy", {**result, "total": result["kinetic"] + result["potential"]})
+        return NamedResults("energy", {**result, "total": result["kinetic"] + result["potential"]})
 
 
 def outputs(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike | None = None,
@@ -688,15 +690,15 @@ def outputs(
     """
     if not model.evaluator.library.layout["outputs"]:
         model.evaluator.parameters(parameters)
-        return ByName("output", {})
+        return NamedResults("output", {})
     given: dict[str, Any] = {"q": q, "v": v, "t": t, "u": u, "z": z, "parameters": parameters, "base": base}
     if multipliers is None and "lam" in model.evaluator.functions.inputs("outputs"):
         multipliers = model.evaluator.accelerations(**given)[1]
     return _outputs(model, model.evaluator.call("outputs", **given, a=a, multipliers=multipliers)[0])
 
 
-def _outputs(model: Evaluated, values: Array) -> dict[str, Array]:
-    result, start = ByName[Array]("output", {}), 0
+def _outputs(model: EvaluatedModel, values: Array) -> dict[str, Array]:
+    result, start = NamedResults[Array]("output", {}), 0
     for item in model.evaluator.library.layout["outputs"]:
         size = int(item["size"])
         result[str(item["name"])] = values[..., start] if size == 1 else values[..., start : start + size]
@@ -704,7 +706,7 @@ def _outputs(model: Evaluated, values: Array) -> dict[str, Array]:
     return result
 
 
-def of_motion(model: Evaluated, name: str, values: Mapping[str, Array]) -> dict[str, Array]:
+def of_motion(model: EvaluatedModel, name: str, values: Mapping[str, Array]) -> dict[str, Array]:
     """Return ``outputs`` or ``energy`` at states of a run of the model, without checks of the arguments.
 
     Parameters
@@ -715,13 +717,13 @@ def of_motion(model: Evaluated, name: str, values: Mapping[str, Array]) -> dict[
         (n, size), t (n,), p also (np,).
     """
     if name == "outputs" and not model.evaluator.library.layout["outputs"]:
-        return ByName("output", {})
+        return NamedResults("output", {})
     result = model.evaluator.functions(name, values)[0]
     return _outputs(model, result) if name == "outputs" else _energies(result)
 
 
 def internal_rates(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     z: States = None,
@@ -764,7 +766,7 @@ def internal_rates(
 
 
 def internal_partials(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     z: States = None,
@@ -805,7 +807,7 @@ def internal_partials(
     return InternalPartials(*model.evaluator.call("internal_partials", **given, parameters=parameters, base=base))
 
 
-def _zeros(model: Evaluated, q: ArrayLike, v: ArrayLike, t: Array, parameters: Parameters, block: str) -> Array:
+def _zeros(model: EvaluatedModel, q: ArrayLike, v: ArrayLike, t: Array, parameters: Parameters, block: str) -> Array:
     """Return zeros of the size of a block, for each of a batch of arguments that are good."""
     terms = model.evaluator
     arrays = (terms.configuration(q), terms.velocity("v", v), terms.parameters(parameters))

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import logging
 import math
 import os
 import sys
@@ -28,13 +27,14 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.messages import Log
 from eomgen.base.threads import share, thread_count
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
-from eomgen.toolchain.compiler import Running, in_background
+from eomgen.toolchain.compiler import RunningCompilers, in_background
 from eomgen.toolchain.library import Library
 
-_LOG = logging.getLogger(__name__)
+_LOG = Log(__name__)
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -67,7 +67,7 @@ def chosen() -> Choice:
     try:
         return Choice(text)
     except ValueError:
-        where, fault = f"environment variable {LANES_VARIABLE}", f"{text!r} is no choice of lanes"
+        where, fault = f"environment variable {LANES_VARIABLE}", f"{text!r} is not a choice of lanes"
         raise UsageError(Problem(where, fault, "auto, off or now")) from None
 
 
@@ -119,7 +119,7 @@ class LaneCompanions:
         if choice is Choice.NOW:
             with self._lock:
                 if companion.library is None:
-                    self._make(name, companion, Running())
+                    self._make(name, companion, RunningCompilers())
         elif companion.seconds > _LOOK and not companion.sought:
             companion.sought = True
             self._look(name, companion)
@@ -184,7 +184,7 @@ class LaneCompanions:
         _LOG.info("compiles the lanes of %s in the background", name)
         in_background("eomgen-lanes", lambda running: self._make(name, companion, running))
 
-    def _make(self, name: str, companion: Companion, running: Running) -> None:
+    def _make(self, name: str, companion: Companion, running: RunningCompilers) -> None:
         """Compile a companion; without a companion, batches are evaluated as before."""
         try:
             if self._library.companion is not None:

@@ -122,7 +122,7 @@ def _written_by_hand(q: object, size: int) -> list[float] | None:
     values = q.tolist() if isinstance(q, np.ndarray) else q
     if not isinstance(values, list | tuple) or len(values) != size:
         return None
-    for value in values:  # most arrays have many decimals: the first number tells
+    for value in values:  # most arrays have many decimals: the first number decides
         if not isinstance(value, int | float) or not float(10.0 * value).is_integer():
             return None
     return [float(value) for value in values]

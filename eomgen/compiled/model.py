@@ -32,7 +32,7 @@ from eomgen.compiled.functions import DRIVERS, Functions, compiled_or_same
 from eomgen.compiled.terms import Inputs, Parameters, Terms
 from eomgen.errors import Problem, UsageError
 from eomgen.solvers.consistency import Assembly, assemble
-from eomgen.solvers.constraint_rows import Constrained, EveryRow, elastic_components, split_sizes
+from eomgen.solvers.constraint_rows import ConstrainedSystem, EveryRow, elastic_components, split_sizes
 from eomgen.solvers.redundancy import check_left_out
 from eomgen.system.description import Description
 from eomgen.system.selection import Selection
@@ -496,7 +496,7 @@ class CompiledModel:
         """
         if np.ndim(y) == 0 and np.ndim(t) > 0:
             hint = "rhs(t, y), as solve_ivp calls it; for odeint tfirst=True"
-            raise UsageError(Problem("rhs", "the time comes first, and the state behind it", hint))
+            raise UsageError(Problem("rhs", "the time comes first, and then the state", hint))
         y = components("y", y, self.nq + self.nv + self.nz)
         q, v, z = np.split(y, [self.nq, self.nq + self.nv], axis=-1)
         turned = with_unit_quaternions(self.factors, q)
@@ -567,7 +567,7 @@ def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: A
         result = able.evaluate("constraint_size", q, t=t, parameters=parameters)
         return split_sizes(np.concatenate(list(result.values())))
 
-    equations = Constrained(
+    equations = ConstrainedSystem(
         factors=model.factors,
         names=model.multipliers,
         units=model.library.layout["row_units"],

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import ByName
+from eomgen.base.calls import NamedResults
 from eomgen.compiled.arguments import check_name
-from eomgen.compiled.terms import Extensible, Inputs, Parameters, States, Terms
+from eomgen.compiled.terms import ExtensibleModel, Inputs, Parameters, States, Terms
 from eomgen.errors import Problem, UsageError
 
 
@@ -45,7 +45,7 @@ _BLOCKS = ("Rp", "Fp", "Phip", "Zp", "Ap")
 
 
 def parameter_partials(
-    model: Extensible,
+    model: ExtensibleModel,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike,
@@ -107,7 +107,7 @@ def parameter_partials(
 
 
 def output_parameter_partials(
-    model: Extensible,
+    model: ExtensibleModel,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike | None = None,
@@ -146,7 +146,8 @@ def output_parameter_partials(
     Raises
     ------
     UsageError
-        As of ``parameter_partials``; accelerations that outputs need and that are not given.
+        A parameter that is fixed in the code or unknown; a scene without tunable parameters; accelerations that outputs
+        need and that are not given.
 
     Examples
     --------
@@ -157,11 +158,11 @@ def output_parameter_partials(
     chosen = _columns(model.evaluator, of)
     outputs = model.evaluator.library.layout["outputs"]
     if not outputs:
-        return ByName("output", {})
+        return NamedResults("output", {})
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
     term = "output_parameter_partials"
     (values,) = model.having((term,)).evaluator.call(term, **given, multipliers=multipliers, parameters=parameters)
-    result, start = ByName[Array]("output", {}), 0
+    result, start = NamedResults[Array]("output", {}), 0
     for item in outputs:
         rows = values[..., start : start + int(item["size"]), :][..., chosen]
         result[str(item["name"])] = rows[..., 0, :] if int(item["size"]) == 1 else rows
@@ -198,7 +199,7 @@ class Regressor(NamedTuple):
 
 
 def regressor(
-    model: Extensible,
+    model: ExtensibleModel,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike,
@@ -250,7 +251,7 @@ def regressor(
     return Regressor(*values)
 
 
-def regressor_parameters(model: Extensible, *, parameters: Parameters = None) -> dict[str, Array]:
+def regressor_parameters(model: ExtensibleModel, *, parameters: Parameters = None) -> dict[str, Array]:
     """Return the parameters pi of the regressor.
 
     Parameters
@@ -266,7 +267,7 @@ def regressor_parameters(model: Extensible, *, parameters: Parameters = None) ->
     Raises
     ------
     UsageError
-        As of ``regressor``.
+        Absolute coordinates, or bodies that deform.
 
     Examples
     --------
@@ -277,16 +278,16 @@ def regressor_parameters(model: Extensible, *, parameters: Parameters = None) ->
     made = _with(model, "regressor_parameters")
     (values,) = made.call("regressor_parameters", q=made.initial_q, parameters=parameters)
     names = [item.name for item in made.description.linear_parameters]
-    return ByName("parameter of the regressor", dict(zip(names, np.moveaxis(values, -1, 0), strict=True)))
+    return NamedResults("parameter of the regressor", dict(zip(names, np.moveaxis(values, -1, 0), strict=True)))
 
 
-def _with(model: Extensible, term: str) -> Terms:
+def _with(model: ExtensibleModel, term: str) -> Terms:
     """Return the terms with one more term compiled. Raises UsageError if the equations are not linear in these
     parameters."""
     evaluator = model.evaluator
     if not evaluator.description.linear_parameters:
         if evaluator.beams:
-            fault = f"the bodies {', '.join(sorted(evaluator.beams))} deform, and ten numbers do not tell their inertia"
+            fault = f"the bodies {', '.join(sorted(evaluator.beams))} deform, and ten numbers do not give their inertia"
             hint = 'a scene without beams, or parameter_partials(q, v, a, of=["..."]) in parameters of the scene'
         else:
             fault = (

@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import numbers
-from eomgen.compiled.terms import Evaluated, Parameters
+from eomgen.compiled.terms import EvaluatedModel, Parameters
 from eomgen.errors import UsageError
 
-#: More discontinuities than these are no list that anyone can use.
+#: More discontinuities than these are too many for a list.
 _MOST_TIMES = 10_000_000
 
 
-def base(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
+def base(model: EvaluatedModel, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
     """Return the prescribed state of the base.
 
     An array of this kind can be handed to functions of the model as ``base``, in place of the scene's law.
@@ -51,7 +51,7 @@ def base(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters = None)
     return model.evaluator.functions("base", {"t": numbers("t", t), "p": p})[0]
 
 
-def input_values(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
+def input_values(model: EvaluatedModel, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
     """Return the inputs by the scene's formulas and roads.
 
     Parameters
@@ -75,7 +75,7 @@ def input_values(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters
     return model.evaluator.formula_inputs({"t": numbers("t", t), "p": model.evaluator.parameters(parameters)})
 
 
-def discontinuity_times(model: Evaluated, start: float, end: float, *, order: int = 2) -> Array:
+def discontinuity_times(model: EvaluatedModel, start: float, end: float, *, order: int = 2) -> Array:
     """Return the times of an interval at which derivatives of forces up to an order are known to jump.
 
     Steppers end steps at these times by themselves; for solvers of other packages the motion is smooth between these
@@ -122,7 +122,7 @@ def discontinuity_times(model: Evaluated, start: float, end: float, *, order: in
     return np.unique(np.concatenate(arrays)) + 0.0  # no minus zero
 
 
-def jumps_between(model: Evaluated, t: Array, near: float, *, order: int = 0) -> Array:
+def jumps_between(model: EvaluatedModel, t: Array, near: float, *, order: int = 0) -> Array:
     """Return times at which derivatives of forces up to an order jump: of each wave one per interval of given times.
 
     Parameters
@@ -132,7 +132,7 @@ def jumps_between(model: Evaluated, t: Array, near: float, *, order: int = 0) ->
     near : float
         Widening of each interval, s.
     order : int, optional
-        As of ``discontinuity_times``.
+        Largest order of the derivatives: 0 forces, 1 rates of forces, 2 second derivatives.
 
     Returns
     -------
@@ -149,7 +149,7 @@ def jumps_between(model: Evaluated, t: Array, near: float, *, order: int = 0) ->
     return np.unique(np.concatenate(arrays)) if arrays else np.zeros(0)
 
 
-def _jumps(model: Evaluated, order: int) -> list[tuple[float, float]]:
+def _jumps(model: EvaluatedModel, order: int) -> list[tuple[float, float]]:
     """Return times and periods, s, of known jumps up to an order, and of all samples; a single jump has period 0."""
     layout = model.evaluator.library.layout
     known = [item for item in layout["discontinuities"] if item["order"] <= order]

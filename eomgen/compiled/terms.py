@@ -129,7 +129,7 @@ class Terms:
         return array
 
     def with_references(self, name: str, q: ArrayLike) -> ArrayLike:
-        """Return q with the initial state's references of angles behind the poses, if a caller gives the poses
+        """Return q with the initial state's references of angles after the poses, if a caller gives the poses
         alone."""
         if not self.angles:
             return q
@@ -313,14 +313,14 @@ class Terms:
         return of_scene if u is None else by_name("input", u, self.input_names, of_scene)
 
 
-class Evaluated(Protocol):
+class EvaluatedModel(Protocol):
     """A model whose terms can be evaluated: the first argument of functions that are methods of models."""
 
     @property
     def evaluator(self) -> Terms: ...
 
 
-class Extensible(Evaluated, Protocol):
+class ExtensibleModel(EvaluatedModel, Protocol):
     """A model that other terms can be added to."""
 
     def having(self, terms: Sequence[str]) -> Self:

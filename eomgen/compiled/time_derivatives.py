@@ -13,11 +13,11 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.terms import Evaluated, Inputs, Parameters, States
+from eomgen.compiled.terms import EvaluatedModel, Inputs, Parameters, States
 
 
 def rates(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike,
@@ -90,7 +90,7 @@ def rates(
     return model.evaluator.call(term, **given, parameters=parameters)
 
 
-def _term_of(model: Evaluated, order: int | None) -> str:
+def _term_of(model: EvaluatedModel, order: int | None) -> str:
     if order is None:
         built = [name for name in model.evaluator.functions.names if name.startswith("rates_")]
         return built[0] if built and "rates" not in model.evaluator.functions.names else "rates"
@@ -98,7 +98,7 @@ def _term_of(model: Evaluated, order: int | None) -> str:
 
 
 def forward_rates(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     t: ArrayLike = 0.0,
@@ -150,7 +150,7 @@ def forward_rates(
 
 
 def coriolis(
-    model: Evaluated, q: ArrayLike, v: ArrayLike, *, skew: bool = False, parameters: Parameters = None
+    model: EvaluatedModel, q: ArrayLike, v: ArrayLike, *, skew: bool = False, parameters: Parameters = None
 ) -> Array:
     """Return a matrix C with C v = h(q, v), base at rest.
 
@@ -180,7 +180,7 @@ def coriolis(
 
 
 def mass_rates(
-    model: Evaluated, q: ArrayLike, v: ArrayLike, a: ArrayLike, *, parameters: Parameters = None
+    model: EvaluatedModel, q: ArrayLike, v: ArrayLike, a: ArrayLike, *, parameters: Parameters = None
 ) -> tuple[Array, Array]:
     """Return the first and second time derivative of M.
 
@@ -211,7 +211,7 @@ def mass_rates(
 
 
 def coupling_rates(
-    model: Evaluated, q: ArrayLike, v: ArrayLike, a: ArrayLike, j: ArrayLike, *, parameters: Parameters = None
+    model: EvaluatedModel, q: ArrayLike, v: ArrayLike, a: ArrayLike, j: ArrayLike, *, parameters: Parameters = None
 ) -> tuple[Array, Array]:
     """Return the first and second time derivative of h.
 
@@ -242,7 +242,7 @@ def coupling_rates(
 
 
 def force_rates(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike,
@@ -297,7 +297,7 @@ def force_rates(
 
 
 def base_motion_rates(
-    model: Evaluated,
+    model: EvaluatedModel,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike,

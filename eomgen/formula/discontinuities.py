@@ -63,7 +63,7 @@ def affine(formula: Formula, value_of: Callable[[Symbol], float | None]) -> tupl
 
 
 @dataclass(frozen=True)
-class Reach:
+class CurveSpan:
     """The times from ``start`` to ``end`` for which a curve ``name`` has points."""
 
     name: str
@@ -71,14 +71,14 @@ class Reach:
     end: float
 
 
-def reaches(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Iterator[Reach]:
+def reaches(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Iterator[CurveSpan]:
     """Yield how far the curves of a formula reach that are not to be left, those whose arguments are linear in time."""
     for used in applications(formula):
         linear = affine(used.argument, value_of)
         if isinstance(used.curve, Curve) and used.curve.outside == "error" and linear is not None and linear[0] != 0.0:
             a, b = linear
             start, end = sorted(((used.curve.start - b) / a, (used.curve.end - b) / a))
-            yield Reach(used.curve.name, start, end)
+            yield CurveSpan(used.curve.name, start, end)
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Breakpoint:
     """A time at which something is not smooth: from ``time`` on every ``period`` if that is not 0.
 
     ``order`` is the lowest derivative of forces that jumps, 0 for the forces. ``blur`` is the uncertainty of the time
-    in s, in units of the precision of the numbers behind the time.
+    in s, in units of the precision of the numbers from which the time is computed.
     """
 
     time: float
@@ -207,7 +207,7 @@ def smoothed(formula: Formula, duration: float, value_of: Callable[[Symbol], flo
 
 
 def _is_condition(formula: Formula) -> bool:
-    """Tell whether a formula is 1 or 0: comparisons joined by ``and``, ``or`` and ``not``."""
+    """Return whether a formula is 1 or 0: comparisons joined by ``and``, ``or`` and ``not``."""
     if not isinstance(formula, Operation):
         return formula == ONE
     if formula.name in ("mul", "max", "sub"):
@@ -229,7 +229,7 @@ def _switch(formula: Operation, duration: float, value_of: Callable[[Symbol], fl
     slope, offset = (a - b for a, b in zip(lines[0], lines[1], strict=True))
     if slope == 0.0:
         return formula
-    # for positive x: behind the crossing, or before the crossing
+    # for positive x: after the crossing, or before the crossing
     step: Formula = Application(STEP, (Symbol("time") - -offset / slope) / Number(duration))
     positive = step if slope > 0.0 else ONE - step
     match formula.name:
@@ -265,7 +265,7 @@ def _curve(used: Application, duration: float, value_of: Callable[[Symbol], floa
 
 
 def _with_transitions(curve: Curve, rough: list[float], length: float, forward: bool) -> Curve:
-    """Return a curve of steps or lines with transitions of a length behind each kink, or before each kink of a curve
+    """Return a curve of steps or lines with transitions of a length after each kink, or before each kink of a curve
     that is run backwards."""
     places = np.array(rough)
     periodic, held = curve.outside == "periodic", curve.outside == "hold"
@@ -273,7 +273,7 @@ def _with_transitions(curve: Curve, rough: list[float], length: float, forward: 
     last = math.inf if held else (curve.end - places[-1] if forward else places[0] - curve.start)
     nearest = min(gaps.min(initial=math.inf), math.inf if periodic else last)
     if length > nearest * (1.0 + _ROUNDING):
-        fault = f"corners of {curve.name} are {nearest:.6g} apart, less than a transition, {length:.6g}"
+        fault = f"corners of {curve.name} have a distance of {nearest:.6g}, less than a transition, {length:.6g}"
         raise SmoothingError(fault, "a shorter duration, or other points")
     begins = places if forward else places - length
     ends = begins + length

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol
+from eomgen.symbolic.operations import ELEMENTARY, NAMES
 
 #: Remedy for a formula of parameters without a value.
 OTHER_VALUES = "other values of the parameters"
-_SAME = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt")
 #: Operations of formulas on numbers, and on arrays.
 _FUNCTIONS: Mapping[str, tuple[Callable[..., float], Callable[..., NDArray[np.float64]]]] = {
     "add": (operator.add, np.add),
@@ -28,8 +28,8 @@ _FUNCTIONS: Mapping[str, tuple[Callable[..., float], Callable[..., NDArray[np.fl
     "lt": (lambda a, b: float(a < b), lambda a, b: np.less(a, b).astype(np.float64)),
     "le": (lambda a, b: float(a <= b), lambda a, b: np.less_equal(a, b).astype(np.float64)),
     "select": (lambda condition, then, otherwise: then if condition != 0.0 else otherwise, np.where),
-    **{name: (getattr(math, name), getattr(np, name)) for name in _SAME},
-    **{name: (getattr(math, name), getattr(np, f"arc{name[1:]}")) for name in ("asin", "acos", "atan", "atan2")},
+    **{name: (getattr(math, name), getattr(np, ELEMENTARY[op].numpy or name)) for op, name in NAMES.items()},
+    "atan2": (math.atan2, np.arctan2),
     "abs": (abs, np.abs),
     "sign": (lambda a: math.copysign(1.0, a) if a != 0.0 else 0.0, np.sign),
     "min": (min, np.minimum),

@@ -15,10 +15,13 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.formula.curves import Bump, Curve, Waves
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, infix
+from eomgen.formula.nodes import VECTORS, Application, Formula, Number, Operation, Quantity, Symbol, infix
+from eomgen.symbolic.operations import ELEMENTARY, NAMES
 
+#: Functions of one number with an unbounded slope at the edge of the domain.
+WITH_EDGE = frozenset(NAMES[op] for op, row in ELEMENTARY.items() if row.rough)
 #: Functions that have a value but no derivative at some arguments.
-_ROUGH = frozenset({"sqrt", "log", "asin", "acos", "atan2"})
+_ROUGH = WITH_EDGE | {"atan2"}
 #: Symbols that are constant along a motion, so that no derivative by them is taken.
 _GIVEN = frozenset({"parameter", "number", "place"})
 #: Formulas that are named.
@@ -51,7 +54,7 @@ def _rough(formula: Formula) -> Iterator[str]:
 
 def _size(symbol: Symbol) -> int:
     """Return the number of components of a symbol as far as the symbol's kind decides the number: 3 of points."""
-    return 3 if symbol.kind in ("position", "velocity", "acceleration") else 1
+    return 3 if symbol.kind in VECTORS else 1
 
 
 def _broken(exponent: Formula) -> bool:

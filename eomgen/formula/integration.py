@@ -3,8 +3,8 @@
 An acceleration is a sum of terms, each a formula without the time times a function of time. Integrals of constants,
 sines and cosines are formulas. Integrals of curves through points are curves: a polynomial between two points has a
 polynomial as integral, so that is exact. Any other function is replaced by polynomials of degree 7 (at Gauss-Legendre
-nodes, in intervals that are halved until the polynomials fit), with a bound of the error. Position, velocity and
-acceleration are derivatives of one formula, so they agree to rounding.
+nodes, in intervals that are halved until the polynomials fit), with an estimate of the error from values between the
+nodes. Position, velocity and acceleration are derivatives of one formula, so they agree to rounding.
 """
 
 from __future__ import annotations
@@ -25,15 +25,13 @@ from eomgen.formula.nodes import ZERO, Application, Formula, Number, Operation, 
 from eomgen.formula.prescribed_motion import constant
 from eomgen.formula.substitution import product, substituted, total
 
-#: Length of the piece behind the last point of a curve that holds the value there, s of its argument.
+#: Length of the piece after the last point of a curve that holds the value there, s of its argument.
 _BEHIND = 1e9
 _NODES = 8
 #: Error of the polynomials, as a part of the largest value, up to which an interval is not halved.
 _FITS = 1e-12
 _MOST_PIECES = 50_000
 _HALVINGS = 40
-#: Distance of two breakpoints, as a part of the duration, below which they are one.
-_NARROWEST = 1e-12
 
 
 class IntegrationError(Exception):
@@ -71,18 +69,18 @@ class Pieces(Curve):
 
 
 @dataclass(frozen=True)
-class Integrated:
+class SecondIntegral:
     """A second integral over time that is at rest in 0 at t = 0.
 
     Attributes
     ----------
     formula : of the displacement, m
     velocity, displacement : drift at the time ``end``: values of a record's integral there; of a periodic acceleration
-        the motion beside the oscillation; none of a constant
+        the motion without the oscillation; none of a constant
     end : last time of a record, else of the run
     correction : largest acceleration that was added against the drift
-    error : bound of the error of the displacement's rate by quadrature
-    onward : acceleration that records hold behind their last points, if the run goes on
+    error : estimate of the error of the displacement's rate by quadrature, from values between the nodes
+    onward : acceleration that records hold after their last points, if the run goes on
     """
 
     formula: Formula
@@ -93,8 +91,8 @@ class Integrated:
     error: float = 0.0
     onward: float = 0.0
 
-    def __add__(self, other: Integrated) -> Integrated:
-        return Integrated(
+    def __add__(self, other: SecondIntegral) -> SecondIntegral:
+        return SecondIntegral(
             total(self.formula, other.formula),
             self.velocity + other.velocity,
             self.displacement + other.displacement,
@@ -104,10 +102,10 @@ class Integrated:
             self.onward + other.onward,
         )
 
-    def scaled(self, factor: Formula, value: float) -> Integrated:
+    def scaled(self, factor: Formula, value: float) -> SecondIntegral:
         """Return the integral times a formula of parameters, which has the value at their defaults."""
         size = abs(value)
-        return Integrated(
+        return SecondIntegral(
             product(factor, self.formula),
             value * self.velocity,
             value * self.displacement,
@@ -138,7 +136,7 @@ class Integration:
     duration: float
     corrected: bool
 
-    def integral(self, acceleration: Formula) -> Integrated:
+    def integral(self, acceleration: Formula) -> SecondIntegral:
         """Return the second integral of an acceleration.
 
         Raises
@@ -146,7 +144,7 @@ class Integration:
         IntegrationError
             A term that has no integral here.
         """
-        result = Integrated(ZERO)
+        result = SecondIntegral(ZERO)
         try:
             for factor, function in _terms(acceleration):
                 known = self._folded(factor)
@@ -164,7 +162,7 @@ class Integration:
         """Return a formula of parameters at their defaults."""
         return evaluate(formula, lambda symbol: self.parameters[symbol.name])
 
-    def _of_term(self, function: Formula) -> Integrated:
+    def _of_term(self, function: Formula) -> SecondIntegral:
         if isinstance(function, Number):
             return self._of_constant(function.value)
         line = self._line(function)
@@ -176,11 +174,11 @@ class Integration:
                 return self._of_curve(function.curve, function.argument, slope, start)
         return self._by_quadrature(function)
 
-    def _of_constant(self, value: float) -> Integrated:
+    def _of_constant(self, value: float) -> SecondIntegral:
         if self.corrected:
             raise IntegrationError("a constant acceleration is all drift, and would be removed", _KEEP)
         time = Symbol("time")
-        return Integrated(product(Number(0.5 * value), time * time), end=self.duration)
+        return SecondIntegral(product(Number(0.5 * value), time * time), end=self.duration)
 
     def _line(self, function: Formula) -> tuple[Formula, Formula] | None:
         """Return a and b of the argument a t + b of a curve, a sine or a cosine; None for other functions, other
@@ -202,7 +200,7 @@ class Integration:
         known = symbol.kind == "parameter" and symbol.name not in self.tunable
         return self.parameters[symbol.name] if known else None
 
-    def _of_sine(self, function: Operation, rate: Formula, phase: Formula) -> Integrated:
+    def _of_sine(self, function: Operation, rate: Formula, phase: Formula) -> SecondIntegral:
         """Return the integral of sin(rate t + phase) or of the cosine."""
         sine = function.name == "sin"
         at_start = self._folded(Operation(function.name, (phase,)))
@@ -210,11 +208,13 @@ class Integration:
         other = Operation("cos" if sine else "sin", (phase,))
         drift = self._folded(other / (rate if sine else -rate))  # the velocity of the oscillation at t = 0, reversed
         if self.corrected or (isinstance(drift, Number) and drift.value == 0.0):
-            return Integrated(oscillation, end=self.duration)
+            return SecondIntegral(oscillation, end=self.duration)
         value, end = self._value(drift), self.duration
-        return Integrated(oscillation + product(drift, Symbol("time")), value, value * end, end)
+        return SecondIntegral(oscillation + product(drift, Symbol("time")), value, value * end, end)
 
-    def _of_curve(self, curve: Curve, argument: Formula, slope: float, start: float, error: float = 0.0) -> Integrated:
+    def _of_curve(
+        self, curve: Curve, argument: Formula, slope: float, start: float, error: float = 0.0
+    ) -> SecondIntegral:
         """Return the integral of a curve at ``slope`` t + ``start``."""
         if curve.outside == "error" and not curve.start <= start < curve.end:
             fault = (
@@ -234,20 +234,20 @@ class Integration:
         formula = product(Number(scale), Application(made, argument))
         end = (last - start) / slope
         onward = curve.held[1] if curve.outside == "hold" and not corrected and end < self.duration else 0.0
-        return Integrated(formula, velocity, displacement, end, correction, error, onward)
+        return SecondIntegral(formula, velocity, displacement, end, correction, error, onward)
 
-    def _of_periodic(self, curve: Curve, argument: Formula, slope: float, start: float) -> Integrated:
+    def _of_periodic(self, curve: Curve, argument: Formula, slope: float, start: float) -> SecondIntegral:
         oscillation, mean = _periodic_integral(curve, f"the integral of {curve.name}")
         scale, time = 1.0 / (slope * slope), Symbol("time")
         formula = product(Number(scale), Application(oscillation, argument) - Number(float(oscillation(start))))
         if self.corrected:
-            return Integrated(formula, end=self.duration, correction=abs(mean))
+            return SecondIntegral(formula, end=self.duration, correction=abs(mean))
         drift = -float(oscillation(start, 1)) / slope
         end = self.duration
         moved = formula + product(Number(drift), time) + product(Number(0.5 * mean), time * time)
-        return Integrated(moved, drift + mean * end, drift * end + 0.5 * mean * end * end, end)
+        return SecondIntegral(moved, drift + mean * end, drift * end + 0.5 * mean * end * end, end)
 
-    def _by_quadrature(self, function: Formula) -> Integrated:
+    def _by_quadrature(self, function: Formula) -> SecondIntegral:
         names = sorted({symbol.name for symbol in symbols(function)} & self.tunable)
         if names:
             fault = f"the tunable parameter {names[0]} is within a function that is integrated when the scene is read"
@@ -359,7 +359,7 @@ def _second_integral(curve: Curve, start: float, name: str, *, corrected: bool) 
 
 
 def _held(curve: Curve, start: float, *, corrected: bool) -> _Rates:
-    """Return the polynomials of a curve with the pieces before its first point and behind its last one."""
+    """Return the polynomials of a curve with the pieces before its first point and after its last point."""
     first, last = curve.held
     breaks, coefficients = curve.breaks, curve.coefficients
     constants = np.zeros((1, coefficients.shape[1]))
@@ -425,7 +425,7 @@ def _periodic_integral(curve: Curve, name: str) -> tuple[Curve, float]:
 
 
 def _fitted(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pieces, float]:
-    """Return polynomials through a function between breaks, and a bound of the error of their integral.
+    """Return polynomials through a function between breaks, and an estimate of the error of their integral.
 
     Raises
     ------

@@ -47,7 +47,7 @@ def undefined(laws: Iterable[Law], values: Mapping[str, float], start: float, en
             continue
         time = undefined_from(law.formula, values_of_parameters(law.formula, values), start, end)
         if time is not None:
-            fault = f"the {law.quantity} has no value behind t = {time:.6g} s"
+            fault = f"the {law.quantity} has no value after t = {time:.6g} s"
             hint = f"a run that ends before, or a formula that has one up to t = {end:.6g} s"
             problems.append(Problem(law.where, f"{fault}: a root, a logarithm or a power of a negative number", hint))
     return problems
@@ -96,7 +96,7 @@ def _has_curves(formula: Formula) -> bool:
 #: Jumps that count, as a part of the range of a law, or of the largest rate of the law: constants are typed with a few
 #: digits.
 _TOLERANCE = 1e-5
-#: Larger changes of an angle are no turns left out, but infinities that are passed.
+#: Larger changes of an angle are not turns left out, but infinities that are passed.
 _FARTHEST = 1e4
 #: Times evaluated on each side of periodic breakpoints.
 _PERIODS = 64
@@ -109,7 +109,7 @@ _INTERVALS = 64
 
 
 class Jump(NamedTuple):
-    """Time at which a law (order 0) or its rate (order 1) jumps, and the values before and behind the jump."""
+    """Time at which a law (order 0) or its rate (order 1) jumps, and the values before and after the jump."""
 
     time: float
     order: int
@@ -202,7 +202,7 @@ def _lasting_change(
         with np.errstate(invalid="ignore"):
             deviation = np.abs(between - at_low - _PART * (at_high - at_low))
             curved = np.flatnonzero(deviation > 0.25 * least)
-        if len(curved) > _INTERVALS:  # beside an infinity
+        if len(curved) > _INTERVALS:  # next to an infinity
             curved = np.sort(curved[np.argsort(deviation[curved])[-_INTERVALS:]])
         low, middle, high = low[curved], middle[curved], high[curved]
         at_low, between, at_high = at_low[curved], between[curved], at_high[curved]
@@ -213,7 +213,7 @@ def _lasting_change(
     size = np.abs(at_high - at_low)
     if turns:
         size = np.where(size < _FARTHEST, np.abs(np.remainder(size + np.pi, 2.0 * np.pi) - np.pi), size)
-    lasting = low[size > max(least, 0.1 * np.max(size, initial=0.0))]  # other jumps beside infinities are noise
+    lasting = low[size > max(least, 0.1 * np.max(size, initial=0.0))]  # other jumps next to infinities are noise
     return float(lasting[0]) if len(lasting) else None
 
 
@@ -234,7 +234,7 @@ def _described(law: Law, jump: Jump) -> tuple[str, str]:
     of = f"the {law.quantity}" if jump.order == 0 else f"the rate of the {law.quantity}"
     fault = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s"
     fault += ", and no motion can follow that" if jump.order == 0 else ", which takes an impulse that no step gives"
-    beside = 'smooth = "10 ms" beside the law, or ' if law.quantity.startswith("driven") else ""
+    beside = 'smooth = "10 ms" with the law, or ' if law.quantity.startswith("driven") else ""
     return (
         fault,
         f'{beside}a law that is smooth there, such as a curve with interpolation = "quintic", or a force or an effort'
@@ -244,8 +244,8 @@ def _described(law: Law, jump: Jump) -> tuple[str, str]:
 
 _HALVINGS = 80
 _EPSILON = float(np.finfo(float).eps)
-#: Error of the trapezoidal rule over one step, as a share of the law's range beside the linear trend of the law:
-#: reported above the first, refused above the second.
+#: Error of the trapezoidal rule over one step, as a share of the law's range without its linear trend: reported above
+#: the first, refused above the second.
 REPORTED, REFUSED = 0.01, 0.05
 #: How many steps a law is measured over at least: in a few, everything is straight or steep.
 _LEAST_STEPS = 256
@@ -283,7 +283,7 @@ def steep(
             continue
         fault = (
             f"the {law.quantity} is too steep for a step of {step:.3g} s near t = {worst.time:.6g} s: over one step it "
-            f"changes by {worst.missed:.3g} {law.unit} more or less than its rates tell, "
+            f"changes by {worst.missed:.3g} {law.unit} more or less than the integral of its rates, "
             f"{100.0 * worst.part:.2g} % of its range"
         )
         hint = f"a step of {worst.enough:.2g} s"

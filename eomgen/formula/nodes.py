@@ -62,11 +62,12 @@ class Symbol(Node):
     kind : str
         ``time``, ``place`` (along a beam), ``local`` (place of a load), ``number`` (a number of a list), ``parameter``,
         ``input``, ``state``, ``controller``, ``definition`` (until the definition is written out), ``q``, ``v``, ``a``,
-        ``position``, ``velocity``, ``acceleration``, ``gravity``, ``tau``, ``length``, ``rate``, ``tension``, ``load``,
-        ``deflection``, ``reaction``, ``drive_effort``, ``section_load`` or ``energy``.
+        ``position``, ``velocity``, ``acceleration``, ``rotation``, ``angular_velocity``, ``gravity``, ``tau``,
+        ``length``, ``rate``, ``tension``, ``load``, ``deflection``, ``reaction``, ``drive_effort``, ``section_load`` or
+        ``energy``.
     name : str
-        Name of the parameter, input, state, controller, joint, point, spring, tyre, constraint or reaction; empty for
-        time, a place and a number; ``position``, ``velocity``, ``rotation`` or ``angular_velocity`` if ``local``;
+        Name of the parameter, input, state, controller, joint, point, body, spring, tyre, constraint or reaction; empty
+        for time, a place and a number; ``position``, ``velocity``, ``rotation`` or ``angular_velocity`` if ``local``;
         ``kinetic``, ``potential``, ``total``, ``base_power`` or ``power`` for energies.
     index : int
         Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position; of a
@@ -108,8 +109,8 @@ class Operation(Node):
     Attributes
     ----------
     name : str
-        ``add sub mul div pow neg``, ``lt le`` (1.0 or 0.0), ``select`` (condition, then, otherwise), or a function:
-        ``sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs sign min max``.
+        ``add sub mul div pow neg``, ``lt le`` (1.0 or 0.0), ``select`` (condition, then, otherwise), or a function
+        of ``words.FUNCTIONS``.
     arguments : tuple of Formula
     label : str
         Name of the definition whose expression the operation is; empty for any other operation. Equal operations may
@@ -130,7 +131,7 @@ class Quantity(Operation):
     name : str
         The word.
     arguments : tuple of Formula
-        The given arguments, and behind these the arguments that the word adds.
+        The given arguments, and then the arguments that the word adds.
     item : object
         Object of the entry.
     """
@@ -180,6 +181,8 @@ _BINARY = {
     "pow": ("**", 5, 6, 5),
 }  # fmt: skip  # a table
 _NEGATION, _CHOICE, _ATOM = 4, 0, 9
+#: Kinds of symbols with three components, of points and of bodies.
+VECTORS = frozenset({"position", "velocity", "acceleration", "rotation", "angular_velocity"})
 #: Kinds of symbols that a formula names without a prefix.
 _PLAIN = ("parameter", "input", "state", "controller")
 
@@ -208,8 +211,6 @@ def _name(symbol: Symbol, sizes: Callable[[Symbol], int]) -> str:
     if symbol.kind == "local":  # of the place at which a load acts, with three components
         return f"{symbol.name}.here[{symbol.index}]"
     name = symbol.name if symbol.kind in _PLAIN else f"{symbol.kind}.{symbol.name}"
-    if symbol.kind == "local":
-        return f"{symbol.name}.here[{symbol.index}]"
     return f"{name}[{symbol.index}]" if sizes(symbol) > 1 or symbol.index else name
 
 

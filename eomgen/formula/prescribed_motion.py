@@ -13,6 +13,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol
 from eomgen.formula.recording import record
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.operations import ELEMENTARY, NAMES
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Tape
 
@@ -39,7 +40,7 @@ def law_and_rate(formula: Formula, known: Mapping[str, float]) -> Callable[[Arra
 
 
 #: Operations that are as smooth as their operands.
-_SMOOTH = frozenset({"add", "sub", "mul", "neg", "sin", "cos", "sinh", "cosh", "tanh", "exp", "atan"})
+_SMOOTH = frozenset({"add", "sub", "mul", "neg"} | {NAMES[op] for op, row in ELEMENTARY.items() if row.smooth})
 
 
 @dataclass(frozen=True)
@@ -81,5 +82,5 @@ def smooth(formula: Formula) -> bool:
 
 
 def constant(formula: Formula) -> bool:
-    """Tell whether a formula of time is one of parameters only."""
+    """Return whether a formula of time is one of parameters only."""
     return all(symbol.kind != "time" for symbol in symbols(formula))

@@ -24,7 +24,7 @@ from eomgen.symbolic.periodic import harmonic_sum
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
 
-#: Binary digits behind the point.
+#: Binary digits after the point.
 _DIGITS = 192
 #: pi / 4 = 4 arctan(1/5) - arctan(1/239) (Machin 1706).
 _MACHIN = ((16, 5), (-4, 239))
@@ -178,7 +178,8 @@ def _affine(tape: Tape, ref: Ref) -> tuple[Ref, float, float]:
 
 
 def _bump(algebra: Algebra, bump: Bump, argument: Scalar, derivative: int) -> Scalar:
-    """Return a bump; a select keeps the polynomials of the bump apart, so that derivatives do not see beyond the ends.
+    """Return a bump; a select keeps the polynomials of the bump separate, so that derivatives do not see beyond the
+    ends.
 
     The select asks whether the road is flat there, so that an argument that is not a number gives none.
     """

@@ -9,11 +9,11 @@ from typing import Any
 from eomgen.base.data import dataclass
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.products import rows_of
+from eomgen.symbolic.operations import NAMES
 
 WORDS = frozenset({"if", "else", "and", "or", "not"})
 FUNCTIONS: Mapping[str, int] = {
-    **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"), 1),
-    **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign"), 1),
+    **dict.fromkeys((*NAMES.values(), "abs", "sign"), 1),
     **dict.fromkeys(("atan2", "min", "max"), 2),
 }
 RESERVED = WORDS | FUNCTIONS.keys() | {"t", "pi"}
@@ -56,7 +56,7 @@ class Word:
     recording : module and name, ``module:function``, of the function that records the quantity on the tape, of an
         algebra, the entry's object, the name of the word, the component and the list of all arguments; derivatives
         follow from the operations
-    added : from the entry's object to the formulas of time and of parameters that are arguments behind the given
+    added : from the entry's object to the formulas of time and of parameters that are arguments after the given
         arguments
     components : number of components; a single component has no index
     unit : of the value in SI; empty for any

@@ -119,10 +119,10 @@ def event_state(rows: Sequence[EventRow], modes: Sequence[Mode]) -> tuple[Field,
         return ()
     count, group = len(rows), "event_state"
     return (
-        Field("event_known", "1 behind the first step", 0, "long", group, "known"),
-        Field("event_side", "signs of the functions: 1, -1, 0 on a root", count, "long", group, "side"),
+        Field("event_known", "1: the signs are known", 0, "long", group, "known"),
+        Field("event_side", "signs of the event functions: 1, -1, 0 on a root", count, "long", group, "side"),
         Field("event_count", "", count, "long", group, "count"),
-        Field("event_time", "of the last one of each, s", count, "real", group, "time"),
+        Field("event_time", "time of the last event of each kind, s", count, "real", group, "time"),
         Field("event_last", "number of the last event", 0, "long", group, "last"),
         *([Field("mode", "values of the modes", len(modes), "real", group, "mode")] if modes else []),
     )
@@ -135,9 +135,14 @@ CONTROLLER_FAILED = 30
 CONTROLLER_ADVICE = "a function that gives finite values from the signals of that time, and returns 0"
 #: Record of a stepper on the last function that failed; all zero but the first: the caller gave no function.
 CONTROLLER_FAILURE = (
-    Field("failed_controller", "whose function failed last, counted from 1; 0: none", 0, "long"),
+    Field("failed_controller", "number of the controller whose function failed last, from 1; 0: none", 0, "long"),
     Field("controller_returned", "return value of that function, 0 without an error", 0, "long"),
-    Field("controller_not_finite", "which of its values, then memory, is not finite, from 1; 0: none", 0, "long"),
+    Field(
+        "controller_not_finite",
+        "number of the value, then memory, of this controller that is not finite, from 1; 0: none",
+        0,
+        "long",
+    ),
 )
 
 
@@ -235,7 +240,7 @@ def controller_status(controllers: Sequence[SampledController]) -> tuple[Status,
     return (Status(CONTROLLER_FAILED, "CONTROLLER_FAILED", text, CONTROLLER_ADVICE),)
 
 
-#: Margin beside the time of a jump, in times the precision of the numbers that the time is made of.
+#: Margin about the time of a jump, in times the precision of the numbers that the time is made of.
 MARGIN = 32.0
 
 

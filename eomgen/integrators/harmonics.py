@@ -33,8 +33,8 @@ _LONGEST_STRETCH = 64
 
 
 def harmonics_data(system: System) -> dict[str, Any] | None:
-    """Return the C data for inputs at the times of a grid; None if any given input is no sum of harmonics, or if steps
-    may leave the grid: at jumps, samples and events.
+    """Return the C data for inputs at the times of a grid; None unless every given input is a sum of harmonics, and if
+    steps may leave the grid: at jumps, samples and events.
 
     Inputs with the same frequencies form a group with common sines and cosines.
     """

@@ -87,7 +87,7 @@ def _operations_of_groups(data: Mapping[str, Any]) -> tuple[int, int]:
 
 
 def _operations_of_sources(data: Mapping[str, Any]) -> tuple[int, int]:
-    """Return additions and multiplications that sources on links take beside the substitution."""
+    """Return additions and multiplications that sources on links add to the substitution."""
     additions = multiplications = 0
     for position, row in enumerate(data.get("unrolled", ())):
         for _, number, earlier in row.get("sources", ()):

@@ -35,9 +35,9 @@ _KERNELS: Mapping[GroupFunction, Callable[[Group], kernels.GroupKernel]] = {
 }
 #: Structs within the state of all steppers.
 _GROUPS = {
-    "statistics": "Counts and measures since the state was initialized.",
-    "conditions": "Arguments of the present accelerations, beside t, q, v and z.",
-    "event_state": "Values of the functions of events, and values set by their actions.",
+    "statistics": "Counts and largest values since the state was initialized.",
+    "conditions": "Inputs and parameters with which the present accelerations were evaluated.",
+    "event_state": "Signs of the event functions, counts of events, and values set by their actions.",
 }
 
 
@@ -79,7 +79,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
     bound = ["step", *(item.name for item in state if item.name in method.parameters)]
     jumps = jump_data(system.discontinuities, method.discontinuity_order, by_differences=method.implicit)
     sampled = method.inputs == "sampled"
-    settings = (Setting("step", float(step), "s, of the time grid"),)
+    settings = (Setting("step", float(step), "step size of the time grid, s"),)
     rows = {"t": 1, "q": sizes.q, "v": sizes.v, "vdot": sizes.v, "lam": sizes.lam, "z": sizes.z}
     return {
         "family": method.family,
@@ -93,7 +93,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         "state_is_all": method.state_is_all,
         "remembers": sampled and bool(sizes.u or sizes.p or system.sampled),
         "rows_per_step": len(own["input_times"]) - 1,
-        "rows_text": _rows_text(own["input_times"]) if sampled else "the first held over the step",
+        "rows_text": _rows_text(own["input_times"]) if sampled else "the first one constant over the step",
         "renewal": method.renewal,
         "projection": method.projection,
         "own_steps": False,
@@ -135,14 +135,14 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
 
 def _state(method: Family, system: System, sizes: Sizes) -> list[Field]:
     """Return the members of the state in order; steps copy all before the conditions, which are last."""
-    beyond = "parts of counted angles beyond the digits of q; initialize clears them"
+    beyond = "remainders of counted angles, below the digits of q; initialize clears them"
     counted = (
-        Field("steps", "of the time grid", 0, "long"),
+        Field("steps", "steps of the time grid", 0, "long"),
         Field("newton_iterations", "", 0, "long"),
         Field("factorizations", "", 0, "long"),
-        Field("halvings", "of steps that failed", 0, "long"),
-        Field("evaluations", "of the equations of motion", 0, "long"),
-        Field("max_residual", "largest component of the residual at the last iterate that was evaluated in any step"),
+        Field("halvings", "halvings of steps that failed", 0, "long"),
+        Field("evaluations", "evaluations of the equations of motion", 0, "long"),
+        Field("max_residual", "largest residual component, over all steps, at the last iterate that was evaluated"),
         *method.statistics(sizes),
         *(CONTROLLER_FAILURE if system.controllers else ()),
     )
@@ -162,7 +162,7 @@ def _state(method: Family, system: System, sizes: Sizes) -> list[Field]:
         *(dataclasses.replace(item, group="statistics") for item in counted),
     ]
     if method.inputs == "sampled":
-        formulas = "inputs; not a number: by the scene's formulas"
+        formulas = "inputs; not a number: the scene's formula"
         members += [Field("u", formulas, sizes.u, group="conditions")] if sizes.u else []
         members += [Field("p", "", sizes.p, "parameters", "conditions", "parameters")] if sizes.p else []
     return [dataclasses.replace(item, member=item.member or item.name) for item in members]

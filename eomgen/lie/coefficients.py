@@ -6,7 +6,7 @@ not selected works on a harmless argument.
 
 Taylor series of f2 = (cos x - 1)/x^2 and f3 = (x - sin x)/x^3 in y = x^2, their derivatives f4 = 2 df2/dy and f5 = -2
 df3/dy; f6 = (1 - (x/2) cot(x/2))/x^2 by its partial fractions 2 sum_n 1/((2 pi n)^2 - y) (Euler), the first two poles
-kept apart.
+treated separately.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Coefficients = tuple[float, ...]
 
 #: Up to y = pi^2 the terms dropped are below a quarter of the round-off of every function.
 TAYLOR_TERMS = 15
-#: With the poles at 2 pi and 4 pi kept apart the rest converges like (x / 6 pi)^2: 1/9 at x = 2 pi.
+#: With the poles at 2 pi and 4 pi treated separately the rest converges like (x / 6 pi)^2: 1/9 at x = 2 pi.
 POLE_TERMS = 18
 TAYLOR_LIMIT = math.pi**2
 POLES = (4.0 * math.pi**2, 16.0 * math.pi**2)

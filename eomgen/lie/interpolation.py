@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.polynomial.polynomial import polyder, polyval
 
 from eomgen.lie import numeric
 from eomgen.lie.groups import Group, group_named
@@ -35,7 +34,7 @@ def group_curve(factors: Sequence[Factor], first: Curve, last: Curve, duration: 
     Parameters
     ----------
     first, last : q (n, nq), v (n, nv), a (n, nv)
-        Less than a full turn apart; the shorter way round is taken.
+        With rotations of less than a full turn in between; the shorter way round is taken.
     duration, s : (n,)
         s, and 0 to 1.
     """
@@ -65,6 +64,8 @@ def cubic(first: tuple[Array, Array], last: tuple[Array, Array], duration: Array
 
 def _sum(weights: Sequence[Sequence[float]], parts: Sequence[Array], x: Array, order: int) -> Array:
     """Return the derivative of some order of a weighted sum of parts."""
+    from numpy.polynomial.polynomial import polyder, polyval  # noqa: PLC0415  # many modules, for curves between rows
+
     total = np.zeros_like(parts[0])
     for weight, part in zip(weights, parts, strict=True):
         total = total + polyval(x, polyder(np.array(weight), order)) * part

@@ -88,7 +88,7 @@ def difference(factors: Sequence[Factor], first: Array, second: Array) -> Array:
 def tangent(factors: Sequence[Factor], theta: Array) -> Array:
     """Return the block diagonal T(theta), (..., nv, nv): exp(theta)^-1 d exp(theta) = (T(theta) d theta)~.
 
-    This is the right Jacobian of exp, for changes in the axes behind the increment; theta (..., nv), rad and m.
+    This is the right Jacobian of exp, for changes in the axes after the increment; theta (..., nv), rad and m.
     """
     return _block_diagonal(factors, theta, 1.0, numeric.tangent)
 

@@ -4,9 +4,11 @@ inside."""
 __all__ = [
     "balancing",
     "campbell",
+    "campbell_plot",
     "campbell_search",
     "control",
     "eigenvalue_loci",
+    "floquet",
     "freedom",
     "linearization",
     "modes",

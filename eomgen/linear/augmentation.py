@@ -1,6 +1,7 @@
 """Linear models with filters before them: another model's outputs drive a model, and its states join the model's own.
 
-A coloured disturbance is white noise behind a shaping filter; one that is seen ahead is delayed before it acts.
+A coloured disturbance is the output of a shaping filter driven by white noise; one that is seen ahead is delayed before
+it acts.
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ def shaping_filter(
     Raises
     ------
     UsageError
-        Coefficients that are no numbers, or a numerator of higher degree.
+        Coefficients that are not numbers, or a numerator of higher degree.
     """
     top, bottom = (
         np.trim_zeros(np.atleast_1d(np.asarray(item, dtype=float)), "f") for item in (numerator, denominator)

@@ -6,7 +6,6 @@ the model (Brent 1973), not by interpolation in the diagram.
 
 from __future__ import annotations
 
-import re
 import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -20,7 +19,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
-from eomgen.linear.eigenvalue_loci import Campbell, Crossing
+from eomgen.linear.eigenvalue_loci import NUMBER, Campbell, Crossing, MergedWarnings
 from eomgen.linear.linearization import Linearization
 
 #: Relative accuracy of critical speeds.
@@ -35,8 +34,6 @@ _UNLIKE = 0.5
 _DEPTH = 4
 #: Values that a diagram has at the least.
 _FEWEST = 2
-#: A number within a warning.
-_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -49,33 +46,11 @@ class _Oscillations:
     stability: str
 
 
-class _Doubts:
-    """Warnings of the linear models at many values; warnings with the same text are merged."""
-
-    def __init__(self, parameter: str) -> None:
-        self.parameter = parameter
-        self.caught: dict[str, list[tuple[float, warnings.WarningMessage]]] = {}
-
-    def add(self, value: float, caught: Sequence[warnings.WarningMessage]) -> None:
-        """Keep the warnings at one value."""
-        for item in caught:
-            self.caught.setdefault(_NUMBER.sub("#", str(item.message)), []).append((value, item))
-
-    def warn(self, stacklevel: int) -> None:
-        """Warn once in the same words, with the range of values."""
-        for kind in self.caught.values():
-            at = sorted({value for value, _ in kind})
-            among = f"at {len(at)} values of {self.parameter} from {at[0]:.6g} to {at[-1]:.6g}"
-            first = f"at {self.parameter} = {kind[0][0]:.6g}"
-            text = f"Campbell diagram: {among}, {first} for instance" if len(at) > 1 else f"Campbell diagram: {first}"
-            warnings.warn(f"{text}: {kind[0][1].message}", kind[0][1].category, stacklevel=stacklevel)
-
-
 def _alike(texts: Sequence[str]) -> list[list[str]]:
     """Return texts that differ in numbers alone, together."""
     kinds: dict[str, list[str]] = {}
     for text in texts:
-        kinds.setdefault(_NUMBER.sub("#", text), []).append(text)
+        kinds.setdefault(NUMBER.sub("#", text), []).append(text)
     return list(kinds.values())
 
 
@@ -154,7 +129,7 @@ class _Search:
         pairs: Sequence[tuple[str, str]],
     ) -> None:
         self.parameter, self.linearized, self.pairs = parameter, linearized, pairs
-        self.doubts = _Doubts(parameter)
+        self.doubts = MergedWarnings("Campbell diagram", parameter)
         self.nodes: list[_Node] = []
         self.failures: dict[float, ModelError | NumericalError] = {}
 
@@ -177,7 +152,7 @@ class _Search:
             raise type(error)(problems) from None
 
     def look_at(self, value: float) -> None:
-        """Add the node of a value, after nodes between this and the last value by which modes can be told apart."""
+        """Add the node of a value, after nodes between this and the last value by which modes can be tracked."""
         nodes = self.nodes
         try:
             model = self.at(value, nodes[-1].model if nodes else None)
@@ -248,7 +223,7 @@ class _FollowedModes:
         return self.modes[row].index(mode)
 
     def candidates(self, orders: Sequence[float]) -> list[tuple[float, int, int]]:
-        """Return orders, nodes and modes with a change of sign of frequency - order speed behind the node."""
+        """Return orders, nodes and modes with a change of sign of frequency - order speed after the node."""
         result: list[tuple[float, int, int]] = []
         for order in orders:
             for mode, eigenvalues in enumerate(self.eigenvalues.T):
@@ -343,7 +318,7 @@ def _between(
     pairs: Sequence[tuple[str, str]],
     depth: int,
 ) -> list[_Node]:
-    """Return the nodes between two nodes by which modes can be told apart; none if the two nodes are near enough, or
+    """Return the nodes between two nodes by which modes can be tracked; none if the two nodes are near enough, or
     without a linear model in between."""
     costs = _costs(low.oscillations, high.oscillations)
     rows, chosen = linear_sum_assignment(costs)

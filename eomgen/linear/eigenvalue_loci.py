@@ -6,6 +6,8 @@ An order n is an excitation of n times the speed; a speed is critical if a frequ
 
 from __future__ import annotations
 
+import re
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -17,8 +19,42 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, table
 from eomgen.errors import EomgenError, Problem
+from eomgen.linear.campbell_plot import CampbellView, plot_campbell
 from eomgen.linear.linearization import Linearization
-from eomgen.linear.plots import plot_campbell, plot_root_locus
+from eomgen.linear.plots import plot_root_locus
+
+#: A number within a warning.
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+class MergedWarnings:
+    """Warnings of the linear models at many values; warnings that differ in numbers alone are one.
+
+    Parameters
+    ----------
+    job : str
+        First words of each warning.
+    parameter : str
+        Name of the varied parameter.
+    """
+
+    def __init__(self, job: str, parameter: str) -> None:
+        self.job, self.parameter = job, parameter
+        self.caught: dict[str, list[tuple[float, warnings.WarningMessage]]] = {}
+
+    def add(self, value: float, caught: Sequence[warnings.WarningMessage]) -> None:
+        """Keep the warnings at one value."""
+        for item in caught:
+            self.caught.setdefault(NUMBER.sub("#", str(item.message)), []).append((value, item))
+
+    def warn(self, stacklevel: int) -> None:
+        """Warn once in the same words, with the range of values."""
+        for kind in self.caught.values():
+            at = sorted({value for value, _ in kind})
+            among = f"at {len(at)} values of {self.parameter} from {at[0]:.6g} to {at[-1]:.6g}"
+            first = f"at {self.parameter} = {kind[0][0]:.6g}"
+            text = f"{self.job}: {among}, {first} for instance" if len(at) > 1 else f"{self.job}: {first}"
+            warnings.warn(f"{text}: {kind[0][1].message}", kind[0][1].category, stacklevel=stacklevel)
 
 
 @dataclass(frozen=True)
@@ -128,10 +164,13 @@ class Campbell:
         *,
         frequencies: tuple[float, float] | None = None,
         modes: Sequence[int] | None = None,
+        orders: Sequence[float] | None = None,
+        speed_unit: str | None = None,
     ) -> list[Any]:
         """Draw frequencies over the speed, orders as rays, crossings as dots; return matplotlib's axes, a list of one.
 
-        Forward whirl is blue, backward whirl is dashed in orange.
+        Forward whirl is blue, backward whirl is dashed in orange. Crossings are labelled with their speeds, if there is
+        room; modes have their numbers at the right, counted from 1 as in ``rows``.
 
         Parameters
         ----------
@@ -141,14 +180,19 @@ class Campbell:
             Limits of the frequency axis, Hz. By default the picture ends above the highest ray and the lowest mode,
             and says how many modes lie higher.
         modes : sequence of int
-            Numbers of the modes drawn, columns of ``eigenvalues``; all by default.
+            Numbers of the modes drawn, columns of ``eigenvalues`` from 0 on; all by default.
+        orders : sequence of float
+            Rays and crossings drawn, some of ``orders``; all by default.
+        speed_unit : str
+            ``rad/s``, ``rpm`` or ``Hz`` of the speed axis and of the labels of crossings; rad/s by default.
 
         Raises
         ------
         UsageError
-            Something that is no axes, or more than one; limits that do not increase; numbers of no modes.
+            An object that is not axes, or more than one; limits that do not increase; numbers of no modes; orders
+            without a search for crossings; a unit of a parameter that is not a speed.
         """
-        return plot_campbell(self, axes, frequencies, modes)
+        return plot_campbell(self, axes, CampbellView(frequencies, modes, orders, speed_unit))
 
 
 @dataclass(frozen=True)
@@ -184,7 +228,7 @@ class RootLocus:
         Raises
         ------
         UsageError
-            Something that is no axes, or more than one.
+            An object that is not axes, or more than one.
         """
         return plot_root_locus(self, axes)
 
@@ -207,9 +251,13 @@ def root_locus(
     rows: list[Complex] = []
     stability: list[str] = []
     before: Linearization | None = None
+    doubts = MergedWarnings("root locus", parameter)
     for value in values:
         try:
-            before = linearized(float(value), before)
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                before = linearized(float(value), before)
+            doubts.add(float(value), caught)
             roots = np.linalg.eigvals(before.state_space().A).astype(complex)
             stability.append(before.modes().stability)
         except EomgenError as error:
@@ -218,6 +266,7 @@ def root_locus(
             ]
             raise type(error)(problems) from None
         rows.append(_followed(rows[-1], roots) if rows else roots[np.lexsort((roots.real, np.abs(roots)))])
+    doubts.warn(stacklevel=5)
     return RootLocus(parameter, np.array(values, dtype=float), np.array(rows), tuple(stability))
 
 

@@ -261,7 +261,7 @@ class Linearization:
         Parameters
         ----------
         input, output : str
-            As of ``frequency_response``.
+            Names of an input or a disturbance, and of an output.
         frequencies : (n,) Hz
             From a tenth of the lowest frequency of a mode to ten times the highest if none are given.
         axes : two of matplotlib's Axes
@@ -295,7 +295,7 @@ class Linearization:
         Parameters
         ----------
         output : str
-            As of ``frequency_response``.
+            Name of the output.
         excitation : RoadExcitation or InputSpectrum of ``eomgen.spectra``
         frequencies : (n,) Hz
             Over the band of the excitation, close about resonances, if none are given.
@@ -380,7 +380,7 @@ class Linearization:
         Raises
         ------
         EomgenError
-            As of ``rms``.
+            The errors of ``rms``: unknown names, unsuitable excitations, modes that do not decay.
         """
         check_excitation("ride_table", excitation)
         chosen = dict(outputs) if isinstance(outputs, Mapping) else dict.fromkeys(outputs or self.names.outputs)

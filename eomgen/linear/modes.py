@@ -24,7 +24,7 @@ from eomgen.linear.plots import plot_modes
 def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:
     """Return B = T^-1 A T and T, (n, n) both; T is diagonal, and permuted if ``permute`` is true.
 
-    SciPy converts the scales to whole numbers, too, to find permutations among the scales. Scales above 2^63 are no
+    SciPy converts the scales to whole numbers, too, to find permutations among the scales. Scales above 2^63 are not a
     permutation and are not used, so the warning of SciPy is suppressed.
     """
     with np.errstate(invalid="ignore"):

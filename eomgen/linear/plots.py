@@ -1,5 +1,5 @@
-"""Figures of a linear model, as PNG or on the axes of a caller: mode shapes, root locus, Campbell diagram,
-frequency responses, spectra."""
+"""Figures of a linear model, as PNG or on the axes of a caller: mode shapes, root locus, frequency responses,
+spectra."""
 
 from __future__ import annotations
 
@@ -14,19 +14,16 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
-from eomgen.errors import Problem, UsageError
 from eomgen.linear.notebook import ShownModes
 from eomgen.linear.spectra import PowerSpectrum
 
-#: Largest numbers of modes and coordinates in one figure: more cannot be told apart.
+#: Largest numbers of modes and coordinates in one figure: more cannot be distinguished.
 _MODES, _COORDINATES = 12, 14
 #: Roots of neighbouring values are joined by a line if the distance is below this part of the figure.
 _JUMP = 0.08
 #: Real parts are zero below this part of an eigenvalue.
 _ROUNDING = 1e-9
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
-#: Colour, line style and word of each sense of whirl.
-_WHIRL = {1: ("#0B62C4", "-", "forward"), -1: ("#F08C00", "--", "backward"), 0: ("#444444", "-", "")}
 
 
 class DrawnModes(ShownModes, Protocol):
@@ -51,36 +48,8 @@ class DrawnRoots(Protocol):
     def eigenvalues(self) -> Complex: ...
 
 
-class DrawnCrossing(Protocol):
-    """Plotted fields of a ``Crossing``: see there."""
-
-    @property
-    def speed(self) -> float: ...
-    @property
-    def frequency(self) -> float: ...
-
-
-class DrawnCampbell(Protocol):
-    """Plotted fields of a ``Campbell``: see there."""
-
-    @property
-    def parameter(self) -> str: ...
-    @property
-    def unit(self) -> str: ...
-    @property
-    def values(self) -> Array: ...
-    @property
-    def frequencies(self) -> Array: ...
-    @property
-    def whirl(self) -> NDArray[np.int_]: ...
-    @property
-    def orders(self) -> Sequence[float]: ...
-    @property
-    def crossings(self) -> Sequence[DrawnCrossing]: ...
-
-
 def draw_modes(modes: DrawnModes, title: str, path: Path) -> Path:
-    """Draw the shape of each mode: amplitudes by coordinate, with phases beside the amplitudes."""
+    """Draw the shape of each mode: amplitudes by coordinate, with phases next to the amplitudes."""
     shown = _shown(modes)
     figure = new_figure(_size(modes, len(shown)))
     _shapes(_grid(figure, len(shown)), modes, shown)
@@ -249,98 +218,6 @@ def _roots(axis: Any, locus: DrawnRoots, unit: str) -> None:
         axis.figure.colorbar(drawn, ax=axis, label=label)
     first, last = locus.values[0], locus.values[-1]
     axis.set_title(f"× {locus.parameter} = {first:.6g}   ○ {locus.parameter} = {last:.6g}", fontsize=10, loc="left")
-
-
-def draw_campbell(diagram: DrawnCampbell, title: str, path: Path) -> Path:
-    """Draw the diagram into a file. Raises FileError if the file cannot be written."""
-    figure = new_figure((8.0, 5.4))
-    _frequencies(figure.subplots(), diagram)
-    figure.suptitle(f"{title}: Campbell diagram", fontsize=11)
-    return saved(figure, path)
-
-
-def plot_campbell(
-    diagram: DrawnCampbell,
-    axes: object = None,
-    limits: tuple[float, float] | None = None,
-    modes: Sequence[int] | None = None,
-) -> list[Any]:
-    """Draw frequencies over the speed; see ``Campbell.plot``."""
-    count = diagram.frequencies.shape[1]
-    for number in modes or ():
-        if number not in range(count):
-            raise UsageError(Problem("modes", f"there is no mode {number!r}", f"numbers from 0 to {count - 1}"))
-    if limits is not None and not (len(limits) == 2 and 0.0 <= limits[0] < limits[1]):
-        raise UsageError(Problem("frequencies", f"{limits} are no limits in Hz", "(0, 40)"))
-    given = pyplot_figure((8.0, 5.4)).subplots() if axes is None else axes
-    drawn = axes_of_caller("plot", given, [f"frequencies over {diagram.parameter}"])
-    _frequencies(drawn[0], diagram, limits, modes)
-    return drawn
-
-
-def _frequencies(
-    axis: Any,
-    diagram: DrawnCampbell,
-    limits: tuple[float, float] | None = None,
-    modes: Sequence[int] | None = None,
-) -> None:
-    values, frequencies = diagram.values, diagram.frequencies
-    named: set[str] = set()
-    drawn = range(frequencies.shape[1]) if modes is None else modes
-    for mode in drawn:
-        for sense in np.unique(diagram.whirl[:, mode]):
-            colour, style, word = _WHIRL[int(sense)]
-            own = diagram.whirl[:, mode] == sense
-            # at rest there is no whirl: curves begin with the whirl of the neighbouring point
-            beside = np.concatenate([own[1:], [False]]) | np.concatenate([[False], own[:-1]])
-            shown = own | (beside & (diagram.whirl[:, mode] == 0))
-            label = word if word and word not in named else None
-            named.add(word)
-            axis.plot(values, np.where(shown, frequencies[:, mode], np.nan), style, color=colour, label=label, lw=1.5)
-    ends = np.array([float(np.min(values)), float(np.max(values))])
-    bottom, top = limits or (0.0, _highest(frequencies[:, list(drawn)], diagram.orders, ends))
-    above = int(np.sum(np.nanmin(frequencies[:, list(drawn)], axis=0, initial=np.inf) > top))
-    if above and limits is None:
-        words = f"{above} mode{'s' * (above > 1)} above {top:.3g} Hz"
-        axis.annotate(
-            words, (1, 1), (-4, -4), "axes fraction", textcoords="offset points", ha="right", va="top", fontsize=9
-        )
-    for order in diagram.orders:
-        ray = order * np.abs(ends) / (2.0 * np.pi)
-        line = np.array([ends[0], *([0.0] if ends[0] < 0.0 < ends[1] else []), ends[1]])
-        axis.plot(line, order * np.abs(line) / (2.0 * np.pi), ":", color="#888888", linewidth=1.2)
-        at = min(ends[1], top * 2.0 * np.pi / order) if order > 0.0 else ends[1]
-        height = min(ray[1], top)
-        axis.annotate(
-            f"{order:g}x", (at, height), (-4, -4), textcoords="offset points", ha="right", va="top", fontsize=9
-        )
-    axis.plot(
-        [item.speed for item in diagram.crossings],
-        [item.frequency / (2.0 * np.pi) for item in diagram.crossings],
-        "o",
-        color="#C8102E",
-        markersize=5.0,
-        zorder=3,
-    )
-    axis.set_xlim(*ends)
-    axis.set_ylim(bottom, top)
-    axis.set_xlabel(diagram.parameter + (f", {diagram.unit}" if diagram.unit not in ("", "1") else ""))
-    axis.set_ylabel("frequency, Hz")
-    axis.grid(True, **_GRID)
-    axis.set_axisbelow(True)
-    if named - {""}:
-        axis.legend(fontsize=9, frameon=False, loc="upper left")
-
-
-def _highest(frequencies: Array, orders: Sequence[float], ends: Array) -> float:
-    """Return the frequency in Hz at which a diagram ends: above all modes, or, if modes lie far above the rays of the
-    orders, above these rays and the lowest mode, so that crossings are resolved."""
-    top = 1.08 * float(np.nanmax(frequencies, initial=0.0)) or 1.0
-    ray = max(orders, default=0.0) * float(np.abs(ends).max()) / (2.0 * np.pi)
-    if not ray > 0.0 or not frequencies.size:
-        return top
-    lowest = float(np.nanmin(np.nanmax(frequencies, axis=0)))
-    return min(top, max(1.5 * ray, 1.2 * lowest))
 
 
 def draw_responses(

@@ -15,11 +15,11 @@ from functools import cached_property
 from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Application, Formula, Operation, Symbol, infix
+from eomgen.formula.nodes import VECTORS, Application, Formula, Operation, Symbol, infix
 from eomgen.formula.recording import record
 from eomgen.mechanics.terms.events import sample_rows, samples
 from eomgen.scene.control.model import Controller
-from eomgen.scene.reading.values import unit_of_symbol
+from eomgen.scene.reading.formula_units import unit_of_symbol
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
@@ -27,12 +27,10 @@ from eomgen.system.events import mode_parameter
 from eomgen.system.signals import SampledController, State
 from eomgen.system.system import Block, Facts, Function, Quantity, System
 
-#: Kinds of symbols that are no quantities of the plant.
+#: Kinds of symbols that are not quantities of the plant.
 _SIGNALS = frozenset({"time", "parameter", "input", "state", "controller", "number"})
 #: Kinds of symbols that follow from the equations of motion, which no sensor gives.
 _OF_EQUATIONS = {"tau": "inverse dynamics", "gravity": "inverse dynamics", "energy": "an energy of the machine"}
-#: Components of a vector.
-_VECTORS = frozenset({"position", "velocity", "acceleration"})
 #: Suffix of the name of the model.
 SUFFIX = "_controller"
 
@@ -139,7 +137,7 @@ class _Parts:
         return self._commands_in([*self._forces(), *rates])
 
     def _read_by_outputs(self) -> list[str]:
-        """Return the values of a controller that no force reads, as outputs tell these values, or all of them."""
+        """Return the values of a controller that no force reads, as given by outputs, or all of them."""
         told = self._commands_in([value for output in self.scene.outputs for value in output.values])
         return told or [name for name in (*self._by_name, *sorted(self.own)) if self._is_command(name)]
 
@@ -257,7 +255,7 @@ class _Parts:
                 fault = f"{text} is {_OF_EQUATIONS[kind]}, which follows from the equations of the plant"
                 hint = f"an input in its place, fed by the C of the whole scene; or a controller without {text}"
                 raise ModelError(Problem(place, fault, hint))
-        unit = unit_of_symbol(symbol, self._joints)
+        unit = unit_of_symbol(symbol, self._joints, {})
         if symbol.kind in ("state", "controller"):
             item = self._states[symbol.name] if symbol.kind == "state" else self._by_name[symbol.name]
             return self._input(symbol, Quantity(symbol.name, 0.0, 1, item.unit, item.description))
@@ -277,7 +275,7 @@ class _Parts:
         )
 
     def _size(self, symbol: Symbol) -> int:
-        return 3 if symbol.kind in _VECTORS else int(self._sizes.get((symbol.kind, symbol.name), 1))
+        return 3 if symbol.kind in VECTORS else int(self._sizes.get((symbol.kind, symbol.name), 1))
 
     def _input(self, formula: Formula, quantity: Quantity) -> Symbol:
         self.measured.setdefault(formula, quantity)

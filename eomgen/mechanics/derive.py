@@ -182,7 +182,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
             hint = "terms without this one, or formulas in place of the law"
             raise ModelError(Problem(name, str(error), hint)) from None
         made[name] = Function(name, term.description, term.inputs, blocks)
-    read = {name: {symbol.block for symbol in tape.depends_on(function.refs)} for name, function in made.items()}
+    read = tape.blocks_read({name: function.refs for name, function in made.items()})
     timed = any("t" in blocks for blocks in read.values())
     order = max((TERMS[name].order for name in terms), default=0)
     taken = {block for function in made.values() for block in function.inputs}

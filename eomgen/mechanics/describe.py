@@ -3,8 +3,8 @@ equations.
 
 Scales of a machine, length and gravity, to which rounding errors of positions and accelerations are relative.
 
-A motion may be as small as it likes against its machine. Its own size tells how accurate it is to be, the size of the
-machine how accurate it can be: forces that cancel in a scene at rest leave fractions of their summands.
+A motion may be as small as it likes against its machine. The size of an acceleration sets the required accuracy, the
+size of the machine the possible accuracy: forces that cancel in a scene at rest leave fractions of their summands.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.model import Beam, Body
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.joint_types import DRIVE_UNITS
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Constraint, Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.rotations import frame_about, rows
 from eomgen.scene.scene import Scene
@@ -71,7 +71,7 @@ def _root_of_squares(algebra: Algebra, values: Iterator[Scalar]) -> Scalar:
 
 def _scene_lengths(scene: Scene) -> Iterator[Formula]:
     """Yield the dimensions of moving bodies and force elements, formulas of parameters; the position of the machine is
-    no dimension."""
+    not a dimension."""
     still = {BASE, "world"}
     yield from chain.from_iterable(body.center_of_mass for body in scene.bodies)
     yield from (Number(body.beam.length) for body in scene.bodies if body.beam is not None)
@@ -126,7 +126,7 @@ def _element_stiffness(beam: Cosserat) -> ElementStiffness:
 
 
 def base_disturbances(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the base's acceleration components, disturbances beside the given inputs.
+    """Return the names of the base's acceleration components, which are disturbances in addition to the given inputs.
 
     Angular components if the base rotates, then linear components, in base axes; none in absolute coordinates, because
     constraints hold the base.
@@ -225,7 +225,8 @@ def _elastic(name: str, beam: Beam) -> Coordinates:
 
 
 def _limits(scene: Scene) -> Iterator[Limit]:
-    """Yield the limits of all joints; in absolute coordinates limits of angles, which are counted beside the poses."""
+    """Yield the limits of all joints; in absolute coordinates limits of angles, which are counted in addition to the
+    poses."""
     for joint in scene.joints:
         for stop, limit in zip(joint.stops, joint.limits, strict=True):
             if scene.coordinates != "absolute":
@@ -291,27 +292,51 @@ def _drawing(scene: Scene) -> Drawing:
 
 #: Width of the drawn wheel of a tyre, and of a rolling disc, by its radius.
 _TYRE_WIDTH, _DISC_WIDTH = Number(0.5), Number(0.15)
+#: Vertical component of an axis below which a wheel spins about the axis.
+_LEVEL = 0.5
 
 
 def _rolling_shapes(scene: Scene) -> Iterator[Shape]:
-    """Yield wheels and spheres with the radii of tyres and of rolling discs, for bodies without shapes of their own."""
+    """Yield wheels of tyres and solids of rolling contacts, for bodies without shapes of their own."""
     shown = {shape.body for shape in scene.shapes}
     points = {point.name: point for point in scene.points}
     for item in scene.constraints:
         frame = item.second
-        if item.type in ("rolling", "sliding") and frame.body not in shown and item.shape != "ellipsoid":
-            radius, width = item.radius, _DISC_WIDTH * item.radius
-            if item.shape == "torus":
-                radius, width = item.radius + item.tube_radius, Number(2.0) * item.tube_radius
-            kind, sizes = ("sphere", (radius,)) if item.shape == "sphere" else ("wheel", (radius, width))
-            yield Shape(item.name, frame.body, kind, frame.position, frame.orientation, sizes, implied=True)
+        if item.type not in ("rolling", "sliding") or frame.body in shown:
+            continue
+        kind, sizes = _rolling_solid(item)
+        yield Shape(item.name, frame.body, kind, frame.position, frame.orientation, sizes, implied=True)
     for element in scene.elements:
-        if isinstance(wheel := element.drawn(), Wheel) and wheel.axis is not None:
+        if isinstance(wheel := element.drawn(), Wheel):
             center = points[wheel.center]
             if center.body not in shown:
-                axes = rows(frame_about(np.array(wheel.axis)))
+                axes = rows(frame_about(np.array(wheel.axis or _spin_axis(center, scene))))
                 sizes = (wheel.radius, _TYRE_WIDTH * wheel.radius)
                 yield Shape(wheel.name, center.body, "wheel", center.position, axes, sizes, implied=True)
+
+
+def _spin_axis(center: Point, scene: Scene) -> tuple[float, ...]:
+    """Return the axis of the wheel about a centre, in the axes of the centre's body: of a revolute joint with an axis
+    across the vertical through the centre, else y, which lies across the road."""
+    for joint in scene.joints:
+        if joint.type == "revolute" and abs(joint.axis[2]) < _LEVEL:
+            if joint.child == center.body and center.position == ZERO_VECTOR:
+                return joint.axis
+            if joint.parent == center.body and center.position == joint.position:
+                return tuple((np.array(joint.orientation) @ np.array(joint.axis)).tolist())
+    return (0.0, 1.0, 0.0)
+
+
+def _rolling_solid(item: Constraint) -> tuple[str, tuple[Formula, ...]]:
+    """Return kind and sizes of the solid of a rolling or sliding contact, as of ``Shape``."""
+    match item.shape:
+        case "ellipsoid":
+            return "ellipsoid", item.semi_axes
+        case "sphere":
+            return "sphere", (item.radius,)
+        case "torus":
+            return "wheel", (item.radius + item.tube_radius, Number(2.0) * item.tube_radius)
+    return "wheel", (item.radius, _DISC_WIDTH * item.radius)
 
 
 def _ground(scene: Scene) -> tuple[Formula, ...]:
@@ -319,7 +344,7 @@ def _ground(scene: Scene) -> tuple[Formula, ...]:
     without such a plane."""
     for item in scene.constraints:
         frame, still = item.first, item.first.body == WORLD or (item.first.body == BASE and scene.base is None)
-        if item.type in ("rolling", "sliding") and still:
+        if item.type in ("rolling", "sliding") and item.surface is None and still:
             return frame.position
     for element in scene.elements:
         wheel = element.drawn()

@@ -27,7 +27,7 @@ from eomgen.mechanics.constraints.rows import ConstraintRows, Equation, rows_of_
 from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair
 from eomgen.mechanics.forces.loads import Loads, add_wrench
-from eomgen.mechanics.forces.symbols import Detached, Quantities
+from eomgen.mechanics.forces.symbols import DetachedSymbols, Quantities
 from eomgen.mechanics.kinematics.fields import Wrench, total_fields
 from eomgen.mechanics.kinematics.points import LinkKinematics
 from eomgen.mechanics.tree.base import BaseMotion
@@ -69,7 +69,7 @@ def row_wrenches(quantities: Quantities, item: Constraint, pair: FramePair) -> l
         equations in m: N m per N) and N per unit of the multiplier.
     """
     own = Tape()
-    rows = rows_of_pair(Detached(quantities, own), item, _pair_of_its_own(own))
+    rows = rows_of_pair(DetachedSymbols(quantities, own), item, _pair_of_its_own(own))
     unit = forward_partials(own, [row.value.ref for row in rows.holonomic], _displacements(own))
     unit += forward_partials(
         own, [row.value.ref for row in rows.velocity], {InputSymbol(_TWIST, k): {k: ONE} for k in range(6)}
@@ -117,7 +117,7 @@ def _displacements(tape: Tape) -> Seeds:
 
 
 @dataclass(frozen=True)
-class Transmitted:
+class TransmittedWrench:
     """A wrench on a link (base or world for negative numbers), about the place ``at``, all in the link's axes."""
 
     link: int
@@ -152,20 +152,20 @@ class TransmittedWrenches:
         self.loads = loads
         self.rows = rows
         self.joints: Mapping[str, Joint] = {joint.name: joint for joint in scene.joints}
-        self._of_constraints: dict[str, tuple[Transmitted, Transmitted]] = {}
+        self._of_constraints: dict[str, tuple[TransmittedWrench, TransmittedWrench]] = {}
 
-    def joint(self, name: str) -> Transmitted:
+    def joint(self, name: str) -> TransmittedWrench:
         """Return the wrench of a joint's parent on the child, about the origin of the child's frame."""
         joint = self.joints[name]
         mount = self.tree.mounts[joint.child]
         absolute = self.scene.coordinates == "absolute"
         if absolute and not joint.kind.moves:
-            fault = f"the reaction of the fixed joint {name} cannot be told: absolute coordinates make one body of two"
+            fault = f"the reaction of the fixed joint {name} is unknown: absolute coordinates make one body of two"
             raise ModelError(Problem(self.scene.name, fault, "joint coordinates"))
         moment, force = self._through_bodies[joint.child] if absolute else self._through_links[mount.link]
-        return Transmitted(mount.link, mount.position, minus(moment, cross(mount.position, force)), force)
+        return TransmittedWrench(mount.link, mount.position, minus(moment, cross(mount.position, force)), force)
 
-    def constraint(self, item: Constraint) -> Transmitted:
+    def constraint(self, item: Constraint) -> TransmittedWrench:
         """Return the wrench of the first body on the second one, about the origin of the second frame.
 
         Raises
@@ -195,7 +195,7 @@ class TransmittedWrenches:
         rows = [] if self.rows is None else self.rows.all
         return {row.number: self.quantities.input("lam", k) for k, row in enumerate(rows) if row.owner is item}
 
-    def _pair(self, item: Constraint) -> tuple[Transmitted, Transmitted]:
+    def _pair(self, item: Constraint) -> tuple[TransmittedWrench, TransmittedWrench]:
         """Return the wrenches of a constraint on the first and the second body, both about the second frame's
         origin."""
         if item.name not in self._of_constraints:
@@ -203,14 +203,14 @@ class TransmittedWrenches:
                 self._of_constraints[item.name] = self._recorded(item)
         return self._of_constraints[item.name]
 
-    def _at_points(self, item: Constraint) -> list[Transmitted]:
+    def _at_points(self, item: Constraint) -> list[TransmittedWrench]:
         """Return the forces of an equation on the points in its formula; efforts on joints are parts of the joint
         wrenches."""
         none, equation = self.tree.algebra.zero_vector, Equation(self.quantities, item)
         loads = (load for multiplier in self._multipliers(item).values() for load in equation.forces(multiplier))
-        return [Transmitted(link, at, none, force) for link, at, force in loads]
+        return [TransmittedWrench(link, at, none, force) for link, at, force in loads]
 
-    def _recorded(self, item: Constraint) -> tuple[Transmitted, Transmitted]:
+    def _recorded(self, item: Constraint) -> tuple[TransmittedWrench, TransmittedWrench]:
         algebra = self.tree.algebra
         pair = frame_pair(self.quantities, item.first, item.second)
         units = row_wrenches(self.quantities, item, pair)
@@ -222,12 +222,12 @@ class TransmittedWrenches:
         first = self._on(item.first, pair.kinematics, (negative(moment), negative(force)), apart)
         return first, self._on(item.second, pair.kinematics, (moment, force), algebra.zero_vector)
 
-    def _on(self, frame: Frame, kinematics: LinkKinematics, load: Wrench, beyond: Vector) -> Transmitted:
+    def _on(self, frame: Frame, kinematics: LinkKinematics, load: Wrench, beyond: Vector) -> TransmittedWrench:
         """Return a wrench, given in axes of the common link, at ``beyond`` from a frame's origin in the axes of the
         frame's link."""
         link, s = self.quantities.kinematics.local(frame.body, self.quantities.vector(frame.position))
         back = transpose(kinematics.pose(link)[0])
-        return Transmitted(link, plus(s, apply(back, beyond)), apply(back, load[0]), apply(back, load[1]))
+        return TransmittedWrench(link, plus(s, apply(back, beyond)), apply(back, load[0]), apply(back, load[1]))
 
     @cached_property
     def _net(self) -> list[Wrench]:
@@ -344,7 +344,7 @@ class Reactions:
         turn = self._to_axes(load.link, item.axes)
         return (*turn(load.moment), *turn(load.force))
 
-    def _moved(self, load: Transmitted, item: Reaction) -> Transmitted:
+    def _moved(self, load: TransmittedWrench, item: Reaction) -> TransmittedWrench:
         """Return a wrench about the point of a reaction.
 
         The lever is taken in the axes of a link between the body and the base, if such a link holds the point, so that
@@ -364,7 +364,9 @@ class Reactions:
             R, p = kinematics.pose(load.link)
             place = kinematics.position_in_base(*quantities.at(point))
             lever = apply(transpose(R), minus(place, plus(p, apply(R, load.at))))
-        return Transmitted(near.link, plus(near.at, lever), minus(near.moment, cross(lever, near.force)), near.force)
+        return TransmittedWrench(
+            near.link, plus(near.at, lever), minus(near.moment, cross(lever, near.force)), near.force
+        )
 
     def _to_axes(self, link: int, axes: str) -> Callable[[Vector], Vector]:
         """Return the rotation of vectors from a link's axes to the axes of a body, of the base or of the world."""
@@ -386,8 +388,8 @@ class Reactions:
         return turned
 
 
-def _on_parent(tree: Tree, load: Transmitted) -> Transmitted:
+def _on_parent(tree: Tree, load: TransmittedWrench) -> TransmittedWrench:
     """Return a wrench in the axes of the parent link, about the unchanged point."""
     link = tree.links[load.link]
     turn = link.rotation.rotate
-    return Transmitted(link.parent, plus(link.position, turn(load.at)), turn(load.moment), turn(load.force))
+    return TransmittedWrench(link.parent, plus(link.position, turn(load.at)), turn(load.moment), turn(load.force))

@@ -268,6 +268,11 @@ class Derivation:
 
     def partials(self) -> list[Block]:
         """Return K, C, M, (nv, nv) each: partials of the residual in q (left-trivialised), v and a."""
+        return [*self._partials]
+
+    @cached_property
+    def _partials(self) -> tuple[Block, ...]:
+        """K, C and M, recorded once: the term of their nonzeros has the same entries."""
         nv = self.tree.nv
         K, C, M = (inertial_partials if self.tree.rigid else differentiated_partials)(self.grouped, self.motion)
         seeds = configuration_directions(self.tree)
@@ -285,11 +290,11 @@ class Derivation:
             with self.tape.block("partials of constraint forces"):
                 for row, changes in enumerate(self.constraints.by_configuration(reactions)):
                     K[row] = [x if y.is_zero else x + y for x, y in zip(K[row], changes, strict=True)]
-        return [
+        return (
             self._matrix("K", K, "d residual / dq, left-trivialised"),
             self._matrix("C", C, "d residual / dv"),
             self._matrix("M", M, "d residual / da"),
-        ]
+        )
 
     def poses(self) -> list[Block]:
         """Return quaternion (body to world axes) and position in the world, m, of each body, (bodies, 7)."""
@@ -422,8 +427,13 @@ class Derivation:
 
     def velocity_partials(self) -> list[Block]:
         """Return Z = dw/dq, (rows, nv), left-trivialised."""
+        return [self._velocity_partials]
+
+    @cached_property
+    def _velocity_partials(self) -> Block:
+        """Z, recorded once, as the partials are."""
         rows = self.calculus().by_configuration(self.calculus().velocity())
-        return [self._matrix("Z", rows, "left-trivialised partials in q of the velocity rows")]
+        return self._matrix("Z", rows, "left-trivialised partials in q of the velocity rows")
 
     def _vector(self, name: str, values: Sequence[Scalar], description: str) -> Block:
         return self.block(name, (len(values),), values, description)

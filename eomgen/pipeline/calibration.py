@@ -1,7 +1,7 @@
 """Gains of state feedback from the linear model of the same scene, with these gains at zero (calibration), and messages
 about the closed loop: its slowest motion, and modes that miss the requested poles.
 
-The scene is opened at a controller: its output becomes an input beside its formula. The linear model of that
+The scene is opened at a controller: its output becomes an input in addition to its formula. The linear model of that
 scene is the plant, signals and weighted quantities are its outputs. Controllers are calibrated in order, each
 with earlier ones active. Gains are parameters, so the code of a model depends on their defaults only.
 """
@@ -139,7 +139,7 @@ def gains(
 
 
 @dataclass(frozen=True)
-class _Opened:
+class _OpenLoopScene:
     """A scene with inputs in addition to the outputs of controllers.
 
     Attributes
@@ -153,7 +153,7 @@ class _Opened:
     rows: Mapping[str, slice]
 
 
-def _opened(scene: Scene) -> _Opened:
+def _opened(scene: Scene) -> _OpenLoopScene:
     fed_back = [item for item in scene.feedback if item.calibration is not None]
     acting = [output for item in fed_back for output in item.outputs]
     controllers = tuple(
@@ -183,7 +183,7 @@ def _opened(scene: Scene) -> _Opened:
         terms=(),
         notes=(),
     )
-    return _Opened(opened, tuple(name for item in fed_back for name in item.calibrated), rows)
+    return _OpenLoopScene(opened, tuple(name for item in fed_back for name in item.calibrated), rows)
 
 
 def _input_of(output: str) -> str:
@@ -191,7 +191,7 @@ def _input_of(output: str) -> str:
 
 
 def _one(
-    opened: _Opened, item: StateFeedback, calibration: Calibration, model: Model, values: Mapping[str, float]
+    opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration, model: Model, values: Mapping[str, float]
 ) -> tuple[dict[str, float], str]:
     """Return the parameters of one controller, and a note on the parameters."""
     rest = model.equilibrium(parameters=values, any_kind=True) if calibration.at == "equilibrium" else None
@@ -250,7 +250,7 @@ def _whole_state(space: StateSpace) -> _State:
 
 
 def _feedback_of_whole_state(
-    space: StateSpace, names: Sequence[str], opened: _Opened, item: StateFeedback, calibration: Calibration
+    space: StateSpace, names: Sequence[str], opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration
 ) -> tuple[Array, str]:
     """Return the gains of coordinates, velocities and internal states, (m, ns), and a description of the gains."""
     if calibration.poles:
@@ -283,7 +283,7 @@ def _check_second_order(linear: Linearization) -> None:
 
 
 def _feedback(
-    plant: Plant, opened: _Opened, item: StateFeedback, calibration: Calibration, C: Array, D: Array
+    plant: Plant, opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration, C: Array, D: Array
 ) -> tuple[Array, str]:
     """Return the gains of the state [q, v], (m, 2n), and a description of the gains."""
     if calibration.method == "lqr":
@@ -322,7 +322,7 @@ def _each(numbers: Sequence[float], count: int) -> Array:
 
 
 def _weights(
-    weights: Weights, opened: _Opened, item: StateFeedback, calibration: Calibration, C: Array, D: Array
+    weights: Weights, opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration, C: Array, D: Array
 ) -> Weights:
     """Return a cost plus the cost of coordinates, velocities, signals and outputs."""
     weighted: list[tuple[int, float]] = []

@@ -9,30 +9,54 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_call
+from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import NAME_LENGTH, nearest, shown
 from eomgen.errors import Problem, UsageError
+from eomgen.formula.units.labels import in_label
 from eomgen.linear.control.output_feedback import OutputFeedback
 from eomgen.linear.control.regulator import Regulator
 from eomgen.linear.state_space import StateSpace
 from eomgen.scene.load import data_of
 
 Sections = dict[str, dict[str, Any]]
+#: A number in the unit of a signal, or a text with a unit.
+Amount = float | str
+#: Lower and upper limit of a signal; None for no limit.
+Limits = Sequence[Amount | None]
 #: Sections whose entries are called by bare names in formulas.
 _NAMES = ("parameters", "inputs", "random", "states", "controllers", "curves")
+#: Share of a quantum by which a limit may miss a whole multiple.
+_WHOLE = 1e-9
 #: Quantities that formulas of controllers cannot use.
 _OF_ACCELERATIONS = re.compile(r"\b(?:a|acceleration|reaction|drive_effort)\.")
 #: Kinds of outputs whose values formulas call by name.
 _QUANTITIES = ("position", "velocity")
 
 
+@checked_call('a scene and a law, eomgen.with_controller("scene.toml", law)')
 def with_controller(
-    scene: str | os.PathLike[str] | Mapping[str, Any], law: Regulator | OutputFeedback, *, prefix: str = "estimate"
+    scene: str | os.PathLike[str] | Mapping[str, Any],
+    law: Regulator | OutputFeedback,
+    *,
+    prefix: str = "estimate",
+    limits: Mapping[str, Limits] | None = None,
+    quantum: Mapping[str, Amount] | None = None,
+    delay: Mapping[str, Amount] | None = None,
 ) -> dict[str, Any]:
     """Return nested data of a scene with inputs driven by a controller that was designed for the scene.
+
+    ``limits``, ``quantum`` and ``delay`` describe the hardware: actuators by the names of inputs, sensors by the names
+    of measured signals (outputs of the linear model; without an observer, its states). Commands and readings are
+    limited first, then rounded, then delayed. An observer predicts with the command as limited and rounded.
 
     Parameters
     ----------
@@ -43,21 +67,55 @@ def with_controller(
         are sampled states.
     prefix : str
         Before the names of estimates.
+    limits : mapping, name -> (lower, upper)
+        In the unit of the input or signal, or texts with a unit, ``("-2 kN", "2 kN")``; None for no limit. They bound
+        the signal itself, the value at the reference of the linear model included.
+    quantum : mapping, name -> float or text
+        Signals are rounded to whole multiples of it, in the same units, and limits are drawn in to the nearest
+        multiples. Sampled laws only.
+    delay : mapping, name -> float or text
+        s, or a text with a unit. Of an actuator from the sample to the effect of the command, in place of the delay
+        of the design; of a sensor from the sample to when its reading can be used. Sampled laws only; whole samples
+        are not required, and a reading that arrives between two samples is used at the later one.
 
     Returns
     -------
     dict
         For ``eomgen.build``, ``eomgen.load`` or ``toml_text``. Files that the scene names are looked for from the
-        current folder.
+        current folder. Readings of sensors with limits, quantum or delay are states ``sensor_NAME``.
 
     Raises
     ------
     UsageError
         A model or a Scene in place of the scene's data; inputs that are not the scene's own, feedback of states
         without names in the scene (shaping filters, coordinates of absolute bodies), measured signals that formulas
-        cannot use (accelerations), names that are taken.
+        cannot use (accelerations), names that are taken. Limits, quanta or delays of names that are neither inputs
+        nor measured, that are not finite or negative; limits without the value at the reference; a quantum or a delay
+        in continuous time.
     FileError, DescriptionError
         A scene file that cannot be read.
+
+    Examples
+    --------
+    >>> import eomgen
+    >>> from eomgen.control import lqr
+    >>> cart = {
+    ...     "format": 1,
+    ...     "name": "cart",
+    ...     "inputs": {"push": {"unit": "N"}},
+    ...     "bodies": {"cart": {"mass": 2.0}},
+    ...     "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0]}},
+    ...     "efforts": {"motor": {"joint": "rail", "effort": "push"}},
+    ... }
+    >>> plant = eomgen.build(cart, profile="quick").linearize(at="initial").state_space()
+    >>> law = lqr(plant, {"rail": 400.0}, {"push": 0.1}, sample="10 ms")
+    >>> closed = eomgen.with_controller(
+    ...     cart, law, limits={"push": (-5.0, 5.0)}, quantum={"push": 0.02, "rail": "0.1 mm"}, delay={"push": "2 ms"}
+    ... )
+    >>> list(closed["states"])
+    ['sensor_rail', 'push_asked', 'push']
+    >>> closed["states"]["sensor_rail"]["quantum"]
+    0.0001
     """
     if not isinstance(scene, str | os.PathLike | Mapping):
         fault = f"the path of a scene file, or its nested data, is needed, not {type(scene).__name__}"
@@ -67,7 +125,8 @@ def with_controller(
         fault = f"a Regulator or an OutputFeedback is needed, not {type(law).__name__}"
         raise UsageError(Problem("with_controller", fault, "the result of lqr, place or output_feedback"))
     data = dict(scene) if isinstance(scene, Mapping) else data_of(Path(scene))
-    writer = _Writer(data, law.space, prefix)
+    hardware = _hardware(law, {"limits": limits or {}, "quantum": quantum or {}, "delay": delay or {}})
+    writer = _Writer(data, law.space, prefix, hardware)
     added = writer.regulator(law) if isinstance(law, Regulator) else writer.output_feedback(law)
     inputs = {name: entry for name, entry in data.get("inputs", {}).items() if name not in law.space.inputs}
     result = {key: value for key, value in data.items() if key != "inputs"} | ({"inputs": inputs} if inputs else {})
@@ -80,11 +139,127 @@ def with_controller(
     return result
 
 
+@dataclass(frozen=True)
+class _Hardware:
+    """An actuator or a sensor.
+
+    Attributes
+    ----------
+    lower, upper : limits, whole multiples of the quantum if there is one; infinite for no limit
+    quantum : 0.0 for no rounding
+    delay : s; None for the delay of the design, or none of a sensor
+    """
+
+    lower: float = -math.inf
+    upper: float = math.inf
+    quantum: float = 0.0
+    delay: float | None = None
+
+    @property
+    def changes(self) -> bool:
+        """Whether values are limited or rounded."""
+        return self.quantum > 0.0 or math.isfinite(self.lower) or math.isfinite(self.upper)
+
+    def limited(self, formula: str) -> str:
+        """Return a formula between the limits."""
+        formula = f"min({_number(self.upper)}, {formula})" if self.upper < math.inf else formula
+        return f"max({_number(self.lower)}, {formula})" if self.lower > -math.inf else formula
+
+
+def _hardware(law: Regulator | OutputFeedback, given: Mapping[str, Mapping[str, Any]]) -> dict[str, _Hardware]:
+    """Return actuators and sensors by the names of inputs and measured signals. Raises UsageError."""
+    space = law.space
+    sensors = law.observer.measured if isinstance(law, OutputFeedback) else _fed_back(law)
+    for argument, entries in given.items():
+        if not isinstance(entries, Mapping):
+            example = "(-5.0, 5.0)" if argument == "limits" else "0.01"
+            fault = f"a mapping from names to values is needed, not {type(entries).__name__}"
+            raise UsageError(Problem(argument, fault, f"{argument}={{{space.inputs[0]!a}: {example}}}"))
+        for name in entries:
+            if name not in (*space.inputs, *sensors):
+                fault = f"{shown(name)} is neither an input of the law nor a signal that it measures"
+                raise UsageError(Problem(argument, fault, nearest(str(name), (*space.inputs, *sensors))))
+            if space.sample is None and argument != "limits":
+                fault = f"the law is continuous in time, and has no {argument} of {name}"
+                raise UsageError(Problem(argument, fault, 'a sampled law, as lqr(..., sample="1 ms")'))
+    names = [name for name in (*space.inputs, *sensors) if any(name in entries for entries in given.values())]
+    return {
+        name: _one_hardware(name, _kind(space, name), space, *(entries.get(name) for entries in given.values()))
+        for name in dict.fromkeys(names)
+    }
+
+
+def _fed_back(law: Regulator) -> tuple[str, ...]:
+    """Return the states with gains, inputs that wait for their effect aside."""
+    used = np.any(law.gains != 0.0, axis=0).tolist()
+    return tuple(name for k, name in enumerate(law.space.states) if used[k] and name not in law.space.waiting)
+
+
+def _kind(space: StateSpace, name: str) -> str:
+    return "inputs" if name in space.inputs else "outputs" if name in space.outputs else "states"
+
+
+def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum: Any, delay: Any) -> _Hardware:
+    """Return an actuator or a sensor as given. Raises UsageError."""
+    unit = space.unit(kind, name)
+    lower, upper = _limits(name, limits, unit)
+    step = 0.0 if quantum is None else _amount(f"quantum of {name}", quantum, unit, "0.01")
+    late = None if delay is None else _amount(f"delay of {name}", delay, "s", '0.001 or "1 ms"')
+    if quantum is not None and step <= 0.0:
+        hint = "a positive number, or no quantum for values that are not rounded"
+        raise UsageError(Problem(f"quantum of {name}", f"the quantum {step:.6g} is not positive", hint))
+    if late is not None and late < 0.0:
+        raise UsageError(Problem(f"delay of {name}", f"the delay {late:.6g} s is negative", "a time from zero on"))
+    if step:  # a converter has no value between two multiples
+        least = math.ceil(lower / step - _WHOLE) if lower > -math.inf else lower
+        most = math.floor(upper / step + _WHOLE) if upper < math.inf else upper
+        if least > most:
+            fault = f"no multiple of the quantum {step:.6g} lies between {lower:.6g} and {upper:.6g}"
+            raise UsageError(Problem(f"quantum of {name}", fault, "a smaller quantum, or wider limits"))
+        lower, upper = least * step, most * step
+    rest = space.reference(kind, name)
+    if not math.isnan(rest) and not lower <= rest <= upper:
+        ends = f"the limits are {lower:.6g} and {upper:.6g}"
+        fault = f"{name} is {rest:.6g} at the reference of the linear model, and {ends}"
+        raise UsageError(Problem(f"limits of {name}", fault, "wider limits, or a linear model about another reference"))
+    return _Hardware(lower, upper, step, late)
+
+
+def _limits(name: str, given: Any, unit: str) -> tuple[float, float]:
+    """Return lower and upper limit. Raises UsageError."""
+    where, example = f"limits of {name}", "(-5.0, 5.0), or (None, 5.0) for one limit"
+    if given is None:
+        return -math.inf, math.inf
+    if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or len(given) != 2:
+        raise UsageError(Problem(where, f"a lower and an upper limit are needed, not {shown(given)}", example))
+    free = (-math.inf, math.inf)
+    ends = [_amount(where, value, unit, example) if value not in (None, *free) else None for value in given]
+    lower, upper = (end if value is None else value for value, end in zip(ends, free, strict=True))
+    if not lower < upper:
+        fault = f"the lower limit {lower:.6g} is not below the upper limit {upper:.6g}"
+        raise UsageError(Problem(where, fault, example))
+    return lower, upper
+
+
+def _amount(where: str, value: Any, unit: str, example: str) -> float:
+    """Return a number, or a text with a unit, in a unit. Raises UsageError."""
+    if isinstance(value, str):
+        return in_label(where, value, unit)
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise UsageError(Problem(where, f"a number, or a text with a unit, is needed, not {shown(value)}", example))
+    number = float(value)
+    if not math.isfinite(number):
+        raise UsageError(Problem(where, f"{number} is not finite", example))
+    return number
+
+
 class _Writer:
     """Writes laws for a model of a scene."""
 
-    def __init__(self, data: Mapping[str, Any], space: StateSpace, prefix: str) -> None:
-        self.data, self.space, self.prefix = data, space, prefix
+    def __init__(
+        self, data: Mapping[str, Any], space: StateSpace, prefix: str, hardware: Mapping[str, _Hardware]
+    ) -> None:
+        self.data, self.space, self.prefix, self.hardware = data, space, prefix, hardware
         for name in space.inputs:
             entry = data.get("inputs", {}).get(name)
             if entry is None:
@@ -97,7 +272,8 @@ class _Writer:
     def regulator(self, law: Regulator) -> Sections:
         """Return the sections of a feedback of the state."""
         used = [k for k in range(len(self.space.states)) if any(law.gains[:, k])]
-        signals = {k: self._state(self.space.states[k]) for k in used}
+        sensors: dict[str, Any] = {}
+        signals = {k: self._read(self.space.states[k], self._state(self.space.states[k]), sensors) for k in used}
         if self.space.sample is None:
             names = {k: _legal(self.space.states[k]) for k in used}
             rows = [[(names[k], *signals[k], float(row[k])) for k in used if row[k]] for row in law.gains]
@@ -108,22 +284,27 @@ class _Writer:
         for row in law.gains:
             terms = [(-float(row[k]), _off(*signals[k])) for k in used]
             formulas.append(terms)
-        return {"states": self._held(formulas)}
+        return {"states": {**sensors, **self._held(formulas)}}
 
     def output_feedback(self, law: OutputFeedback) -> Sections:
         """Return the sections of a feedback of estimates."""
-        controller, states = law.controller, {}
+        controller, states = law.controller, dict[str, Any]()
         estimates = [self._estimate(name) for name in self.space.states]
-        signals = [self._measured(name, k, controller) for k, name in enumerate(law.observer.measured)]
+        signals = [
+            self._read(name, self._measured(name, k, controller), states)
+            for k, name in enumerate(law.observer.measured)
+        ]
         measured = [_off(*signal) for signal in signals]
         if self.space.sample is not None:
             names = [_fitting(f"measured_{_legal(name)}") for name in law.observer.measured]
             for name, formula, label in zip(names, measured, controller.units["inputs"], strict=True):
                 states[name] = self._sampled(formula) | {"unit": label, "description": "measured signal, from rest on"}
             measured = names
+        A, B, of_commands = self._prediction(law)
         for k, name in enumerate(estimates):
-            terms = [*zip(controller.A[k].tolist(), estimates, strict=True)]
-            terms += zip(controller.B[k].tolist(), measured, strict=True)
+            terms = [*zip(A[k].tolist(), estimates, strict=True), *zip(B[k].tolist(), measured, strict=True)]
+            for number, factor in enumerate(of_commands[k].tolist()):
+                terms += [(factor, self._command(number)), (-factor * self._rest(number), "1")]
             label = controller.units["states"][k]
             text = {"unit": label, "description": f"estimate of {self.space.states[k]}, from rest on"}
             if self.space.sample is None:
@@ -146,6 +327,50 @@ class _Writer:
 
     # -- parts ---------------------------------------------------------------------------------------------------------
 
+    def _prediction(self, law: OutputFeedback) -> tuple[Array, Array, Array]:
+        """Return the matrices of the estimates: of themselves, of measured signals and of commands.
+
+        Commands that are limited or rounded differ from the feedback of the estimates, so that the observer reads
+        them; the other ones are written by the estimates.
+        """
+        space, C, D, L = law.space, law.observer.C, law.observer.D, law.observer.gains
+        K = law.regulator.gains.copy()
+        read = [name in self.hardware and self.hardware[name].changes for name in space.inputs]
+        if not any(read):
+            return law.controller.A, law.controller.B, np.zeros_like(space.B)
+        K[read] = 0.0
+        of_commands = np.where(read, space.B, 0.0)
+        closed = space.A - space.B @ K
+        if space.sample is None:
+            return closed - L @ (C - D @ K), L, of_commands - L @ np.where(read, D, 0.0)
+        return closed @ (np.eye(len(closed)) - L @ C), closed @ L, of_commands
+
+    def _read(self, name: str, signal: tuple[str, float], sensors: dict[str, Any]) -> tuple[str, float]:
+        """Return the formula of a signal as its sensor gives it, and the reference; a sampled sensor is a new state."""
+        sensor, (formula, reference) = self.hardware.get(name), signal
+        if sensor is None or name in self.space.inputs:
+            return signal
+        formula = sensor.limited(formula)
+        if not sensor.quantum and not sensor.delay:
+            return formula, reference
+        state = _fitting(f"sensor_{_legal(name)}")
+        kind = _kind(self.space, name)
+        text = {"initial": reference, "unit": self.space.unit(kind, name), "description": f"reading of {name}"}
+        sensors[state] = self._sampled(formula) | _clock(sensor) | text
+        return state, reference
+
+    def _command(self, number: int) -> str:
+        """Return the name of a command before its delay."""
+        input = self.space.inputs[number]
+        return _fitting(f"{input}_asked") if self._delay(input) is not None else input
+
+    def _delay(self, input: str) -> float | None:
+        """Return the delay of an actuator, s; None without a state between command and effect."""
+        given = self.hardware[input].delay if input in self.hardware else None
+        if not self.space.waiting and not given:
+            return None
+        return self.space.input_delay if given is None else given
+
     def _feedback(self, number: int, row: list[tuple[str, str, float, float]]) -> dict[str, Any]:
         """Return a state feedback of signals (name, formula, reference, gain) that gives an input."""
         rest, input = self._rest(number), self.space.inputs[number]
@@ -154,13 +379,16 @@ class _Writer:
         references = {name: reference for name, _, reference, _ in row if reference}
         if rest or not row:  # the output at rest is feedback of a constant
             signals["rest"], gains["rest"] = _number(rest), -1.0
-        entry = {
+        entry: dict[str, Any] = {
             "type": "state_feedback",
             "signals": signals,
             "signal_gains": gains,
             "unit": self.space.unit("inputs", input),
             "description": self._description(),
         }
+        actuator = self.hardware.get(input, _Hardware())
+        limits = {"minimum": actuator.lower, "maximum": actuator.upper}
+        entry |= {key: value for key, value in limits.items() if math.isfinite(value)}
         return entry | ({"signal_references": references} if references else {})
 
     def _held(self, formulas: list[list[tuple[float, str]]]) -> dict[str, Any]:
@@ -170,16 +398,18 @@ class _Writer:
             rest = self._rest(number)
             formula = _sum([*terms, (rest, "1")] if rest else terms)
             text = {"initial": rest, "unit": space.unit("inputs", input), "description": self._description()}
-            if not space.waiting:
-                states[input] = self._sampled(formula) | text
+            actuator, delay = self.hardware.get(input, _Hardware()), self._delay(input)
+            command = self._sampled(actuator.limited(formula)) | _clock(replace(actuator, delay=None))
+            if delay is None:
+                states[input] = command | text
                 continue
-            asked = _fitting(f"{input}_asked")
-            states[asked] = self._sampled(formula) | text
+            asked = self._command(number)
+            states[asked] = command | text
             for name, (of_input, samples) in space.waiting.items():
                 if of_input == input:
                     late = {"delay": samples * float(space.sample or 0.0), "initial": rest, "unit": text["unit"]}
                     states[name] = self._sampled(asked) | late
-            states[input] = self._sampled(asked) | {"delay": space.input_delay} | text
+            states[input] = self._sampled(asked) | {"delay": delay} | text
         return states
 
     def _sampled(self, formula: str) -> dict[str, Any]:
@@ -231,6 +461,11 @@ class _Writer:
             fault = f"{name} is measured, and formulas of a controller cannot use it"
             raise UsageError(Problem("with_controller", fault, "an output with a formula, a position or a velocity"))
         return f"({values[component]})", reference
+
+
+def _clock(sensor: _Hardware) -> dict[str, Any]:
+    """Return the keys of a sampled sensor besides its sample."""
+    return {key: value for key, value in (("quantum", sensor.quantum), ("delay", sensor.delay)) if value}
 
 
 def error_on_group(joint: str, component: int, reference: tuple[float, ...]) -> str:

@@ -12,7 +12,7 @@ from itertools import chain, groupby, pairwise
 from typing import Any, cast
 
 from eomgen.base.data import dataclass, fields, is_dataclass, replace
-from eomgen.codegen.continuation import Irregular, Samples, continued_program
+from eomgen.codegen.continuation import IrregularSamples, Samples, continued_program
 from eomgen.codegen.convert import check_workspace
 from eomgen.codegen.program import Program
 from eomgen.formula.nodes import Symbol
@@ -109,7 +109,7 @@ class EqualElements:
 
         try:
             program = continued_program([program for program, _ in made], (self.count - few) // _MORE, known)
-        except Irregular:
+        except IrregularSamples:
             return None
         for function in program.functions:
             check_workspace(function.name, function.workspace)
@@ -126,7 +126,7 @@ def equal_elements(scene: Scene) -> EqualElements | None:
     if any(item.section not in _PLAIN for item in scene.elements) or any(scene.parts.values()):
         return None
     nodes = {node for beam in beams for node in beam.nodes[1:]}
-    mentioned = _texts_beside(scene, nodes)
+    mentioned = _texts_outside_beams(scene, nodes)
     if mentioned is None:
         return None
     carriers = {joint.child: joint.parent for joint in scene.joints}
@@ -138,8 +138,8 @@ def equal_elements(scene: Scene) -> EqualElements | None:
     return EqualElements(scene, tuple(chosen.values())) if longest >= _MANY else None
 
 
-def _texts_beside(scene: Scene, nodes: Collection[str]) -> set[str] | None:
-    """Return all texts of a scene beside beams and nodes of beams; None if a formula names elements by number or
+def _texts_outside_beams(scene: Scene, nodes: Collection[str]) -> set[str] | None:
+    """Return all texts of a scene outside of beams and nodes of beams; None if a formula names elements by number or
     place."""
     apart = replace(
         scene,

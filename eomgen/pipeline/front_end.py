@@ -1,5 +1,5 @@
 """Front ends, which derive a System and a Description from documents of one class, and the register of kinds of files
-beside mechanical scenes, each with its own reader, models and answers on the command line.
+other than mechanical scenes, each with its own reader, models and answers on the command line.
 
 Only a front end knows its documents. Mechanics is one, for Scenes; other distributions name theirs as entry
 points of the group ``eomgen.front_ends``. A document may also name the front end: with a ``FrontEnd`` as attribute
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.products import rows_of
-from eomgen.scene.sources.register import KINDS, OtherKind, all_options
+from eomgen.scene.sources.register import KINDS, OtherFileKind, all_options
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
@@ -76,7 +76,7 @@ class FrontEnd:
 
 
 @dataclass(frozen=True)
-class FileKind(OtherKind):
+class FileKind(OtherFileKind):
     """A kind of file with the functions of the kind's documents.
 
     Attributes
@@ -107,7 +107,7 @@ def file_kinds() -> tuple[FileKind, ...]:
 
 
 def other_document(described: object, options: Mapping[str, Any] | None = None) -> tuple[FileKind, Any] | None:
-    """Return kind and document of a description that is no mechanical scene; None for mechanical scenes.
+    """Return kind and document of a description that is not a mechanical scene; None for mechanical scenes.
 
     Raises
     ------

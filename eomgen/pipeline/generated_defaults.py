@@ -44,7 +44,7 @@ def with_parameters(document: Document, described: Description, parameters: Mapp
         Unknown or fixed names, values that the scene would refuse, and documents of other front ends.
     """
     if not isinstance(document, Scene):
-        fault = f"{described.name} is no scene, and only scenes are written with other values of their parameters"
+        fault = f"{described.name} is not a scene, and only scenes are written with other values of their parameters"
         raise UsageError(Problem("parameters", fault, "leave them out"))
     tunable = [item for item in document.parameters if item.tunable]
     names = [item.name for item in tunable]

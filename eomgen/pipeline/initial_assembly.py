@@ -15,7 +15,7 @@ from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.errors import ModelError
 from eomgen.solvers.beams import Beams, beams_of
 from eomgen.solvers.consistency import assemble
-from eomgen.solvers.constraint_rows import EPSILON, Constrained, RowsInMetric, elastic_components, split_sizes
+from eomgen.solvers.constraint_rows import EPSILON, ConstrainedSystem, RowsInMetric, elastic_components, split_sizes
 from eomgen.solvers.redundancy import Redundancy, check_left_out, left_over, redundancy
 from eomgen.symbolic.evaluate import Evaluation
 from eomgen.symbolic.operations import InputSymbol
@@ -82,7 +82,7 @@ def with_initial_assembly(
     )
 
 
-def _left_out(system: System, equations: Constrained, q: Array, rows: Redundancy) -> list[str]:
+def _left_out(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:
     """Return a sentence for each dependent row, with the row's violation if lengths or axes hardly fit."""
     off = left_over(equations, q, rows.dependent)
     by = {row: f", though it is off by {abs(value):.3g}" for row, value in off.items()}
@@ -92,7 +92,9 @@ def _left_out(system: System, equations: Constrained, q: Array, rows: Redundancy
     ]
 
 
-def _without_freedom(system: System, equations: Constrained, q: Array, rows: Redundancy) -> tuple[list[str], list[str]]:
+def _without_freedom(
+    system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy
+) -> tuple[list[str], list[str]]:
     """Return a note if the constraints leave no velocity free: the motion is prescribed, or there is none."""
     kept = [row for row in range(len(system.multipliers)) if row not in rows.dependent]
     if len(kept) < system.nv:
@@ -110,7 +112,7 @@ def _without_freedom(system: System, equations: Constrained, q: Array, rows: Red
     return [], [f"{fault}{f' ({almost})' if almost else ''}; try: {hint}"]
 
 
-def _undetermined(system: System, equations: Constrained, q: Array, rows: Redundancy) -> list[str]:
+def _undetermined(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:
     """Return a sentence for each row that follows from other rows at the start, and adds hardly any condition
     nearby."""
     if not rows.hardly:
@@ -129,7 +131,9 @@ def _undetermined(system: System, equations: Constrained, q: Array, rows: Redund
     ]
 
 
-def _sensitive(system: System, equations: Constrained, q: Array, v: Array, left_out: Sequence[int]) -> tuple[str, ...]:
+def _sensitive(
+    system: System, equations: ConstrainedSystem, q: Array, v: Array, left_out: Sequence[int]
+) -> tuple[str, ...]:
     """Return the rows left out that follow from other rows at the default parameters only, as far as nearby states
     show.
 
@@ -163,7 +167,9 @@ def _driven(system: System, row: int) -> bool:
     return InputSymbol("t", 0) in system.tape.depends_on([ref])
 
 
-def constrained(system: System, parameters: Array | None = None, description: Description | None = None) -> Constrained:
+def constrained(
+    system: System, parameters: Array | None = None, description: Description | None = None
+) -> ConstrainedSystem:
     """Return the constraints of a System, evaluated on the tape, at parameters (np,): by default at the scene's.
 
     Geometrically exact beams are known by the description, and by the term ``poses``.
@@ -182,7 +188,7 @@ def constrained(system: System, parameters: Array | None = None, description: De
             return np.array(evaluation(function).on_arrays(inputs), dtype=float)
 
     rows, nv = len(system.multipliers), system.nv
-    return Constrained(
+    return ConstrainedSystem(
         factors=system.factors,
         names=system.multipliers,
         units=system.row_units,

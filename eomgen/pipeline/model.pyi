@@ -14,6 +14,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.products.derivatives.linearise import sensitivities as _sensitivities
 from eomgen.products.ensembles.simulate_many import simulate_many as _simulate_many
 from eomgen.simulation.checkpoint import resume as _resume
+from eomgen.simulation.floquet import floquet as _floquet
 from eomgen.simulation.run_model import attach as _attach
 from eomgen.simulation.simulate import simulate as _simulate
 from eomgen.simulation.start import start as _start
@@ -31,6 +32,7 @@ class Model(CompiledModel):
     sensitivities = _sensitivities
     simulate_many = _simulate_many
     resume = _resume
+    floquet = _floquet
     attach = _attach
     simulate = _simulate
     start = _start

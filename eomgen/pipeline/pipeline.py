@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import logging
 import os
 import time
 import warnings
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 from eomgen.base.calls import checked_call
 from eomgen.base.data import replace, without_search_for_circles
 from eomgen.base.extensions import extensions, loaded
-from eomgen.base.messages import shown
+from eomgen.base.messages import Log, shown
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
 from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, other_document
@@ -36,13 +35,13 @@ if TYPE_CHECKING:
     from eomgen.system.description import Description, Simulation
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder, LaneFiles
-    from eomgen.toolchain.compiler import Running
+    from eomgen.toolchain.compiler import RunningCompilers
     from eomgen.toolchain.library import LaneLibrary, Library
 
     #: A scene, the path of a scene, nested data in the form of a scene file, or the document of another front end.
     Described = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
 
-_LOG = logging.getLogger(__name__)
+_LOG = Log(__name__)
 #: Options of ``load`` as ``build`` reads a file.
 _DEFAULTS: Mapping[str, Any] = {"strict": False, "coordinates": None, "task_frames": ()}
 #: Endings of files of code, which folders have not.
@@ -194,6 +193,7 @@ def generate(
     real: str | None = None,
     parameters: Mapping[str, float | str] | None = None,
     only: str | None = None,
+    uniform: bool = False,
 ) -> list[Path]:
     """Write a scene's model and stepper, or its controller, as a folder of C that stands alone.
 
@@ -217,6 +217,8 @@ def generate(
         Values of tunable parameters, as in ``simulate``: the defaults of the C, from which its initial state follows.
     only : str
         ``controller``: write the controller of the scene without the machine.
+    uniform : bool
+        Write ``NAME_uniform.c``, too: all functions and steps with one signature, equal for all models.
 
     Returns
     -------
@@ -239,9 +241,11 @@ def generate(
 
     chosen = target_named(target)
     _check_folder(folder)
-    of_scenes = {"terms": terms, "target": target != "c", "real": real not in (None, "double")}
+    of_scenes = {"terms": terms, "target": target != "c", "real": real not in (None, "double"), "uniform": uniform}
     other = other_document(scene, {**of_scenes, "parameters": parameters})
-    _check_only(only, chosen, terms=terms, method=method)
+    _check_only(only, chosen, terms=terms, method=method, uniform=uniform or None)
+    if uniform and chosen.name != "c":
+        raise UsageError(Problem("uniform", f"one signature is written in C, not in {chosen.language}", "target c"))
     if other is not None:
         _check_scene(other[1], only)
         return other[0].generate(other[1], folder, method)
@@ -252,7 +256,8 @@ def generate(
     else:
         program = _controller_program(document, front_end, parameters)
     given = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
-    program = replace(program, defaults={**program.defaults, **given})
+    _check_exported(program)
+    program = replace(program, defaults={**program.defaults, **given}, uniform=uniform)
     if program.defaults["start"] == "equilibrium" and only is None:
         program = with_equilibrium_start(program, partial(_reproducible, document), parameters)
     files = chosen.files(with_interface(program, front_end.describe(document)))
@@ -280,7 +285,7 @@ def _controller_program(
 
 
 def _check_only(only: str | None, target: Target, **others: object) -> None:
-    """Raise UsageError for a part that cannot be written alone, and for options of models beside it."""
+    """Raise UsageError for a part that cannot be written alone, and for options of models together with it."""
     if only is None:
         return
     if only != "controller":
@@ -294,11 +299,20 @@ def _check_only(only: str | None, target: Target, **others: object) -> None:
             raise UsageError(Problem(name, fault, f"leave {name} out, or only"))
 
 
+def _check_exported(program: Program) -> None:
+    """Raise UsageError for laws in Python, which exist in this process alone."""
+    for source in program.sources:
+        if source.python is not None:
+            name = Path(source.python.file).name
+            fault = f"the law is in Python, {source.python.function} in {name}: export needs C"
+            raise UsageError(Problem(source.python.label, fault, 'source = "law.c", with the function in C'))
+
+
 def _check_scene(document: Any, only: str | None) -> None:
-    """Raise UsageError if the controller of a document that is no mechanical scene is wanted."""
+    """Raise UsageError if the controller of a document that is not a mechanical scene is wanted."""
     if only is not None:
         name = getattr(document, "name", "this")
-        fault = f"{name} is no mechanical scene, and only scenes have a controller"
+        fault = f"{name} is not a mechanical scene, and only scenes have a controller"
         raise UsageError(Problem("only", fault, "leave it out"))
 
 
@@ -793,7 +807,7 @@ def _library(
         with without_search_for_circles():
             return _program(document, front_end, selection, method, C, for_runs=True)
 
-    def made(builder: Builder, running: Running | None = None) -> Library:
+    def made(builder: Builder, running: RunningCompilers | None = None) -> Library:
         """Return the library from the cache, else derived and compiled."""
         cached = builder.find(content)
         if cached is not None:
@@ -829,7 +843,7 @@ def _made(
     builder: Builder,
     content: bytes,
     marks: Mapping[str, Any],
-    running: Running | None,
+    running: RunningCompilers | None,
 ) -> Library:
     """Return the compiled library of a Program.
 

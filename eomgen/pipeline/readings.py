@@ -13,7 +13,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import import_module
 from inspect import getattr_static
 from pathlib import Path
@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.base.data import dataclass, fields, is_dataclass
-from eomgen.base.files import digest_of_file, temporary_file
+from eomgen.base.data import dataclass, fields, is_dataclass, replace
+from eomgen.base.files import ABSENT, digest_of_file, temporary_file
 from eomgen.base.version import __version__, checkout_stamp
 from eomgen.errors import FileError
 from eomgen.toolchain.cache import READINGS, default_folder, writable_by_others
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from eomgen.system.description import Description
 
 #: Endings of the files that eomgen itself reads; other distributions read further files, and may change.
-_OWN = (".toml", ".urdf", ".csv", ".txt", ".dat", ".tsv", ".c", ".stl", ".obj")
+_OWN = (".toml", ".urdf", ".csv", ".txt", ".dat", ".tsv", ".c", ".stl", ".obj", ".glb")
 #: Bytes of a scene in a record at most: larger scenes take about as long to read from a record.
 _LARGEST = 4_000_000
 #: Types of the functions in requirements: eomgen's own and comparisons of Python, whose module is ``_operator``.
@@ -59,14 +59,15 @@ class StoredScene:
     plain : bool
         Whether a compiled model of the scene asks for the scene itself only to derive equations: the bodies have
         coordinates of their own joints, and no calibration finds parameters.
-    text : str
-        The scene as JSON.
+    text, elements : str
+        The scene without its force elements, and the force elements, as JSON.
     """
 
     content: bytes
     description: Description
     plain: bool
     text: str
+    elements: str
 
     @property
     def lean(self) -> StoredScene | Scene:
@@ -76,8 +77,15 @@ class StoredScene:
     @cached_property
     def scene(self) -> Scene:
         """The scene itself."""
-        scene: Scene = from_text(self.text)
-        return scene
+        return _scene_of(self.text, self.elements)
+
+
+def _scene_of(text: str, elements: str) -> Scene:
+    """Return a scene whose force elements are made on the first request: their classes come with their schemas."""
+    scene: Scene = from_text(text)
+    vars(scene)["_elements"] = partial(from_text, elements)
+    del vars(scene)["elements"]
+    return scene
 
 
 def stored_scene(path: object, options: Mapping[str, Any]) -> StoredScene | None:
@@ -89,11 +97,13 @@ def stored_scene(path: object, options: Mapping[str, Any]) -> StoredScene | None
         data = _place(path, options).read_bytes()
         if hashlib.sha256(data[64:]).hexdigest().encode() != data[:64]:
             return None
-        files, content, description, plain, text = json.loads(data[64:])
+        files, content, description, plain, text, elements = json.loads(data[64:])
         for file, digest in files.items():
+            if digest == ABSENT and not os.path.lexists(file):
+                continue
             if digest_of_file(Path(file).read_bytes()) != digest:
                 return None
-        return StoredScene(bytes.fromhex(content), from_text(description), plain, text)
+        return StoredScene(bytes.fromhex(content), from_text(description), plain, text, elements)
     except (NoRecordError, OSError, ValueError, TypeError, AttributeError):
         return None
 
@@ -110,7 +120,7 @@ def store(
     Parameters
     ----------
     files : mapping
-        Digest of each file by absolute path, empty for a file that changed meanwhile.
+        Digest of each file by absolute path, ``ABSENT`` for a missing file, empty for a file that changed meanwhile.
     """
     if not all(files.values()) or not all(file.lower().endswith(_OWN) for file in files):
         return
@@ -118,11 +128,11 @@ def store(
         return
     try:
         place = _place(path, options)
-        text = to_text(scene)
-        if len(text) > _LARGEST or not _same(scene, from_text(text)):
+        text, elements = to_text(replace(scene, elements=())), to_text(scene.elements)
+        if len(text) + len(elements) > _LARGEST or not _same(scene, _scene_of(text, elements)):
             return
         plain = scene.coordinates == "joint" and not any(item.calibration for item in scene.feedback)
-        data = json.dumps([files, scene.digest.hex(), to_text(description), plain, text]).encode()
+        data = json.dumps([files, scene.digest.hex(), to_text(description), plain, text, elements]).encode()
         place.parent.mkdir(parents=True, exist_ok=True)
         with temporary_file(place) as stream:
             stream.write(hashlib.sha256(data).hexdigest().encode() + data)

@@ -37,7 +37,7 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
     work = method.work(system, method_data(method, system))
     if not work:
         fault = f"steps of {name} differ from each other: iterations or errors decide their work"
-        raise UsageError(Problem("--method", fault, "rosenbrock or lsrt2; simulate --timing tells times of any method"))
+        raise UsageError(Problem("--method", fault, "rosenbrock or lsrt2; simulate --timing measures any method"))
     parts: list[dict[str, Any]] = []
     total = dict.fromkeys(_OPERATIONS, 0)
     for part in work:

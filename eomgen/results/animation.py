@@ -21,7 +21,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.files import template_folder, write_text
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.results.beam_curves import frames_along, nearest_station, pieces_of, stations
-from eomgen.results.recorded import Recorded
+from eomgen.results.recorded import RecordedSolution
 from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import BASE, WORLD
 
@@ -60,14 +60,14 @@ class InlineAnimation:
         return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{html.escape(self.page)}"></iframe>'
 
 
-class Animated(Recorded, Protocol):
+class AnimatedSolution(RecordedSolution, Protocol):
     """Data of a page: a ``Solution`` with poses."""
 
     @property
     def poses_and_scenery(self) -> PosesAndScenery: ...
 
 
-def write_animation(solution: Animated, path: str | Path) -> Path:
+def write_animation(solution: AnimatedSolution, path: str | Path) -> Path:
     """Write a solution's motion as one self-contained HTML file; return the path of the file.
 
     Poses are thinned to 60 a second (short runs: up to 600 in all) and stored as single precision; the page
@@ -85,7 +85,7 @@ def write_animation(solution: Animated, path: str | Path) -> Path:
     return path
 
 
-def inline_animation(solution: Animated) -> InlineAnimation:
+def inline_animation(solution: AnimatedSolution) -> InlineAnimation:
     """Return a solution's motion as a page for a notebook.
 
     Raises
@@ -112,7 +112,7 @@ def check_name(path: Path) -> Path:
     return path
 
 
-def animation_page(solution: Animated) -> str:
+def animation_page(solution: AnimatedSolution) -> str:
     """Return the text of the page; see ``write_animation``."""
     poses_and_scenery = solution.poses_and_scenery
     try:
@@ -133,7 +133,7 @@ def _harmless(text: str) -> str:
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
-def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> dict[str, Any]:
+def _packed(solution: AnimatedSolution, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> dict[str, Any]:
     """Return the page's data."""
     carriers = _Carriers(poses, scenery)
     rows, stacked = carriers.moved(solution, poses)
@@ -185,6 +185,7 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
         ],
         "tyres": [{**tyre, "center": points[tyre["center"]]} for tyre in scenery["tyres"]],
         "ground": scenery.get("ground"),
+        "roads": [{**road, "center": points[road["center"]]} for road in scenery.get("roads", ())],
         "shapes": [carriers.shape(shape, numbers) for shape in scenery.get("shapes", ())],
     }
 
@@ -260,7 +261,7 @@ class _Carriers:
             "pieces_of_element": pieces,
         }
 
-    def moved(self, solution: Animated, poses: Mapping[str, Array]) -> tuple[NDArray[np.intp], Array]:
+    def moved(self, solution: AnimatedSolution, poses: Mapping[str, Array]) -> tuple[NDArray[np.intp], Array]:
         """Return the rows to keep, (n,), and the poses of all carriers there, (n, count, 7)."""
         stacked = np.stack(list(poses.values()), axis=1)
         rows = np.flatnonzero(np.isfinite(stacked).all(axis=(1, 2)))

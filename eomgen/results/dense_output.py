@@ -58,7 +58,7 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
     Raises
     ------
     UsageError
-        Times outside, values that are not finite, a single row, or rows so far apart that a body may turn by half a
+        Times outside, values that are not finite, a single row, or rows so widely spaced that a body may turn by half a
         turn between.
     """
     times = numbers("t", t)
@@ -106,7 +106,7 @@ def _between(
     else:
         a = _through_neighbours(rows.t, rows.a, t, index)
     poses = sum(factor.q_size for factor in factors)
-    # references of angles, near enough to tell turns
+    # references of angles, near enough to count turns
     q[:, poses:] = _through_neighbours(rows.t, rows.q[:, poses:], t, index)
     return q, v, a, _through_neighbours(rows.t, rows.z, t, index)
 

@@ -1,5 +1,5 @@
-"""ErrorEstimate: the discretisation error of a run, as runs at other steps or tolerances tell it; SampleErrors: errors
-of the samples of a study, estimated on a few of its runs.
+"""ErrorEstimate: the discretisation error of a run, as estimated by runs at other steps or tolerances; SampleErrors:
+errors of the samples of a study, estimated on a few of its runs.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _STATES = ("q", "increment", "v", "z", "multipliers")
 
 
 @dataclass(frozen=True)
-class Largest:
+class LargestError:
     """The largest error of the coordinates and internal states, relative to the motion of the coordinate or state.
 
     Attributes
@@ -98,9 +98,9 @@ class ErrorEstimate:
     order: float = float("nan")
     declared_order: float = float("nan")
     relative: float = float("nan")
-    largest: Largest | None = None
-    largest_velocity: Largest | None = None
-    largest_output: Largest | None = None
+    largest: LargestError | None = None
+    largest_velocity: LargestError | None = None
+    largest_output: LargestError | None = None
     method: str = ""
     seconds: float = 0.0
     cost: float = 0.0
@@ -221,7 +221,7 @@ class ErrorEstimate:
                 stored[name] = array
         stored |= {name: _number(summary[name]) for name in _NUMBERS}
         stored |= {name: summary[name] for name in _WORDS if name in summary}
-        stored |= {name: Largest(**summary[name]) for name in _LARGEST if summary.get(name)}
+        stored |= {name: LargestError(**summary[name]) for name in _LARGEST if summary.get(name)}
         return cls(**stored)
 
 
@@ -279,7 +279,7 @@ class SampleErrors:
         return float("nan") if worst is None else worst[1].share
 
     @property
-    def worst(self) -> tuple[int | None, Largest] | None:
+    def worst(self) -> tuple[int | None, LargestError] | None:
         """Number of the worst sample, None for the run without variations, with the largest error of that sample."""
         result = [(number, one) for number, estimate in self._numbered for one in _largest_errors(estimate)]
         return max(result, key=lambda pair: pair[1].share, default=None)
@@ -323,5 +323,5 @@ class SampleErrors:
         }
 
 
-def _largest_errors(estimate: ErrorEstimate) -> list[Largest]:
+def _largest_errors(estimate: ErrorEstimate) -> list[LargestError]:
     return [one for one in (estimate.largest, estimate.largest_output) if estimate.available and one is not None]

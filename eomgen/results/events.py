@@ -15,7 +15,7 @@ from eomgen.base.messages import nearest
 from eomgen.errors import Problem, UsageError
 from eomgen.system.description import component_names
 
-#: Names of arrays of a state, before an event and behind the event.
+#: Names of arrays of a state, before an event and after the event.
 BLOCKS = ("q_before", "v_before", "z_before", "q", "v", "z", "modes")
 
 

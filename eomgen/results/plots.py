@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.base.messages import listed, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
 from eomgen.lie.groups import SO3
-from eomgen.results.recorded import Recorded
+from eomgen.results.recorded import RecordedSolution
 
 if TYPE_CHECKING:
     from eomgen.results.events import Events
 
-#: Curves in one panel, panels in one figure, points of one curve: above these numbers curves cannot be told apart.
+#: Curves in one panel, panels in one figure, points of one curve: above these numbers curves cannot be distinguished.
 _CURVES, _PANELS, _POINTS = 6, 24, 4000
 #: Kinds of curves that a run draws into files.
 _DRAWN = ("coordinates", "velocities", "states", "outputs", "energy")
@@ -63,7 +63,7 @@ class PlottedCurve:
     description: str = ""
 
 
-def draw(solution: Recorded, folder: Path) -> list[Path]:
+def draw(solution: RecordedSolution, folder: Path) -> list[Path]:
     """Draw ``coordinates.png``, ``velocities.png``; ``states.png``, ``outputs.png``, ``energy.png`` if there are any.
 
     Raises
@@ -125,7 +125,7 @@ def _by_nodes(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
     return parts
 
 
-def plot(solution: Recorded, names: Sequence[str], axes: object = None) -> list[Any]:
+def plot(solution: RecordedSolution, names: Sequence[str], axes: object = None) -> list[Any]:
     """Draw curves of a solution; see ``Solution.plot``."""
     curves = chosen_curves(solution, names)
     panels = _panels(curves)
@@ -144,7 +144,7 @@ def plot(solution: Recorded, names: Sequence[str], axes: object = None) -> list[
     return drawn
 
 
-def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plot") -> list[PlottedCurve]:
+def chosen_curves(solution: RecordedSolution, names: Sequence[str], asked_by: str = "plot") -> list[PlottedCurve]:
     """Return the curves that names mean; without names the outputs, or else the coordinates.
 
     ``asked_by`` begins messages.
@@ -179,7 +179,23 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
     return list({id(curve): curve for curve in chosen}.values())
 
 
-def _by_kind(solution: Recorded) -> dict[str, list[PlottedCurve]]:
+def only_curve(solution: RecordedSolution, name: str, asked_by: str) -> PlottedCurve:
+    """Return the one curve that a name means, energies without an offset.
+
+    Raises
+    ------
+    UsageError
+        No curve of that name, or several.
+    """
+    curves = chosen_curves(solution, [name], asked_by)
+    if len(curves) != 1:
+        fault = f"{ascii(name)[:64]} are {len(curves)} columns, and {asked_by} takes one"
+        raise UsageError(Problem(asked_by, fault, f"one of {listed([curve.name for curve in curves][:6])}"))
+    known = solution.energy.get(curves[0].name) if not curves[0].output else None
+    return curves[0] if known is None else replace(curves[0], values=known, quantity="")
+
+
+def _by_kind(solution: RecordedSolution) -> dict[str, list[PlottedCurve]]:
     """Return all curves of a solution by kind."""
     names, units = solution.metadata.get("names", {}), solution.metadata.get("units", {})
     of_columns = solution.units()
@@ -205,7 +221,7 @@ def _curves(
     return [PlottedCurve(name, unit, values, known.get(unit, "")) for name, unit, values in columns]
 
 
-def _energies(solution: Recorded) -> list[PlottedCurve]:
+def _energies(solution: RecordedSolution) -> list[PlottedCurve]:
     """Return energies and powers; energies as changes from the start if an offset would press them flat."""
     powers = [
         PlottedCurve(name, "W", values)
@@ -227,7 +243,7 @@ def _energies(solution: Recorded) -> list[PlottedCurve]:
     return drawn + powers
 
 
-def _outputs(solution: Recorded, units: dict[str, str]) -> list[PlottedCurve]:
+def _outputs(solution: RecordedSolution, units: dict[str, str]) -> list[PlottedCurve]:
     meaning = solution.metadata.get("outputs", {})
     curves = []
     for name, array in solution.outputs.items():
@@ -295,9 +311,9 @@ def _subplots(figure: Any, panels: int) -> list[Any]:
 
 
 def _fill(
-    axes: Sequence[Any], solution: Recorded, panels: Sequence[Sequence[PlottedCurve]], *, beside: bool = True
+    axes: Sequence[Any], solution: RecordedSolution, panels: Sequence[Sequence[PlottedCurve]], *, beside: bool = True
 ) -> None:
-    """Draw panels on axes, one panel on each, with legends beside the axes or, if a caller made the room, within."""
+    """Draw panels on axes, one panel on each, with legends next to the axes or, if a caller made the room, within."""
     for axis, panel in zip(axes, panels, strict=True):
         _panel(axis, solution.t, panel, beside=beside)
         for time in _marked(solution.events):
@@ -314,7 +330,7 @@ def _marks(events: Events) -> str:
 
 
 def _marked(events: Events) -> Array:
-    """Return the times of events that are drawn; none if the events are too many to be told apart."""
+    """Return the times of events that are drawn; none if the events are too many to be distinguished."""
     return np.empty(0) if len(events) > _EVENTS else np.unique(events.t)
 
 

@@ -15,7 +15,7 @@ from eomgen.results.events import Events
 from eomgen.results.finding import Finding
 
 
-class EvaluatedLater(Protocol):
+class DeferredEvaluator(Protocol):
     """Evaluator of the attributes of a solution on the first request: ``simulation.outcome.Outcome``."""
 
     @property
@@ -36,7 +36,7 @@ class EvaluatedLater(Protocol):
     def error(self) -> ErrorEstimate: ...
 
 
-class Recorded(EvaluatedLater, Protocol):
+class RecordedSolution(DeferredEvaluator, Protocol):
     """A ``Solution``: see there."""
 
     @property
@@ -66,7 +66,7 @@ class Recorded(EvaluatedLater, Protocol):
 _LEFT_OUT = ("a.", "multipliers")
 
 
-def html(solution: Recorded) -> str:
+def html(solution: RecordedSolution) -> str:
     """Return message, method, estimated error and columns of a run."""
     data = solution.metadata
     settings = ", ".join(f"{name} {value:.4g}" for name, value in data.get("settings", {}).items())
@@ -84,7 +84,7 @@ def html(solution: Recorded) -> str:
     )
 
 
-def _columns(solution: Recorded) -> Iterator[tuple[str, ...]]:
+def _columns(solution: RecordedSolution) -> Iterator[tuple[str, ...]]:
     units = solution.units()
     for name, values in solution.columns().items():
         if name.startswith(_LEFT_OUT) or not len(values):

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import ByName, UnknownName
+from eomgen.base.calls import NamedResults, UnknownName
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.results.beam_curves import axes_of, drawn_beams
+from eomgen.results.roads import heights_of, roads_of
 from eomgen.results.solids import drawn_shape
 from eomgen.system.description import BASE, WORLD, Description, Drawing
 
@@ -74,8 +75,8 @@ class PosesAndScenery(NamedTuple):
     scenery: Mapping[str, Any]
 
 
-class BodyPoses(ByName[Array]):
-    """Poses of bodies by name, which tell points from bodies.
+class BodyPoses(NamedResults[Array]):
+    """Poses of bodies by name, which distinguish points from bodies.
 
     Parameters
     ----------
@@ -97,15 +98,28 @@ class BodyPoses(ByName[Array]):
 BATCH = 8192
 
 
-def poses_and_scenery(model: CompiledModel, t: Array, q: Array, p: Array) -> PosesAndScenery:
-    """Return the poses of all bodies, and of the base if the base moves, with all other elements of a picture."""
+def poses_and_scenery(
+    model: CompiledModel, t: Array, q: Array, p: Array, inputs: Callable[[Array], Mapping[str, Array]] | None = None
+) -> PosesAndScenery:
+    """Return the poses of all bodies, and of the base if the base moves, with all other elements of a picture.
+
+    Parameters
+    ----------
+    inputs : callable, optional
+        From times (nt,) to the inputs there, which move roads; without it such roads are left out.
+    """
     parts = [slice(start, start + BATCH) for start in range(0, len(t), BATCH)]
     model = model.having(("poses",))
     pose = np.concatenate([model.evaluate("poses", q[part], t=t[part], parameters=p)["pose"] for part in parts])
     poses = {name: pose[:, index] for index, name in enumerate(model.bodies)}
     if "base" in model.functions:
         poses[BASE] = np.concatenate([model.base(t[part], parameters=p)[:, :7] for part in parts])
-    seen = scenery(model.description, dict(zip(model.parameters, p.tolist(), strict=True)))
+    parameters = dict(zip(model.parameters, p.tolist(), strict=True))
+    seen = scenery(model.description, parameters)
+    values = model.description.values(parameters)
+    if roads := roads_of(model.description.drawing, poses, t, values, lambda: inputs(t) if inputs else {}):
+        lowest = min(height for road in roads for height in heights_of(road))
+        seen["roads"], seen["ground"] = roads, seen.get("ground", [0.0, 0.0, lowest])
     axes = axes_of(model)
     return PosesAndScenery(poses, {**seen, "axes": axes} if axes else seen)
 
@@ -113,7 +127,7 @@ def poses_and_scenery(model: CompiledModel, t: Array, q: Array, p: Array) -> Pos
 def scenery(description: Description, parameters: Mapping[str, float]) -> dict[str, Any]:
     """Return the scenery at these values of the tunable parameters, as JSON types.
 
-    Positions are in the frames of the bodies whose names stand beside the positions; ``base`` and ``world`` count as
+    Positions are in the frames of the bodies whose names are given with the positions; ``base`` and ``world`` count as
     bodies. ``links`` are the places of a body that the body's drawing ties to its frame: joints, ends of springs,
     constraints.
 
@@ -214,12 +228,13 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
 
 #: From a place for messages and formulas of parameters to values.
 Evaluated = Callable[[str, Sequence[Formula]], list[float]]
-#: How far a wheel that a tyre implies may lie from the centre of mass, by its radius, to be drawn in place of its body.
+#: Largest distance between a wheel that a tyre implies and the centre of mass, by the radius, at which the wheel is
+#: drawn in place of its body; an ellipsoid is if it holds the centre of mass.
 _CENTRAL = 0.05
 
 
 def _shapes(drawing: Drawing, vector: Evaluated, centers: Mapping[str, Sequence[float]]) -> list[dict[str, Any]]:
-    """Return the parts of all shapes; ``whole`` tells whether a part is drawn in place of its body.
+    """Return the parts of all shapes; ``whole`` says whether a part is drawn in place of its body.
 
     Parameters
     ----------
@@ -229,11 +244,12 @@ def _shapes(drawing: Drawing, vector: Evaluated, centers: Mapping[str, Sequence[
     for shape in drawing.shapes:
         where = f"shapes.{shape.name}"
         sizes, position = vector(where, shape.sizes), vector(f"{where}.position", shape.position)
-        if not all(size > 0.0 for size in sizes):
+        if not all(size > 0.0 or (size < 0.0 and shape.kind == "mesh") for size in sizes):
             fault = f"cannot be drawn: a size is {min(sizes):.6g}"
             raise NumericalError(Problem(where, fault, "other parameters"))
         away = float(np.linalg.norm(np.subtract(position, centers.get(shape.body, position))))
-        whole = not shape.implied or away <= _CENTRAL * sizes[0]
+        near = max(sizes) if shape.kind == "ellipsoid" else _CENTRAL * sizes[0]
+        whole = not shape.implied or away <= near
         result += [{**part, "whole": whole} for part in drawn_shape(shape, sizes, position)]
     return result
 

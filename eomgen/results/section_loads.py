@@ -20,7 +20,7 @@ from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
 from eomgen.lie.groups import SO3
-from eomgen.results.recorded import Recorded
+from eomgen.results.recorded import RecordedSolution
 from eomgen.results.scenery import poses_and_scenery
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class ModelWithSections(Protocol):
     def section_loads(self, state: StateArrays, multipliers: Array) -> Mapping[str, SectionLoads]: ...
 
 
-class Loaded(Recorded, Protocol):
+class LoadedSolution(RecordedSolution, Protocol):
     """A ``Solution``: see there."""
 
     @property
@@ -59,7 +59,11 @@ class Loaded(Recorded, Protocol):
 
 
 def plot_sections(
-    solution: Loaded, beam: str = "", quantities: Sequence[str] = (), at: ArrayLike | None = None, axes: object = None
+    solution: LoadedSolution,
+    beam: str = "",
+    quantities: Sequence[str] = (),
+    at: ArrayLike | None = None,
+    axes: object = None,
 ) -> list[Any]:
     """Draw strains or loads along a beam; see ``Solution.plot_sections``."""
     chosen = _chosen(quantities)
@@ -81,7 +85,7 @@ def plot_sections(
     return drawn
 
 
-def draw_sections(solution: Loaded, beams: Sequence[str], folder: Path) -> list[Path]:
+def draw_sections(solution: LoadedSolution, beams: Sequence[str], folder: Path) -> list[Path]:
     """Draw for each beam ``sections_NAME.png``: moments and forces along the axis at instants, and over time.
 
     Raises
@@ -115,7 +119,7 @@ def _chosen(quantities: Sequence[str]) -> Sequence[str]:
     return quantities or _LOADS
 
 
-def _rows_at(solution: Loaded, at: ArrayLike) -> Array:
+def _rows_at(solution: LoadedSolution, at: ArrayLike) -> Array:
     """Return the rows next to some times."""
     times = np.atleast_1d(np.asarray(at, dtype=float))
     t = solution.t
@@ -132,7 +136,7 @@ def _thinned(t: Array, count: int) -> Array:
     return np.unique(np.linspace(0, len(t) - 1, min(len(t), count)).astype(int))
 
 
-def _loads(solution: Loaded, beam: str, rows: Array) -> tuple[str, SectionLoads]:
+def _loads(solution: LoadedSolution, beam: str, rows: Array) -> tuple[str, SectionLoads]:
     """Return the name of a beam and the beam's loads at some rows, evaluated at these rows alone if possible."""
     known = vars(solution).get("section_loads")
     if known is None and solution.model is not None:
@@ -148,7 +152,7 @@ def _loads(solution: Loaded, beam: str, rows: Array) -> tuple[str, SectionLoads]
     return name, result[name]
 
 
-def rows_of(solution: Loaded, rows: Array | slice) -> StateArrays:
+def rows_of(solution: LoadedSolution, rows: Array | slice) -> StateArrays:
     """Return the states at some rows."""
     return StateArrays(*(getattr(solution, name)[rows] for name in ("t", "q", "v", "a", "z")))
 
@@ -203,7 +207,7 @@ def _over_time(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Arr
 _NUMBERS = 4_000_000
 
 
-def largest_section_loads(solution: Loaded) -> dict[str, dict[str, dict[str, float]]]:
+def largest_section_loads(solution: LoadedSolution) -> dict[str, dict[str, dict[str, float]]]:
     """Return by beam, and by ``moment`` (N m) and ``force`` (N), the largest ``size``, with the place ``x``, m, and the
     time ``t``, s.
 

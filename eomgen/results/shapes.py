@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 _SHOWN, _VISIBLE = 0.1, 0.03
 #: Colours of the initial shape, of the shape at rest, and of forces.
 _THIN, _THICK, _LOAD = "#999999", "#0B62C4", "#C8102E"
+#: Colour of roads under tyres.
+_ROAD = "#6b7280"
 #: Colour of shapes without a colour of their own.
 _BODY = "#8fb4de"
 #: Modes of a figure.
@@ -172,6 +174,8 @@ class _Lines:
         curved = {axis["name"] for axis in seen.scenery.get("axes", ())}
         for axis in seen.scenery.get("axes", ()):
             self.lines.append(stations(axis, seen.poses[axis["name"]], q)[..., 4:])
+        #: Places of roads at rest in the world, (places, 3).
+        self.roads = [np.array(road["places"]) for road in seen.scenery.get("roads", ()) if "places" in road]
         #: Parts of the shapes of the scene with their vertices in the world, (n, vertices, 3).
         self.solids = [(part, self._placed(part)) for part in seen.scenery.get("shapes", ())]
         shaped = {part["body"] for part, _ in self.solids if part["whole"]}
@@ -248,6 +252,8 @@ def _draw(axis: Any, lines: _Lines, row: int, plane: Sequence[int], label: str =
     for number, line in enumerate(lines.lines):
         x, y = line[row][:, plane[0]], line[row][:, plane[1]]
         axis.plot(x, y, label=label if number == 0 else "", solid_capstyle="round", **style)
+    for road in lines.roads if style["color"] == _THIN and 2 in plane else ():
+        axis.plot(road[:, plane[0]], road[:, plane[1]], color=_ROAD, linewidth=1.0)
     axis.set_aspect("equal", adjustable="datalim")
     axis.set_xlabel(f"{_AXES[plane[0]]}, m")
     axis.set_ylabel(f"{_AXES[plane[1]]}, m")

@@ -38,6 +38,9 @@ def parts_of(kind: str, sizes: Sequence[float]) -> list[Part]:
         return [Part(*_box(sizes))]
     if kind == "wheel":
         return list(_wheel(*sizes))
+    if kind == "ellipsoid":
+        (ball,) = parts_of("sphere", (1.0,))
+        return [Part(ball.vertices * np.array(sizes), ball.faces)]
     radius, length = (sizes[0], sizes[1] if len(sizes) > 1 else 0.0)
     if kind == "cylinder":
         pieces = max(1, min(_PIECES, round(length / radius)))
@@ -105,7 +108,10 @@ def _wheel(radius: float, width: float) -> Iterator[Part]:
 def drawn_shape(shape: Shape, sizes: Sequence[float], position: Sequence[float]) -> list[dict[str, Any]]:
     """Return the parts of a shape as JSON types, with vertices in the frame of the body, m."""
     if shape.kind == "mesh":
-        parts = [Part(sizes[0] * np.array(shape.vertices), [list(face) for face in shape.faces])]
+        vertices = np.frombuffer(shape.vertices, np.float32).reshape(-1, 3) * np.array(sizes)
+        faces = np.frombuffer(shape.faces, np.int32).reshape(-1, 3)
+        mirrored = np.prod(np.sign(sizes)) ** (3 // len(sizes)) < 0.0
+        parts = [Part(vertices, (faces[:, ::-1] if mirrored else faces).tolist())]
     else:
         parts = parts_of(shape.kind, sizes)
     return [

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import ByName, UnknownAttribute, checked_calls, unknown_attribute
+from eomgen.base.calls import NamedResults, UnknownAttribute, checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import shown
 from eomgen.compiled.arguments import number_of
@@ -22,10 +22,7 @@ from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import NO_EVENTS, Events
 from eomgen.results.finding import Finding
-from eomgen.results.plots import plot
-from eomgen.results.recorded import EvaluatedLater, html
-from eomgen.results.scenery import BodyPoses, PosesAndScenery
-from eomgen.results.section_loads import plot_sections
+from eomgen.results.recorded import DeferredEvaluator, html
 from eomgen.results.solution_files import (
     column_named,
     columns_of,
@@ -47,6 +44,8 @@ if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.spectra import PowerSpectrum
     from eomgen.results.animation import InlineAnimation
+    from eomgen.results.rainflow import Rainflow
+    from eomgen.results.scenery import PosesAndScenery
 
 
 #: The attributes that may be evaluated later, with the kinds of results by name.
@@ -137,10 +136,10 @@ class Solution:
     def __post_init__(self) -> None:
         if self.events is None:  # as of files
             object.__setattr__(self, "events", NO_EVENTS)
-        object.__setattr__(self, "outputs", ByName("output", self.outputs))
-        object.__setattr__(self, "energy", ByName("energy", self.energy))
-        object.__setattr__(self, "stats", ByName("statistic", self.stats))
-        object.__setattr__(self, "metadata", ByName("entry", self.metadata))
+        object.__setattr__(self, "outputs", NamedResults("output", self.outputs))
+        object.__setattr__(self, "energy", NamedResults("energy", self.energy))
+        object.__setattr__(self, "stats", NamedResults("statistic", self.stats))
+        object.__setattr__(self, "metadata", NamedResults("entry", self.metadata))
 
     if not TYPE_CHECKING:  # a type checker knows the attributes without this method
 
@@ -149,7 +148,7 @@ class Solution:
             if name not in _LATER or "_evaluated" not in known:
                 raise self._unknown(name)
             value = getattr(known["_evaluated"], name)
-            known[name] = ByName(_LATER[name], value) if _LATER[name] else value
+            known[name] = NamedResults(_LATER[name], value) if _LATER[name] else value
             if known.keys() >= _LATER.keys():
                 del known["_evaluated"]
             return known[name]
@@ -180,7 +179,7 @@ class Solution:
         return {**vars(self), "inputs": self.inputs, "model": None}
 
     @classmethod
-    def later(cls, recorded: Mapping[str, Any], evaluated: EvaluatedLater, *, at_once: bool = False) -> Solution:
+    def later(cls, recorded: Mapping[str, Any], evaluated: DeferredEvaluator, *, at_once: bool = False) -> Solution:
         """Return the solution of a run.
 
         Parameters
@@ -214,7 +213,7 @@ class Solution:
 
         Evaluated when first asked for; ``save`` keeps the inputs.
         """
-        return ByName("input", {} if self.model is None else self.model.inputs(self.t))
+        return NamedResults("input", {} if self.model is None else self.model.inputs(self.t))
 
     @cached_property
     def poses_and_scenery(self) -> PosesAndScenery:
@@ -237,6 +236,8 @@ class Solution:
         UsageError
             The file was written without poses; a name that no body has (the error is a KeyError, too).
         """
+        from eomgen.results.scenery import BodyPoses  # noqa: PLC0415  # pictures are drawn on request
+
         return BodyPoses(*self.poses_and_scenery)
 
     @cached_property
@@ -284,6 +285,8 @@ class Solution:
             A name that is none of a beam or of a quantity; times outside the solution; another number of axes than of
             panels.
         """
+        from eomgen.results.section_loads import plot_sections  # noqa: PLC0415  # for pictures
+
         return plot_sections(self, beam, quantities, at, axes)
 
     @overload
@@ -349,6 +352,8 @@ class Solution:
         >>> len(axes)
         2
         """
+        from eomgen.results.plots import plot  # noqa: PLC0415  # for pictures
+
         each = [name for given in names for name in ([given] if isinstance(given, str) else given)]
         return plot(self, each, axes)
 
@@ -358,7 +363,7 @@ class Solution:
         Parameters
         ----------
         name : str
-            As of ``plot``: ``"tip[2]"``, ``"q.hinge"``, ``"body_acceleration"``.
+            Column by name: ``"tip[2]"``, ``"q.hinge"``, ``"body_acceleration"``.
         segments : int
             More segments: less scatter, coarser frequencies.
         start : float
@@ -384,6 +389,77 @@ class Solution:
         from eomgen.results.spectrum import psd  # noqa: PLC0415  # with the spectra of excitations
 
         return psd(self, name, segments, start)
+
+    def rms(self, name: str, *, weighting: str | None = None, start: float | None = None) -> float:
+        """Return the root mean square of a column over time, with the mean included.
+
+        A weighting is applied in time, exactly for the cubic spline through the rows, from the first row on; a constant
+        part is weighted by zero. ``psd(name).rms(low, high)`` is of a band, without the mean.
+
+        Parameters
+        ----------
+        name : str
+            Column by name: ``"motor"``, ``"tip[2]"``, ``"body_acceleration"``.
+        weighting : str, optional
+            ``Wk`` or ``Wd`` of ISO 2631-1, for an acceleration in m/s^2.
+        start : float
+            Rows before this time in s are left out of the mean, for a motion that has to settle first; a weighting
+            settles within 3 s.
+
+        Returns
+        -------
+        float
+            In the column's unit.
+
+        Raises
+        ------
+        UsageError
+            No column or more than one of that name; no such weighting, or no acceleration; too few rows.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> model.simulate(4.0, 1e-2).rms("body_acceleration", weighting="Wk", start=2.0) > 0.0
+        True
+        """
+        from eomgen.results.spectrum import rms  # noqa: PLC0415  # with the weightings of spectra
+
+        return rms(self, name, weighting, start)
+
+    def rainflow(self, name: str, *, start: float | None = None) -> Rainflow:
+        """Count the cycles of a column by the rainflow method of ASTM E1049-85, for damage and damage-equivalent loads.
+
+        Reversals are rows: at 20 rows for each period of an oscillation its range is at most 1.3 % too small. The count
+        is made by the package ``rainflow``, the extra ``fatigue``.
+
+        Parameters
+        ----------
+        name : str
+            Column by name: ``"root_moment"``, ``"tip[2]"``.
+        start : float
+            Rows before this time in s are left out, for a motion that has to settle first.
+
+        Returns
+        -------
+        Rainflow
+            Ranges, means and counts of the cycles, with ``damage``, ``equivalent_range``, ``histogram``, ``plot`` and
+            ``save``.
+
+        Raises
+        ------
+        UsageError
+            ``rainflow`` is not installed; no column or more than one of that name; too few rows.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> count = model.simulate(4.0, 1e-2).rainflow("body_acceleration")
+        >>> 0.0 < count.equivalent_range(slope=5) < 10.0
+        True
+        """
+        from eomgen.results.rainflow import rainflow  # noqa: PLC0415  # with the package that counts
+
+        return rainflow(self, name, start)
 
     def save(self, path: str | Path) -> Path:
         """Write the solution, all data as ``.npz``, or the columns as ``.csv``, ``.mat`` or ``.parquet``.
@@ -461,9 +537,9 @@ class Solution:
         """
         attributes, inputs, seen, loads = read_all(Path(path))
         solution = cls(**attributes)
-        vars(solution)["inputs"] = ByName("input", inputs)
+        vars(solution)["inputs"] = NamedResults("input", inputs)
         if loads:
-            vars(solution)["section_loads"] = ByName("beam", loads)
+            vars(solution)["section_loads"] = NamedResults("beam", loads)
         return solution if seen is None else solution._with(seen)
 
     def at(self, t: ArrayLike) -> StateArrays:
@@ -519,7 +595,8 @@ class Solution:
         Raises
         ------
         UsageError
-            As of ``at``; or the model is not at hand, as the solution comes from a file or from another process.
+            Times outside the solution, or half a turn or more between two rows; or the model is not at hand, as the
+            solution comes from a file or from another process.
             ``Model.attach`` gives the model back.
 
         Examples
@@ -545,12 +622,13 @@ class Solution:
         Returns
         -------
         Linearization
-            As of ``Model.linearize``.
+            The linear model, as ``Model.linearize`` returns it.
 
         Raises
         ------
         UsageError
-            As of ``at``; or the model is not at hand, as the solution comes from a file or from another process.
+            Times outside the solution, or half a turn or more between two rows; or the model is not at hand, as the
+            solution comes from a file or from another process.
             ``Model.attach`` gives the model back.
 
         Examples
@@ -643,7 +721,7 @@ class Solution:
             energy={name: joined(self.energy[name], array) for name, array in later.energy.items()},
             error=ErrorEstimate.missing("the estimate of each part begins where the part begins"),
         )
-        vars(whole)["inputs"] = ByName(
+        vars(whole)["inputs"] = NamedResults(
             "input",
             {name: joined(self.inputs[name], array) for name, array in later.inputs.items() if name in self.inputs},
         )
@@ -651,7 +729,7 @@ class Solution:
         if seen is None or self._poses_or_none() is None:
             return whole
         poses = {name: joined(self.poses[name], array) for name, array in seen.poses.items()}
-        return whole._with(PosesAndScenery(poses, seen.scenery))
+        return whole._with(seen._replace(poses=poses))
 
     def _check_end(self, later: Solution) -> None:
         """Raise UsageError if a part of a run with the same method and settings does not go on from this part."""

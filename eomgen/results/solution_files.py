@@ -23,20 +23,21 @@ from eomgen.errors import FileError, Problem, UsageError
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import BLOCKS, NO_EVENTS, Events, events_from
 from eomgen.results.finding import Finding
-from eomgen.results.recorded import Recorded
-from eomgen.results.scenery import PosesAndScenery
+from eomgen.results.recorded import RecordedSolution
 from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from eomgen.results.scenery import PosesAndScenery
+
 
 #: Blocks of a state, each (nt, components).
 STATES = ("q", "v", "a", "z", "multipliers")
 
 
-def columns_of(solution: Recorded) -> dict[str, Array]:
+def columns_of(solution: RecordedSolution) -> dict[str, Array]:
     """Return all columns; see ``Solution.columns``."""
     names: Mapping[str, list[str]] = solution.metadata.get("names", {})
     columns = {"t": solution.t}
@@ -55,7 +56,7 @@ def columns_of(solution: Recorded) -> dict[str, Array]:
     return columns | {f"energy.{name}": array for name, array in solution.energy.items()}
 
 
-def column_named(solution: Recorded, name: str) -> Array:
+def column_named(solution: RecordedSolution, name: str) -> Array:
     """Return a column, or an output, (nt,) or (nt, size). Raises UnknownName."""
     if name in solution.outputs:
         return solution.outputs[name]
@@ -71,7 +72,7 @@ def column_named(solution: Recorded, name: str) -> Array:
     return columns[name]
 
 
-def units_of(solution: Recorded) -> dict[str, str]:
+def units_of(solution: RecordedSolution) -> dict[str, str]:
     """Return the units of the columns; see ``Solution.units``."""
     known = solution.metadata.get("units", {})
     of_v = list(known.get("v", []))
@@ -102,14 +103,16 @@ _OUTCOME = ("stats", "message", "success", "interrupted")
 _GROUPS = ("inputs", "outputs", "events", "energy", "error", "poses", "section_loads")
 
 
-class Kept(Recorded, Protocol):
+class SavedSolution(RecordedSolution, Protocol):
     """Contents of the file of a ``Solution``: see there."""
 
     @property
     def interrupted(self) -> bool: ...
 
 
-def write_all(solution: Kept, seen: PosesAndScenery | None, loads: Mapping[str, SectionLoads], path: Path) -> None:
+def write_all(
+    solution: SavedSolution, seen: PosesAndScenery | None, loads: Mapping[str, SectionLoads], path: Path
+) -> None:
     """Write all of a solution, with poses and loads of sections if known. Raises FileError."""
     events = solution.events.arrays() if solution.events.counts else {}
     poses = seen.poses if seen else {}
@@ -124,7 +127,7 @@ def write_all(solution: Kept, seen: PosesAndScenery | None, loads: Mapping[str, 
     write_arrays(path, arrays, {**solution.metadata, **outcome, **scenery, "error": solution.error.described()})
 
 
-def write_columns(solution: Recorded, path: Path) -> None:
+def write_columns(solution: RecordedSolution, path: Path) -> None:
     """Write the columns as a table of text. Raises FileError."""
     columns = solution.columns()
     write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
@@ -167,6 +170,8 @@ def read_all(
     if summary is not None:
         attributes["error"] = ErrorEstimate.from_file(groups["error"], summary)
     attributes |= {"outputs": groups["outputs"], "energy": groups["energy"], "metadata": metadata, "events": events}
+    from eomgen.results.scenery import PosesAndScenery  # noqa: PLC0415  # files are read again on request
+
     seen = None if scenery is None else PosesAndScenery(groups["poses"], scenery)
     return {**states, **attributes}, groups["inputs"], seen, _loads(groups["section_loads"], rows, path)
 
@@ -196,7 +201,7 @@ T = TypeVar("T")
 _MATLAB_NAME = 31
 
 
-def to_pandas(solution: Recorded) -> pandas.DataFrame:
+def to_pandas(solution: RecordedSolution) -> pandas.DataFrame:
     """Return all columns over ``t``; see ``Solution.to_pandas``."""
     columns = solution.columns()
     time = columns.pop("t")
@@ -206,7 +211,7 @@ def to_pandas(solution: Recorded) -> pandas.DataFrame:
     return frame
 
 
-def to_xarray(solution: Recorded) -> xarray.Dataset:
+def to_xarray(solution: RecordedSolution) -> xarray.Dataset:
     """Return the solution over ``t``; see ``Solution.to_xarray``."""
     package = _package("xarray", "to_xarray")
     units = solution.units()
@@ -233,7 +238,7 @@ def to_xarray(solution: Recorded) -> xarray.Dataset:
     return dataset
 
 
-def write_matlab(solution: Recorded, path: Path) -> None:
+def write_matlab(solution: RecordedSolution, path: Path) -> None:
     """Write a file of MATLAB's version 5. Raises FileError if the file cannot be written."""
     from scipy.io import savemat  # noqa: PLC0415  # slow to import
 
@@ -263,7 +268,7 @@ def write_matlab(solution: Recorded, path: Path) -> None:
     write_bytes(path, stream.getvalue())
 
 
-def write_parquet(solution: Recorded, path: Path) -> None:
+def write_parquet(solution: RecordedSolution, path: Path) -> None:
     """Write the columns as a Parquet file, ``t`` first, with units, scene and message as metadata.
 
     Raises
@@ -286,7 +291,7 @@ def write_parquet(solution: Recorded, path: Path) -> None:
     write_bytes(path, stream.getvalue())
 
 
-def _labels(solution: Recorded) -> dict[str, dict[str, str]]:
+def _labels(solution: RecordedSolution) -> dict[str, dict[str, str]]:
     """Return the units of inputs, outputs and energies by name."""
     units = solution.units()
     of_outputs = solution.metadata.get("units", {}).get("outputs", {})
@@ -312,7 +317,7 @@ def _struct(arrays: Mapping[str, T]) -> dict[str, T]:
     return named
 
 
-def _names(solution: Recorded) -> dict[str, list[str]]:
+def _names(solution: RecordedSolution) -> dict[str, list[str]]:
     """Return the names of the components of each block, as in ``columns``."""
     every = [name for name in solution.columns() if name != "t"]
     names: dict[str, list[str]] = {}
@@ -324,12 +329,12 @@ def _names(solution: Recorded) -> dict[str, list[str]]:
     return names
 
 
-def _units(solution: Recorded) -> dict[str, list[str]]:
+def _units(solution: RecordedSolution) -> dict[str, list[str]]:
     units = solution.units()
     return {letter: [units.get(name, "") for name in names] for letter, names in _names(solution).items()}
 
 
-def _scene(solution: Recorded) -> str:
+def _scene(solution: RecordedSolution) -> str:
     return str(solution.metadata.get("scene", ""))
 
 

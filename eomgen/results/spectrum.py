@@ -1,29 +1,25 @@
-"""Power spectral densities of columns of a solution, by Welch's method (Welch 1967)."""
+"""Power spectral densities of columns of a solution, by Welch's method (Welch 1967), and root mean squares, weighted in
+time."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from eomgen.base.messages import listed
 from eomgen.errors import Problem, UsageError
-from eomgen.linear.spectra import PowerSpectrum
-from eomgen.results.plots import chosen_curves
-from eomgen.results.recorded import Recorded
+from eomgen.linear.spectra import PowerSpectrum, check_weighted, weighted_signal
+from eomgen.results.plots import only_curve
+from eomgen.results.recorded import RecordedSolution
 
 #: Spacings of rows are equal if the spacings differ by less than this part.
 _EQUAL = 1e-6
 _FEWEST = 16
 
 
-def psd(solution: Recorded, name: str, segments: int, start: float | None) -> PowerSpectrum:
+def psd(solution: RecordedSolution, name: str, segments: int, start: float | None) -> PowerSpectrum:
     """Return the spectrum of a column; see ``Solution.psd``."""
-    curves = chosen_curves(solution, [name], "psd")
-    if len(curves) != 1:
-        fault = f"{ascii(name)[:64]} are {len(curves)} columns, and a spectrum is of one"
-        raise UsageError(Problem("psd", fault, f"one of {listed([curve.name for curve in curves][:6])}"))
-    values, unit = curves[0].values, curves[0].unit
+    curve = only_curve(solution, name, "psd")
     used = solution.t >= (-np.inf if start is None else start)
-    t, x = solution.t[used], values[used]
+    t, x = solution.t[used], curve.values[used]
     if len(t) < _FEWEST:
         since = f" from {start:.6g} s on" if start is not None else ""
         fault = f"the run has {len(t)} rows{since}, and a spectrum needs {_FEWEST} and more"
@@ -43,4 +39,25 @@ def psd(solution: Recorded, name: str, segments: int, start: float | None) -> Po
     length = 2 * len(t) // (segments + 1)
     frequencies, density = welch(x, 1.0 / spacing, "hann", nperseg=length, detrend="constant")
     run = f"{t[0]:.6g} to {t[-1]:.6g} s of a run, {segments} segments"
-    return PowerSpectrum(curves[0].name, unit, np.asarray(frequencies), np.asarray(density), run)
+    return PowerSpectrum(curve.name, curve.unit, np.asarray(frequencies), np.asarray(density), run)
+
+
+def rms(solution: RecordedSolution, name: str, weighting: str | None, start: float | None) -> float:
+    """Return the root mean square of a column; see ``Solution.rms``."""
+    curve = only_curve(solution, name, "rms")
+    t, x = solution.t, curve.values
+    kept = np.concatenate([np.diff(t) > 0.0, [True]])  # of rows before and after an event the later row
+    t, x = t[kept], x[kept]
+    if weighting is not None:
+        check_weighted(curve.name, curve.unit)
+        if len(t) < _FEWEST:
+            fault = f"the run has {len(t)} rows, and a weighting needs {_FEWEST} and more"
+            raise UsageError(Problem("rms", fault, "a longer run, or one with more rows"))
+        x = weighted_signal(weighting, t, x)
+    used = t >= (-np.inf if start is None else start)
+    t, x = t[used], x[used]
+    if len(t) < 2:
+        since = f" from {start:.6g} s on" if start is not None else ""
+        fault = f"the run has {len(t)} rows{since}, and a mean over time needs 2"
+        raise UsageError(Problem("rms", fault, "a longer run, or one with more rows"))
+    return float(np.sqrt(np.trapezoid(x * x, t) / (t[-1] - t[0])))

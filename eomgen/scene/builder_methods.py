@@ -52,7 +52,7 @@ def enters(
     section : str
         Of the scene file: ``simulation``.
     others : bool
-        Whether further keys are passed on: keys that only a file can tell.
+        Whether further keys are passed on: keys that only a file can give.
     """
 
     def decorated(method: Callable[Concatenate[Builder, P], R]) -> Callable[Concatenate[Builder, P], R]:

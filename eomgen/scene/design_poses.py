@@ -1,7 +1,7 @@
 """Poses of bodies at the design position, in which every joint is at zero, and placements given in another frame.
 
 Rotations are constant, and origins are formulas of parameters. An origin is kept as a sum of formulas with constant
-factors, so that lengths that two bodies share cancel: a joint given in the world beside another joint does not depend
+factors, so that lengths that two bodies share cancel: a joint given in the world next to another joint does not depend
 on the way from the world to both.
 """
 

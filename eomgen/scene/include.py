@@ -22,14 +22,14 @@ from eomgen.scene.control.schema import Controller
 from eomgen.scene.document.schema import Include, document_for, include_of, section_keys
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import explained
-from eomgen.scene.formula.namespaces import FileData, Included, Namespace
+from eomgen.scene.formula.namespaces import FileData, IncludedText, Namespace
 from eomgen.scene.formula.scope import REACTING
-from eomgen.scene.reading.key_metadata import Inner, Meaning, Table, fields_of
-from eomgen.scene.reading.kinds import Refused, described
+from eomgen.scene.reading.key_metadata import Inner, KeyMetadata, Table, fields_of
+from eomgen.scene.reading.kinds import FaultyText, described
 from eomgen.scene.reading.report import Report
 from eomgen.scene.repeat import repeated
 from eomgen.scene.sources.register import all_options, readable, source_of
-from eomgen.scene.sources.source import OptionError, Read, Source, read_text, shown_file
+from eomgen.scene.sources.source import ConvertedScene, OptionError, Source, read_text, shown_file
 from eomgen.system.description import BASE, WORLD
 
 
@@ -72,7 +72,7 @@ class Renamer:
         known = fields_of(model)
         return {key: self.value(*known[key], value) if key in known else value for key, value in entry.items()}
 
-    def value(self, meaning: Meaning, inner: Inner | None, value: Any) -> Any:
+    def value(self, meaning: KeyMetadata, inner: Inner | None, value: Any) -> Any:
         if inner is not None:
             if inner.shape == "list" and isinstance(value, list | tuple):
                 return [self.entry(inner.model, entry) for entry in value]
@@ -88,7 +88,7 @@ class Renamer:
         return self.texts(value) if meaning.unit or meaning.names is not None else value
 
     def reference(self, section: str, name: Any) -> Any:
-        """Return the new name of an entry that a key refers to; for an unknown entry, words that are no name.
+        """Return the new name of an entry that a key refers to; for an unknown entry, words that are not a name.
 
         A key may name several in a list, or have a table with a value for each name.
         """
@@ -116,10 +116,10 @@ class Renamer:
 
     def texts(self, value: Any) -> Any:
         """Return a value with formulas marked by the namespace."""
-        if isinstance(value, Refused):
+        if isinstance(value, FaultyText):
             return value
         if isinstance(value, str):
-            return Included(value, self.space)
+            return IncludedText(value, self.space)
         if isinstance(value, list | tuple):
             return [self.texts(entry) for entry in value]
         return {name: self.texts(entry) for name, entry in value.items()} if isinstance(value, Mapping) else value
@@ -198,7 +198,7 @@ class _Includer:
     def __init__(self, report: Report) -> None:
         self.report = report  # of the scene: the problems of other files end here
         self.files = 0
-        self.scenes: dict[Path, Read] = {}  # by path: one file may be included many times
+        self.scenes: dict[Path, ConvertedScene] = {}  # by path: one file may be included many times
         self._resolved: dict[Path, Path] = {}
 
     def resolved(self, path: Path) -> Path:
@@ -380,7 +380,7 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
     part.notes += inner.notes
     part.judged |= {prefix + body for body in inner.judged}
     part.bound |= {f"{key}.parameters.{parameter}": text for parameter, text in values.items()}
-    part.bound |= {f"{key}.{bound}": Included(text, space) for bound, text in inner.bound.items()}
+    part.bound |= {f"{key}.{bound}": IncludedText(text, space) for bound, text in inner.bound.items()}
     part.spaces += [*inner.spaces, space]
 
 

@@ -146,7 +146,8 @@ def not_physical(entries: Sequence[Numbers]) -> Flags:
 
 
 def singular(entries: Sequence[Numbers]) -> Flags:
-    """Tell of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches, whether the smallest moment is none."""
+    """Return whether the smallest moment of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches, is
+    zero."""
     trace = entries[0] + entries[1] + entries[2]
 
     def exactly(matrices: Array) -> Flags:

@@ -237,8 +237,8 @@ class Connection:
         return ("drive",) * bool(self.drive) + self.keys + ("pitch",) * self.has("screw")
 
 
-#: Keys of the surface that touches a plane.
-_SURFACE = ("radius", "shape", "semi_axes", "tube_radius")
+#: Keys of the body that touches a plane, or a surface.
+_SURFACE = ("radius", "shape", "semi_axes", "tube_radius", "surface")
 #: Types of URDF come first, in the order of URDF: hints have this order.
 _ROWS = (
     Connection("revolute", (_turn(),), drive="angle", urdf=("revolute", "continuous")),
@@ -273,7 +273,7 @@ _ROWS = (
 Row = TypeVar("Row")
 
 
-class _WithOthers(dict[str, Row], Generic[Row]):
+class _JointTypeRows(dict[str, Row], Generic[Row]):
     """Rows of eomgen's own types, which are iterated over, and rows of other distributions' types by name.
 
     Parameters
@@ -310,8 +310,8 @@ def _itself(kind: Connection) -> Connection:
     return kind
 
 
-TYPES: Mapping[str, Connection] = _WithOthers({row.name: row for row in _ROWS}, _itself)
-JOINTS: Mapping[str, Connection] = _WithOthers({name: TYPES[name] for name in get_args(JointType)}, _itself)
+TYPES: Mapping[str, Connection] = _JointTypeRows({row.name: row for row in _ROWS}, _itself)
+JOINTS: Mapping[str, Connection] = _JointTypeRows({name: TYPES[name] for name in get_args(JointType)}, _itself)
 CONSTRAINTS: Mapping[str, Connection] = {name: TYPES[name] for name in get_args(ConstraintType)}
 #: The group of entry points for joint types of other distributions: objects of the class ``Connection``.
 GROUP = "eomgen.joint_types"
@@ -368,7 +368,7 @@ def fault_of(row: Connection) -> str:
     """
     given = [name for name in _OF_THE_CORE if getattr(row, name)]
     if not is_legal(row.name):
-        return "has a name that is no word of letters, digits and underscores"
+        return "has a name that is not a word of letters, digits and underscores"
     if given:
         return f"has {given[0]}, which only types in eomgen have"
     if not row.chain:
@@ -386,9 +386,9 @@ def _fault_of_chain(row: Connection) -> str:
         return "has a travel before a turn among its velocity components; angular components come first"
     kinds = [motion.kind for motion in row.chain]
     if kinds != sorted(kinds, key=lambda kind: kind != "travel"):
-        return "has a travel behind a turn in its chain; travels come first"
+        return "has a travel after a turn in its chain; travels come first"
     if len(kinds) > 1 and {"ball", "free", "screw"} & set(kinds):
-        return "has a ball, a free motion or a screw beside other motions"
+        return "has a ball, a free motion or a screw among other motions"
     if row.turned_about not in ((), (AXIS,), (AXIS, SECOND_AXIS)):
         return "has turns about other directions than the axis, and the second axis after that"
     if THIRD_AXIS in row.travels and SECOND_AXIS not in row.travels:
@@ -423,4 +423,4 @@ def _by_type(
     units_of: Callable[[Connection], str | tuple[str, ...] | None],
 ) -> dict[str, str | tuple[str, ...]]:
     rows = {name: units for name, row in JOINTS.items() if (units := units_of(row)) is not None}
-    return _WithOthers(rows, units_of)
+    return _JointTypeRows(rows, units_of)

@@ -12,7 +12,7 @@ from eomgen.scene.formula.namespaces import FileData
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import TOML, checked_options, fault_of_kind, readable, source_of
-from eomgen.scene.sources.source import Read, read_text, shown_file
+from eomgen.scene.sources.source import ConvertedScene, read_text, shown_file
 from eomgen.scene.sources.urdf.source import URDF
 
 
@@ -79,7 +79,7 @@ def named_method(data: Mapping[str, Any]) -> object:
 
 
 def _expanded(path: str | Path) -> Path:
-    """Return a path with ``~`` in words. Raises UsageError for a text that is no path."""
+    """Return a path with ``~`` in words. Raises UsageError for a text that is not a path."""
     if "\n" in str(path):
         ending = ".urdf" if str(path).lstrip().startswith("<") else ".toml"
         fault = f"the path of a file is needed, and {shown(str(path))} is a text of several lines"
@@ -91,7 +91,7 @@ def _expanded(path: str | Path) -> Path:
         return Path(path)
 
 
-def _read(path: Path, *, strict: bool, **options: Any) -> Read:
+def _read(path: Path, *, strict: bool, **options: Any) -> ConvertedScene:
     source = source_of(path)
     if source is None:
         raise UsageError(f"{str(path)!a} is not a kind of file that can be read", readable(path))
@@ -137,7 +137,7 @@ def load_urdf(
 
 
 def _from_read(
-    read: Read,
+    read: ConvertedScene,
     file: str,
     coordinates: Literal["joint", "absolute"] | None,
     folder: Path | None,

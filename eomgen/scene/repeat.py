@@ -120,7 +120,7 @@ def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, ran
     for index, given in indices.items():
         bounds = [0, given - 1] if _whole(given) else given
         if not is_legal(str(index)):
-            report.add(place, f"the index {shown(index)} is no name", NAME_RULE)
+            report.add(place, f"the index {shown(index)} is not a name", NAME_RULE)
         elif not (isinstance(bounds, Sequence) and len(bounds) == 2 and all(map(_whole, bounds))):
             report.add(f"{place}.{index}", f"an index counts by whole numbers, and here is {described(given)}", _HOW)
         elif bounds[1] < bounds[0]:

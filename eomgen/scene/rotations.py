@@ -53,7 +53,7 @@ class CoordinateAxis(NamedTuple):
 def coordinate_axis(axis: Sequence[float]) -> CoordinateAxis | None:
     """Return the coordinate axis equal to a unit vector; None for any other vector, however near to an axis.
 
-    A component of 1.0 is no proof: (1e-9, 0, 1) has length one in double precision.
+    A component of 1.0 is not a proof: (1e-9, 0, 1) has length one in double precision.
     """
     along = [k for k in range(3) if axis[k] != 0.0]
     return CoordinateAxis(along[0], math.copysign(1.0, axis[along[0]])) if len(along) == 1 else None
@@ -152,7 +152,7 @@ def quaternion_of(rotations: Iterable[tuple[Array, float]]) -> tuple[float, floa
 
 
 def is_rotation(matrix: Array) -> bool:
-    """Tell whether a matrix is orthonormal and right-handed, to 1e-6."""
+    """Return whether a matrix is orthonormal and right-handed, to 1e-6."""
     if not np.max(np.abs(matrix)) <= 1.0 + ALIKE:  # before squares of large numbers overflow
         return False
     return bool(np.max(np.abs(matrix @ matrix.T - np.eye(3))) <= ALIKE and np.linalg.det(matrix) > 0.0)

@@ -42,7 +42,7 @@ _OF_POINTS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 
 @dataclass(frozen=True)
-class UnitsOf:
+class SceneUnits:
     """The units of length, mass and time of a scene, in m, kg and s."""
 
     length: float = 1.0
@@ -72,7 +72,7 @@ def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
     """
     plain, _ = in_si(data, Report("scene", {}))
     plain.setdefault("gravity", list(Document.model_fields["gravity"].default))
-    scaled = _Scaled(plain, frozenset(wanted)).table(document_for(plain), plain, None)
+    scaled = _ScaledScene(plain, frozenset(wanted)).table(document_for(plain), plain, None)
     if ORIGIN in wanted:
         _move_origin(scaled)
     if RATIO in wanted:
@@ -100,7 +100,7 @@ def _texts(value: Any) -> Iterator[str]:
             yield from _texts(entry)
 
 
-class _Scaled:
+class _ScaledScene:
     """The walk through one scene."""
 
     def __init__(self, data: Data, wanted: frozenset[str]) -> None:

@@ -126,7 +126,7 @@ _PARTS = (
 )  # fmt: skip  # a table
 
 
-class Shown(Protocol):
+class SceneSummary(Protocol):
     """The fields of a ``Scene`` in the summary."""
 
     @property
@@ -153,7 +153,7 @@ class Shown(Protocol):
     def parameters(self) -> tuple[Parameter, ...]: ...
 
 
-def line(scene: Shown) -> str:
+def line(scene: SceneSummary) -> str:
     """Return ``<Scene four_bar: 3 bodies, 3 joints, 1 constraint>``."""
     return f"<Scene {scene.name}: {', '.join(_counted(scene))}>"
 
@@ -162,13 +162,13 @@ def _bodies(item: Constraint) -> tuple[str, str]:
     return (item.first.body, item.second.body) if item.framed else ("", "")
 
 
-def _counted(scene: Shown) -> Iterator[str]:
+def _counted(scene: SceneSummary) -> Iterator[str]:
     for part, one, several in _PARTS:
         if count := len(getattr(scene, part)):
             yield f"{count} {one if count == 1 else several}"
 
 
-def html(scene: Shown) -> str:
+def html(scene: SceneSummary) -> str:
     """Return the scene as tables: bodies with joints, constraints, force elements, signals and parameters."""
     carried = dict(zip((body.name for body in scene.bodies), scene.joints, strict=True))
     bodies = (
@@ -240,12 +240,12 @@ class Scene:
     constraints : loop closures, in addition to the joints of the tree.
     reactions : points and axes of reactions that differ from the default of every joint and constraint.
     references : motions that formulas ask inverse dynamics about.
-    motions : the inputs that are motions, which are no inputs of the equations, but polynomials of time with tunable
+    motions : the inputs that are motions, which are not inputs of the equations, but polynomials of time with tunable
         parameters as coefficients
     parts : by section of a product, the objects of the entries
     modes : numbers that only events change, with values in the tunable parameters ``mode_...``
     events : roots of formulas that stop a run, are counted, or change the state, in order
-    shapes : solids and meshes of pictures, which are no part of the digest
+    shapes : solids and meshes of pictures, which are not part of the digest
     coordinates : ``joint``, or ``absolute``: every body is free and joints are constraints.
     groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. With ``SE3``, the
         default, a lower-pair joint to ground or to slow bodies holds exactly along a step. ``R3xSO3`` is for
@@ -278,7 +278,7 @@ class Scene:
     points: tuple[Point, ...] = ()
     frames: tuple[FixedFrame, ...] = ()
     task_frames: tuple[str, ...] = ()
-    elements: tuple[ForceElement, ...] = ()
+    elements: tuple[ForceElement, ...] = field(default_factory=tuple)  # no attribute of the class, see __getattr__
     outputs: tuple[Output, ...] = ()
     constraints: tuple[Constraint, ...] = ()
     reactions: tuple[Reaction, ...] = ()
@@ -363,4 +363,8 @@ class Scene:
     if not TYPE_CHECKING:  # type checkers know the attributes
 
         def __getattr__(self, name: str) -> object:
+            """Return the force elements of a scene that was read before, which are made on the first request."""
+            if name == "elements" and "_elements" in vars(self):
+                vars(self)[name] = vars(self)["_elements"]()
+                return vars(self)[name]
             raise unknown_attribute(self, name)

@@ -49,7 +49,7 @@ class Entries(Protocol):
         ...
 
 
-class Unused(NamedTuple):
+class UnusedEntries(NamedTuple):
     """Entries of a section without an effect, with the nouns of one and of several."""
 
     singular: str
@@ -67,12 +67,11 @@ class Section:
     entry : schema of an entry
     singular : noun of an entry on the reference page; by default the key without the last letter
     method : name of the builder's method; by default ``singular``
-    positional : keys of an entry that the builder's method takes by position, behind the name
-    documentation : of the builder's method; by default derived from the documentation of ``entry``
-    bare : noun of an entry, ``a parameter``, if formulas refer to entries by name alone
-    single : whether the section is one table in place of entries by name
-    behind : key of the preceding section on the reference page, for a force element or a product's row
-    after : sections that are read before this section; the order of reading is the order of messages and requirements,
+    positional : keys of an entry that the builder's method takes by position, after the name documentation : of the
+    builder's method; by default derived from the documentation of ``entry`` bare : noun of an entry, ``a parameter``,
+    if formulas refer to entries by name alone single : whether the section is one table in place of entries by name
+    behind : key of the preceding section on the reference page, for a force element or a product's row after : sections
+    that are read before this section; the order of reading is the order of messages and requirements,
         too
     before : sections, unknown to a product, that are read after this section
     last : whether the section observes a motion, and is read after all sections that do not
@@ -152,9 +151,9 @@ class Section:
         """Return notes on doubtful entries of a scene without problems."""
         return ()
 
-    def unused(self, reading: Reading) -> Unused:
+    def unused(self, reading: Reading) -> UnusedEntries:
         """Return the entries that no formula mentions although such entries only serve formulas."""
-        return Unused("", "", ())
+        return UnusedEntries("", "", ())
 
     def plain_angles(self, entries: Mapping[str, Any]) -> Iterable[tuple[str, float]]:
         """Return subject and value, rad, of each angle that is a plain number in the entries as written."""
@@ -225,8 +224,11 @@ class Reading:
         self._kept: dict[type, Any] = {}
         self.parameters = [item for row in rows if not row.single for item in row.parameters(document.section(row.key))]
         tunable = {item.name: item.tunable for item in self.parameters}
+        named = [item for row in rows if row.bare for item in document.section(row.key).items()]
+        labels = {name: getattr(entry, "unit", "") for name, entry in named}
         self.tables: dict[str, Any] = {
             "parameters": tunable | dict.fromkeys(sorted(refused["parameters"]), False),
+            "labels": labels | {item.name: item.unit for item in self.parameters},
         }
         for row in rows:
             join(self.tables, row.names(self))
@@ -258,6 +260,7 @@ class Reading:
         """Add tunable parameters, which formulas read from now on may mention."""
         self.parameters += parameters
         self.tables["parameters"] |= {item.name: True for item in parameters}
+        self.tables["labels"] |= {item.name: item.unit for item in parameters}
         self.values.parameters = {**self.values.parameters, **{item.name: item.value for item in parameters}}
 
     def keep(self, thing: object) -> None:

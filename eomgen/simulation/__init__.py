@@ -3,6 +3,7 @@
 __all__ = [
     "automatic_method",
     "checkpoint",
+    "floquet",
     "judgement",
     "motions",
     "option_types",

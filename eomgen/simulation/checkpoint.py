@@ -31,7 +31,6 @@ from eomgen.compiled.terms import Parameters
 from eomgen.errors import FileError, ModelError, Problem, UsageError
 from eomgen.integrators.families.register import method_named
 from eomgen.results.solution import Solution
-from eomgen.simulation.accuracy.error_estimation import ErrorEstimation
 from eomgen.simulation.outcome import Outcome
 from eomgen.simulation.stepping.chunks import run_chunks
 from eomgen.simulation.stepping.controllers import CallerControllers, Controller, read_controllers
@@ -307,11 +306,11 @@ def resume(
     Raises
     ------
     FileError
-        The file cannot be read or is no checkpoint.
+        The file cannot be read or is not a checkpoint.
     ModelError
         The checkpoint belongs to another model, or to another compilation of the model.
     UsageError
-        Other parameters or inputs; an end that is behind; a controller's function whose memory is not declared.
+        Other parameters or inputs; an end in the past; a controller's function whose memory is not declared.
 
     Examples
     --------
@@ -347,11 +346,16 @@ def resume(
     began = time.perf_counter()
     writer = checkpoint_writer(run, library, file if checkpoint is None else checkpoint, checkpoint_every)
     with shown(progress, model.name) as reported:
-        wanted = ErrorEstimation(reported) if error_estimate else None
-        report = wanted.shown(run, grid.steps - stepper.count) if wanted else reported
+        report = reported
+        if error_estimate and reported is not None:
+            from eomgen.simulation.accuracy.error_estimation import ErrorEstimation  # noqa: PLC0415  # on request
+
+            report = ErrorEstimation(reported).shown(run, grid.steps - stepper.count)
         trajectory = run_chunks(stepper, grid, min(run.every, grid.steps + 1), run.driven, report, writer)
         stepper.close()
-        return Outcome(run, stepper, trajectory, time.perf_counter() - began, writer, wanted).solution(at_once=True)
+        wall = time.perf_counter() - began
+        outcome = Outcome(run, stepper, trajectory, wall, writer, estimated=error_estimate, progress=reported)
+        return outcome.solution(at_once=True)
 
 
 def _controllers(library: Library, given: Mapping[str, Controller] | None) -> CallerControllers | None:

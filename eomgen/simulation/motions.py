@@ -144,7 +144,7 @@ class RecordedMotions:
     columns: tuple[tuple[int, ...], ...]
 
     def __call__(self, t: Array) -> Array:
-        """Return parameters (..., np) at times (...); before and behind the rows motions rest."""
+        """Return parameters (..., np) at times (...); before and after the rows motions are at rest."""
         at = np.asarray(t, dtype=float)
         last = len(self.t) - 1
         row = np.clip(np.searchsorted(self.t, at, side="right") - 1, 0, last)

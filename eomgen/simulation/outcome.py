@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,13 +19,14 @@ from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.finding import Finding
 from eomgen.results.solution import Solution
 from eomgen.simulation.judgement.finished_run import FinishedRun
-from eomgen.simulation.judgement.register import Verdict
-from eomgen.simulation.judgement.start_checks import starts_beyond_limits
 from eomgen.simulation.motions import Motions
 from eomgen.simulation.run_model import RunModel, run_model
 from eomgen.simulation.stepping.inputs import kind_of
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import states_of
+
+if TYPE_CHECKING:
+    from eomgen.simulation.judgement.register import Verdict
 
 
 def run_metadata(run: Run) -> dict[str, Any]:
@@ -87,6 +88,8 @@ class Outcome(FinishedRun):
 
     @cached_property
     def _verdict(self) -> Verdict:
+        from eomgen.simulation.judgement.register import Verdict  # noqa: PLC0415  # all checks, on request
+
         return Verdict(self)
 
     @cached_property
@@ -108,6 +111,8 @@ class Outcome(FinishedRun):
 
     @cached_property
     def metadata(self) -> dict[str, Any]:
+        from eomgen.simulation.judgement.start_checks import starts_beyond_limits  # noqa: PLC0415  # on request
+
         run, beginning, events = self.run, self.beginning, self.events
         model = run.model
         notes = [*model.notes, *run.method.warnings(bool(model.multipliers))]

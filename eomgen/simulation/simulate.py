@@ -4,7 +4,6 @@ with bounded steps if the first one misses a law between its steps.
 
 from __future__ import annotations
 
-import logging
 import math
 import os
 import time
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.calls import checked_call
+from eomgen.base.messages import Log
 from eomgen.base.progress import Progress, shown
 from eomgen.compiled.arguments import count_of, number_of
 from eomgen.compiled.functions import by_one_library
@@ -26,7 +26,6 @@ from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.results.solution import Solution
-from eomgen.simulation.accuracy.error_estimation import ErrorEstimation
 from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
 from eomgen.simulation.judgement.finished_run import RunStart
@@ -42,7 +41,7 @@ from eomgen.simulation.stepping.states import start_description, start_of, start
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import time_grid
 
-_LOG = logging.getLogger(__name__)
+_LOG = Log(__name__)
 
 
 #: Cost of all runs with a bound: the limit of their steps is ``_TIMES`` times the steps of the run without a bound, as
@@ -167,7 +166,7 @@ def simulate(
           ``generalized_alpha_index3_f2``, ``generalized_alpha_index3_spatial``, ``hht_index3``, ``wbz_index3``,
           ``newmark_index3`` and ``trapezoidal_index3``.
         - Runge-Kutta, explicit: ``rk4`` (also ``rkmk4``, ``runge_kutta``), of order 4; ``rk45`` (also
-          ``dormand_prince``, ``dopri5``), of order 5 with steps of its own between rows that are ``step`` apart; by
+          ``dormand_prince``, ``dopri5``), of order 5 with steps of its own between rows with the interval ``step``; by
           coordinate partitioning of constrained scenes ``rk4_partitioned`` (also ``partitioned``) and
           ``rk45_partitioned``.
         - ``hermite``, of order 4 from accelerations and their rates, and ``taylor``, series of any order, with adaptive
@@ -195,7 +194,7 @@ def simulate(
         Of ``taylor``, 2 to 40; the order that suits the tolerance by default.
     tolerance : float
         Of the local error, relative to the motion within a step: ``generalized_alpha``, ``hht``, ``wbz``
-        and ``trapezoidal`` then choose their steps between rows that are ``step`` apart, and so does ``rk45``, by
+        and ``trapezoidal`` then choose their steps between rows with the interval ``step``, and so does ``rk45``, by
         1e-8 by default, and so do the ``tdg`` methods but ``tdg2s``, by 1e-6. Of ``taylor``, relative to the changes
         of lengths and angles within a step, or to a hundredth of the machine and of 1 rad; of z relative to the
         largest, or to 1; 1e-12 by default. 0: each step of the time grid is one step, of the order that is given.
@@ -294,11 +293,15 @@ def simulate(
     turned = angles_of_several_turns(model, initial) if initial else []
     beginning = RunStart(state, at_rest, [*doubts, *overridden], choice, turned)
     writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
-    told = _LOG.isEnabledFor(logging.INFO)
+    told = _LOG.enabled
     with nullcontext() if progress is None else shown(progress, model.name) as reported:
-        wanted = ErrorEstimation(reported) if error_estimate else None
-        report = wanted.shown(run, grid.steps) if wanted and reported else reported
-        outcome = _outcome(run, stepper, beginning, report, writer, wanted)
+        report = reported
+        if error_estimate and reported is not None:
+            from eomgen.simulation.accuracy.error_estimation import ErrorEstimation  # noqa: PLC0415  # on request
+
+            report = ErrorEstimation(reported).shown(run, grid.steps)
+        judged = partial(Outcome, beginning=beginning, estimated=error_estimate, progress=reported)
+        outcome = _outcome(run, stepper, beginning.state, report, writer, judged)
         if chosen.finds_bound and functions is None:
 
             def again(bounded: Run, most: float) -> Outcome:
@@ -311,7 +314,7 @@ def simulate(
                     if report is not None:
                         report(done, total)
 
-                return _outcome(bounded, other, beginning, watch, rewritten, wanted)
+                return _outcome(bounded, other, beginning.state, watch, rewritten, judged)
 
             outcome = with_bounded_steps(outcome, again, checkpoint=writer is not None)
         called = functions is not None or any(map(callable, from_caller.values()))
@@ -327,16 +330,17 @@ def simulate(
 def _outcome(
     run: Run,
     stepper: Stepper,
-    beginning: RunStart,
+    state: InitialState,
     report: Progress | None,
     writer: CheckpointWriter | None,
-    estimation: ErrorEstimation | None,
+    judged: Callable[..., Outcome],
 ) -> Outcome:
-    """Return the outcome of a run from its beginning."""
+    """Return the outcome of a run from a state, which ``judged`` makes of run, stepper, trajectory, seconds and
+    writer."""
     began = time.perf_counter()
-    trajectory = _stepped(run, stepper, beginning.state, report, writer)
+    trajectory = _stepped(run, stepper, state, report, writer)
     stepper.close()
-    return Outcome(run, stepper, trajectory, time.perf_counter() - began, writer, estimation, beginning)
+    return judged(run, stepper, trajectory, time.perf_counter() - began, writer)
 
 
 def _stepped(

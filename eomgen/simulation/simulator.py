@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import ByName, ReadOnly, UnknownAttribute, checked_call, checked_calls, unknown_attribute
+from eomgen.base.calls import NamedResults, ReadOnly, UnknownAttribute, checked_call, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import check_finite, check_name, count_of, number_of, numbers
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
@@ -284,7 +284,8 @@ class Simulator:
         Raises
         ------
         UsageError, ModelError
-            As of ``set_parameter``.
+            An unknown name, or a value that the scene would refuse; rows of constraints that were left out at the
+            scene's parameters do not follow from the other rows.
 
         Examples
         --------
@@ -470,14 +471,14 @@ class Simulator:
     def motions(self) -> dict[str, Array]:
         """Position, rate and acceleration (3,) of the scene's motions by name."""
         p, t = self._present(), self.t
-        return ByName("motion", {name: self._motions.now(name, p, t).copy() for name in self._motions})
+        return NamedResults("motion", {name: self._motions.now(name, p, t).copy() for name in self._motions})
 
     @property
     def outputs(self) -> dict[str, Array]:
         """The scene's outputs by name."""
         model = self.model
         if "outputs" not in model.functions:
-            return ByName("output", {})
+            return NamedResults("output", {})
         p, z = self._present(), self.z
         held = {"multipliers": self.multipliers} if model.multipliers else {}
         return model.outputs(self.q, self.v, self.a, self.t, self.inputs, z=z, parameters=p, **held)

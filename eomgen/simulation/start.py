@@ -103,7 +103,7 @@ def start(
     library = chosen.library
     apart = float(np.spacing((np.float32 if library.real == "float" else np.float64)(abs(t))))
     if size < FINEST * apart:
-        fault = f"at t = {t:.9g} s neighbouring numbers are {apart:.3g} s apart, too far for a step of {size:.3g} s"
+        fault = f"at t = {t:.9g} s neighbouring numbers differ by {apart:.3g} s, too much for a step of {size:.3g} s"
         raise UsageError(Problem("step", fault, f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0"))
     refuse_as_inputs(inputs, tuple(moves))
     from_caller = read_signals(inputs, model.inputs, 0, model.input_units)

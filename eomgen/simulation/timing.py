@@ -97,7 +97,7 @@ def step_times(
         fault = "a run that stops early has no times of all its steps"
         raise NumericalError(Problem("timing", fault, "a run that reaches its end"))
     method = method_named(described["method"], **described["method_parameters"])
-    repeated = Repeated(model, solution, method, inputs)
+    repeated = RepeatedRun(model, solution, method, inputs)
     runs: list[Array] = []
     calls: list[Array] = []
     with one_core():
@@ -107,7 +107,7 @@ def step_times(
     return StepTimes(np.concatenate(runs), np.concatenate(calls))
 
 
-class Repeated:
+class RepeatedRun:
     """The run of a solution, for repeated stepping from its initial state.
 
     Times are the processor time of this thread, so that other processes which share the processor do not count.

@@ -68,7 +68,7 @@ class StiffStrains(Protocol):
 
 
 @dataclass(frozen=True)
-class Rest:
+class LoadedState:
     """A configuration q, multipliers, internal states z, and the load factor s."""
 
     q: Array
@@ -118,12 +118,12 @@ class LoadedStatics:
     factors: Sequence[Factor]
     sizes: Array
     reach: float
-    balance: Callable[[Rest], Balance]
-    tangents: Callable[[Rest], Tangents]
-    by_factor: Callable[[Rest], Balance]
+    balance: Callable[[LoadedState], Balance]
+    tangents: Callable[[LoadedState], Tangents]
+    by_factor: Callable[[LoadedState], Balance]
     followed: Callable[[Array, float], Array]
     strains: Callable[[float], StiffStrains | None]
-    mass: Callable[[Rest], csc_array]
+    mass: Callable[[LoadedState], csc_array]
 
 
 @dataclass(frozen=True)
@@ -135,26 +135,26 @@ class Direction:
 
 
 @dataclass(frozen=True)
-class Corrected:
+class CorrectedPoint:
     """Result of Newton's corrections: the displacement from the start, (nv,), and the number of corrections.
 
     ``trouble`` is the reason for missing convergence; empty after convergence.
     """
 
-    rest: Rest
+    rest: LoadedState
     displacement: Array
     corrections: int
     trouble: str = ""
 
 
-def weights(statics: LoadedStatics, rest: Rest) -> Array:
+def weights(statics: LoadedStatics, rest: LoadedState) -> Array:
     """Return the weights of squares of unknowns in lengths of paths: zero of multipliers."""
     nv = len(statics.sizes)
     of_q = 1.0 / (statics.sizes**2 * max(nv, 1))
     return np.concatenate([of_q, np.zeros(len(rest.multipliers) + len(rest.z))])
 
 
-def direction(statics: LoadedStatics, rest: Rest, before: Direction) -> Direction | None:
+def direction(statics: LoadedStatics, rest: LoadedState, before: Direction) -> Direction | None:
     """Return the direction of the path at rest, turned as ``before``; None if the matrix is singular."""
     solved = _solved(statics, rest, statics.tangents(rest), before, np.append(np.zeros(len(before.unknowns)), 1.0))
     if solved is None:
@@ -164,14 +164,14 @@ def direction(statics: LoadedStatics, rest: Rest, before: Direction) -> Directio
     return Direction(unknowns / length, s / length) if length > 0.0 and np.isfinite(length) else None
 
 
-def held_factor(statics: LoadedStatics, rest: Rest, sign: float = 1.0) -> Direction:
+def held_factor(statics: LoadedStatics, rest: LoadedState, sign: float = 1.0) -> Direction:
     """Return the direction of the load factor alone: corrections orthogonal to this direction keep the factor."""
     return Direction(np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z)), sign * statics.reach)
 
 
 def corrected(
-    statics: LoadedStatics, start: Rest, along: Direction, way: float, plane: Direction | None = None
-) -> Corrected:
+    statics: LoadedStatics, start: LoadedState, along: Direction, way: float, plane: Direction | None = None
+) -> CorrectedPoint:
     """Return rest near a step of length ``way`` along a direction, corrected orthogonally to the direction, or to
     another ``plane``."""
     nv = len(statics.sizes)
@@ -185,35 +185,35 @@ def corrected(
         try:
             tangents, balance = statics.tangents(rest), statics.balance(rest).joined
         except np.linalg.LinAlgError:
-            return Corrected(rest, displacement, count, "the equations cannot be evaluated there")
+            return CorrectedPoint(rest, displacement, count, "the equations cannot be evaluated there")
         if not np.all(np.isfinite(balance)):
-            return Corrected(rest, displacement, count, "forces are not finite there")
+            return CorrectedPoint(rest, displacement, count, "forces are not finite there")
         strains = statics.strains(rest.s)
         if strains is not None:
             d = strains.values(rest.q)
             if doubt := strains.doubt(d):
-                return Corrected(rest, displacement, count, doubt)
+                return CorrectedPoint(rest, displacement, count, doubt)
             derivative = strains.derivative(rest.q, d)
             forces = np.einsum("eij,ej->ei", strains.stiffness, predicted - d)
             added = strains.geometric(rest.q, d, derivative, forces)
             tangents = replace(tangents, K=plus(tangents.K, added))
         solved = _solved(statics, rest, tangents, plane, np.append(-balance, 0.0))
         if solved is None or not np.all(np.isfinite(solved)):
-            return Corrected(rest, displacement, count, "the tangent stiffness is singular there")
+            return CorrectedPoint(rest, displacement, count, "the tangent stiffness is singular there")
         step = solved[:nv]
         if strains is not None:
             predicted = d + (derivative @ step).reshape(d.shape)
         size = float(np.max(np.abs(step) / statics.sizes, initial=0.0))
         if size > 10.0:
-            return Corrected(rest, displacement, count, "corrections grow")
+            return CorrectedPoint(rest, displacement, count, "corrections grow")
         rest, displacement = _moved(statics, rest, solved[:-1], float(solved[-1])), displacement + step
         moved = size + abs(float(solved[-1])) / statics.reach
         if moved <= _LAST or (moved <= _ROUNDING and count > 2 and moved > 0.3 * last):
-            return Corrected(rest, displacement, count)
+            return CorrectedPoint(rest, displacement, count)
         if count > 5 and moved > 2.0 * last:
-            return Corrected(rest, displacement, count, "corrections grow")
+            return CorrectedPoint(rest, displacement, count, "corrections grow")
         last = moved
-    return Corrected(rest, displacement, ITERATIONS, "corrections do not converge")
+    return CorrectedPoint(rest, displacement, ITERATIONS, "corrections do not converge")
 
 
 def _extrapolated(strains: StiffStrains | None, q: Array, change: Array) -> Array:
@@ -224,14 +224,16 @@ def _extrapolated(strains: StiffStrains | None, q: Array, change: Array) -> Arra
     return extrapolated
 
 
-def _moved(statics: LoadedStatics, rest: Rest, change: Array, s: float) -> Rest:
+def _moved(statics: LoadedStatics, rest: LoadedState, change: Array, s: float) -> LoadedState:
     nv, rows = len(statics.sizes), len(rest.multipliers)
     factor = rest.s + s
     q = statics.followed(update(statics.factors, rest.q, change[:nv]), factor)
-    return Rest(q, rest.multipliers + change[nv : nv + rows], rest.z + change[nv + rows :], factor)
+    return LoadedState(q, rest.multipliers + change[nv : nv + rows], rest.z + change[nv + rows :], factor)
 
 
-def _solved(statics: LoadedStatics, rest: Rest, tangents: Tangents, plane: Direction, right: Array) -> Array | None:
+def _solved(
+    statics: LoadedStatics, rest: LoadedState, tangents: Tangents, plane: Direction, right: Array
+) -> Array | None:
     """Return the solution of the bordered equations; None if the equations are singular."""
     by_factor = statics.by_factor(rest).joined
     row = np.append(weights(statics, rest) * plane.unknowns, plane.s / statics.reach**2)

@@ -29,7 +29,7 @@ from eomgen.solvers.constraint_rows import (
     SINGULAR,
     VANISHING,
     WORST_ROUNDING,
-    Constrained,
+    ConstrainedSystem,
     RowsInMetric,
     long_lever,
 )
@@ -89,7 +89,7 @@ class Assembly:
         ]
 
 
-def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembly:
+def assemble(system: ConstrainedSystem, q: Array, v: Array, t: float = 0.0) -> Assembly:
     """Return the consistent state nearest to a guess; beams are strained only if a loop cannot close otherwise.
 
     Raises
@@ -132,7 +132,7 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
 
 
 def _with_beams(
-    system: Constrained, beams: Beams, q: Array, t: float
+    system: ConstrainedSystem, beams: Beams, q: Array, t: float
 ) -> tuple[RigidBeams, Array, StrainedStart | None, int]:
     """Return the guess with loops closed by joints and rigid motions of the beams, or else with the least strain.
 
@@ -158,7 +158,7 @@ def _with_beams(
     return rigid, closed, strains.strained(closed, multipliers), iterations + more
 
 
-def _turned(system: Constrained, q: Array, t: float) -> tuple[Array, int, bool]:
+def _turned(system: ConstrainedSystem, q: Array, t: float) -> tuple[Array, int, bool]:
     """Return the configuration of rigid beams with the smallest violations, the number of corrections, and whether the
     constraints are met."""
     best, least, waited = q, np.inf, 0
@@ -183,7 +183,7 @@ def _turned(system: Constrained, q: Array, t: float) -> tuple[Array, int, bool]:
 
 
 def _least_strained(
-    system: Constrained, strains: Strains, q: Array, t: float, *, geometric: bool
+    system: ConstrainedSystem, strains: Strains, q: Array, t: float, *, geometric: bool
 ) -> tuple[float, Array, Array, int] | None:
     """Minimize the strain energy on the constraints, from a nearby configuration.
 
@@ -215,7 +215,7 @@ def _least_strained(
     return best
 
 
-def _rigid_change(system: Constrained, rigid: RigidBeams, q: Array, v: Array, t: float) -> Array:
+def _rigid_change(system: ConstrainedSystem, rigid: RigidBeams, q: Array, v: Array, t: float) -> Array:
     """Return the change of velocities, (nv,), that meets the rates of the rows as far as beams that move as rigid
     bodies can."""
     reduced = rigid.reduced(system)
@@ -226,7 +226,7 @@ def _rigid_change(system: Constrained, rigid: RigidBeams, q: Array, v: Array, t:
     return along
 
 
-def consistent_position(system: Constrained, q: Array, t: float) -> tuple[Array, int]:
+def consistent_position(system: ConstrainedSystem, q: Array, t: float) -> tuple[Array, int]:
     """Return the configuration nearest to a guess on the constraints, and how many corrections led there.
 
     Raises
@@ -313,7 +313,7 @@ class ConstrainedSamples:
     constraint(q, chosen) -> (n, holonomic), velocity(q, v, chosen) -> (n, rows), jacobian(q, chosen) -> (n, rows, nv)
     mass(q, chosen) -> (n, nv, nv)
     sizes(q, chosen) -> (n, rows), (n, rows)
-        As of ``Constrained``.
+        As of ``ConstrainedSystem``.
     """
 
     factors: Sequence[Factor]

@@ -46,7 +46,7 @@ LISTED = 5
 
 
 @dataclass(frozen=True)
-class Constrained:
+class ConstrainedSystem:
     """A constrained system as callables at fixed parameters.
 
     Attributes
@@ -83,7 +83,7 @@ class Constrained:
         """Return a configuration moved by a step, (nv,)."""
         return update(self.factors, q, step) if self.move is None else self.move(q, step)
 
-    def stiff(self, elastic: NDArray[np.bool_]) -> Constrained:
+    def stiff(self, elastic: NDArray[np.bool_]) -> ConstrainedSystem:
         """Return the system with elastic components (nv,) held and the remaining components as unknowns."""
         free = ~elastic
 
@@ -101,7 +101,7 @@ class Constrained:
             elastic=None,
         )
 
-    def without(self, left_out: Sequence[int]) -> Constrained:
+    def without(self, left_out: Sequence[int]) -> ConstrainedSystem:
         """Return the system without some rows."""
         kept = [row for row in range(len(self.names)) if row not in left_out]
         at_position = [row for row in kept if row < self.holonomic]
@@ -141,19 +141,19 @@ def _spread(factors: Sequence[Factor], q: Array) -> float:
 
 
 def split_sizes(values: Array) -> tuple[Array, Array]:
-    """Return the results of ``constraint_size`` as two arrays, like ``Constrained.sizes``."""
+    """Return the results of ``constraint_size`` as two arrays, like ``ConstrainedSystem.sizes``."""
     rows = len(values) // 2
     return values[:rows], values[rows:]
 
 
 #: Function that evaluates all constraint rows, including rows left out of the equations, at parameters (np,).
-EveryRow = Callable[[Array], "Constrained"]
+EveryRow = Callable[[Array], "ConstrainedSystem"]
 
 
 class RowsInMetric:
     """The rows of B at one configuration in the metric of the kinetic energy, M = L L^T, and the scales of the rows."""
 
-    def __init__(self, system: Constrained, q: Array, t: float) -> None:
+    def __init__(self, system: ConstrainedSystem, q: Array, t: float) -> None:
         self.holonomic = system.holonomic
         self.B = _jacobian(system, q, t)
         self.angular = system.angular
@@ -191,8 +191,8 @@ class RowsInMetric:
         return float(np.max(np.abs(self.B[row][self.angular]), initial=0.0)) if self.lengths[row] else 0.0
 
     def atlong_lever(self, row: int) -> bool:
-        """Return whether velocities along the direction of a row, which are full, are too small beside rotations to be
-        resolved."""
+        """Return whether velocities along the direction of a row, which are full, are too small in comparison with
+        rotations to be resolved."""
         straight = np.where(self.angular, 0.0, self.B[row])
         if not np.max(np.abs(straight), initial=0.0) > 0.1:
             return False
@@ -271,7 +271,7 @@ def _positive(extent: float) -> float:
     return extent if extent > _NO_EXTENT else 0.0
 
 
-def _jacobian(system: Constrained, q: Array, t: float) -> Array:
+def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Array:
     """Return B. Raises ModelError with the names of rows that are not finite."""
     B = system.jacobian(q, t)
     undefined = [name for name, finite in zip(system.names, np.all(np.isfinite(B), axis=1), strict=True) if not finite]
@@ -283,11 +283,14 @@ def _jacobian(system: Constrained, q: Array, t: float) -> Array:
         kinds = {name.rpartition(": ")[2] for name in undefined}
         remedies = {
             "discs": "a state in which no disc lies flat on the plane on which it rolls",
+            "surfaces": "a start near the surface, and a sphere that is smaller than the valleys of the surface",
             "formulas": "a state in which the formula and its derivatives have values",
-            "others": "a state in which the points of a distance lie apart, and lengths above 0",
+            "others": "a state in which the points of a distance differ, and lengths above 0",
         }
         of_rows = {
-            "discs"
+            "surfaces"
+            if kind == "contact with the surface"
+            else "discs"
             if kind == "contact" or kind.startswith("no slip")
             else "formulas"
             if FORMULA.endswith(kind)

@@ -23,7 +23,7 @@ from scipy.sparse.linalg import LinearOperator, eigs
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
-from eomgen.solvers.bordered_newton import LoadedStatics, Rest, corrected, direction, held_factor, sparse
+from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, corrected, direction, held_factor, sparse
 from eomgen.solvers.equilibrium_path import PathPoint, point_within
 from eomgen.solvers.tangent_stiffness import Components, TangentStiffness, canonical_direction, compliance
 
@@ -54,30 +54,30 @@ class CriticalPoint:
 
 
 @dataclass(frozen=True)
-class Examined:
+class ExaminedPoint:
     """A point of a path, and the stiffness there."""
 
     point: PathPoint
     stiffness: TangentStiffness
 
 
-def examined(statics: LoadedStatics, point: PathPoint) -> Examined:
+def examined(statics: LoadedStatics, point: PathPoint) -> ExaminedPoint:
     """Return a point of the path with the stiffness at this point."""
-    return Examined(point, TangentStiffness.at(statics, point.rest))
+    return ExaminedPoint(point, TangentStiffness.at(statics, point.rest))
 
 
-def lowest_frequency_squared(statics: LoadedStatics, examined: Examined) -> float:
+def lowest_frequency_squared(statics: LoadedStatics, examined: ExaminedPoint) -> float:
     """Return the stiffness next to zero along unit kinetic energy, (rad/s)^2; not a number without a real one."""
     values, _ = examined.stiffness.next_to_zero(1, statics.mass(examined.point.rest))
     return float(values[0]) if len(values) else np.nan
 
 
-def critical_points(statics: LoadedStatics, before: Examined, after: Examined) -> list[CriticalPoint]:
+def critical_points(statics: LoadedStatics, before: ExaminedPoint, after: ExaminedPoint) -> list[CriticalPoint]:
     """Return the critical points between two neighbouring points of a path, in order."""
     way = after.point.stride
     if before.point.direction.s * after.point.direction.s >= 0.0:
         return _bifurcations(statics, before, after, (0.0, before), (way, after))
-    turning = _Along(statics, before.point, after.point, lambda examined_point: examined_point.point.direction.s)
+    turning = _StepFunction(statics, before.point, after.point, lambda examined_point: examined_point.point.direction.s)
     turn, at = turning.root((0.0, before.point.direction.s), (way, after.point.direction.s), before, after)
     limit = CriticalPoint("limit point", at.point, _modes(at, 1))
     sides = [turn + sign * _BESIDE * way for sign in (-1.0, 1.0)]
@@ -96,24 +96,24 @@ def scaled_mode(sizes: Array, mode: Array) -> Array:
     return mode / largest if largest else mode
 
 
-def _single(before: Examined, after: Examined) -> bool:
+def _single(before: ExaminedPoint, after: ExaminedPoint) -> bool:
     return abs(before.stiffness.negative - after.stiffness.negative) == 1
 
 
-class _LostError(Exception):
+class _LostPointError(Exception):
     """Error for a point that was not found between two points of a path."""
 
 
-class _Along:
+class _StepFunction:
     """A number along the step between two points of a path."""
 
     def __init__(
-        self, statics: LoadedStatics, first: PathPoint, second: PathPoint, value: Callable[[Examined], float]
+        self, statics: LoadedStatics, first: PathPoint, second: PathPoint, value: Callable[[ExaminedPoint], float]
     ) -> None:
         self._statics, self._first, self._second, self._value = statics, first, second, value
-        self._known: dict[float, Examined] = {}
+        self._known: dict[float, ExaminedPoint] = {}
 
-    def examined(self, way: float) -> Examined | None:
+    def examined(self, way: float) -> ExaminedPoint | None:
         """Return the point at an arc length; None if the correction fails."""
         if way not in self._known:
             reached = point_within(self._statics, self._first, self._second, way)
@@ -123,8 +123,8 @@ class _Along:
         return self._known[way]
 
     def root(
-        self, low: tuple[float, float], high: tuple[float, float], first: Examined, second: Examined
-    ) -> tuple[float, Examined]:
+        self, low: tuple[float, float], high: tuple[float, float], first: ExaminedPoint, second: ExaminedPoint
+    ) -> tuple[float, ExaminedPoint]:
         """Return the arc length of a root, and the examined point nearest to the root."""
         tried = {low[0]: low[1], high[0]: high[1]}
         self._known.update({low[0]: first, high[0]: second})
@@ -133,13 +133,13 @@ class _Along:
             if way not in tried:
                 examined = self.examined(way)
                 if examined is None:
-                    raise _LostError
+                    raise _LostPointError
                 tried[way] = self._value(examined)
             return tried[way]
 
         try:
             where = float(brentq(value, low[0], high[0], xtol=_LOCATED * self._second.stride, rtol=_LOCATED))
-        except _LostError:  # singular at the root: interpolate linearly between neighbours
+        except _LostPointError:  # singular at the root: interpolate linearly between neighbours
             negative = max((way for way in tried if tried[way] * low[1] > 0.0), default=low[0])
             positive = min((way for way in tried if tried[way] * high[1] > 0.0), default=high[0])
             share = tried[negative] / (tried[negative] - tried[positive])
@@ -150,18 +150,18 @@ class _Along:
 
 def _bifurcations(
     statics: LoadedStatics,
-    first: Examined,
-    second: Examined,
-    low: tuple[float, Examined],
-    high: tuple[float, Examined],
+    first: ExaminedPoint,
+    second: ExaminedPoint,
+    low: tuple[float, ExaminedPoint],
+    high: tuple[float, ExaminedPoint],
 ) -> list[CriticalPoint]:
     """Return the bifurcations between two ways along the step from ``first`` to ``second``, in order."""
     below, above = low[1].stiffness, high[1].stiffness
     if below.negative == above.negative and below.symmetric == above.symmetric:
         return []
-    located: list[tuple[float, Examined]] = []
+    located: list[tuple[float, ExaminedPoint]] = []
     for value in _sign_changes(below, above):
-        along = _Along(statics, first.point, second.point, value)
+        along = _StepFunction(statics, first.point, second.point, value)
         ends = [(way, value(examined_end)) for way, examined_end in (low, high)]
         if ends[0][1] * ends[1][1] < 0.0:
             located.append(along.root(ends[0], ends[1], low[1], high[1]))
@@ -176,7 +176,7 @@ def _bifurcations(
     return points
 
 
-def _sign_changes(below: TangentStiffness, above: TangentStiffness) -> list[Callable[[Examined], float]]:
+def _sign_changes(below: TangentStiffness, above: TangentStiffness) -> list[Callable[[ExaminedPoint], float]]:
     """Return functions of points: one for each stiffness that changes sign between two points, with the same root."""
     if below.symmetric and above.symmetric:
         numbers = range(min(below.negative, above.negative), max(below.negative, above.negative))
@@ -187,10 +187,10 @@ def _sign_changes(below: TangentStiffness, above: TangentStiffness) -> list[Call
     return [_determinant(group, groups, was[1]) for group, (was, now) in enumerate(signs) if was[0] * now[0] < 0]
 
 
-def _eigenvalue(number: int, count: int, neutral: int) -> Callable[[Examined], float]:
+def _eigenvalue(number: int, count: int, neutral: int) -> Callable[[ExaminedPoint], float]:
     """Return the stiffness of rank ``number`` as a function of points, ignoring ``neutral`` zero stiffnesses."""
 
-    def value(point: Examined) -> float:
+    def value(point: ExaminedPoint) -> float:
         negative = point.stiffness.negative if neutral else point.stiffness.below(0.0)
         values, _ = point.stiffness.next_to_zero(count + neutral)
         values = values[neutral:]
@@ -203,17 +203,17 @@ def _eigenvalue(number: int, count: int, neutral: int) -> Callable[[Examined], f
     return value
 
 
-def _determinant(group: int, groups: Components, logarithm: float) -> Callable[[Examined], float]:
+def _determinant(group: int, groups: Components, logarithm: float) -> Callable[[ExaminedPoint], float]:
     """Return the determinant of a group of components, divided by exp(logarithm), as a function of points."""
 
-    def value(point: Examined) -> float:
+    def value(point: ExaminedPoint) -> float:
         sign, now = point.stiffness.determinants(groups)[group]
         return sign * float(np.exp(np.clip(now - logarithm, -600.0, 600.0)))
 
     return value
 
 
-def _modes(at: Examined, count: int) -> Array:
+def _modes(at: ExaminedPoint, count: int) -> Array:
     """Return the displacements with the smallest stiffnesses, (nv, count), reproducible under rounding errors."""
     stiffness = at.stiffness
     _, directions = stiffness.next_to_zero(count)
@@ -247,13 +247,13 @@ _FAR = 1e8
 _ALIKE = 1e-6
 
 
-def linear_buckling(statics: LoadedStatics, rest: Rest, count: int) -> tuple[Array, Array]:
+def linear_buckling(statics: LoadedStatics, rest: LoadedState, count: int) -> tuple[Array, Array]:
     """Return changes mu of the load factor by size, (n,), and modes, (nv, n), with largest components 1 or lengths.
 
     Raises
     ------
     ArithmeticError
-        The stiffness is singular already, the path has no tangent, or there is no rest beside the preload.
+        The stiffness is singular already, the path has no tangent, or there is no equilibrium near the preload.
     """
     change = _FIRST * statics.reach
     factors, modes = np.zeros(0), np.zeros((len(statics.sizes), 0))
@@ -271,7 +271,7 @@ def linear_buckling(statics: LoadedStatics, rest: Rest, count: int) -> tuple[Arr
     return factors, np.array(scaled).T.reshape(len(statics.sizes), len(scaled))
 
 
-def half_way(statics: LoadedStatics, rest: Rest, factor: float) -> float | None:
+def half_way(statics: LoadedStatics, rest: LoadedState, factor: float) -> float | None:
     """Return the critical load factor, less the present one, that ``linear_buckling`` predicts at half of ``factor``.
 
     The factor equals ``factor`` if the structure keeps its shape. None without rest at half of ``factor``, or without a
@@ -293,7 +293,7 @@ def half_way(statics: LoadedStatics, rest: Rest, factor: float) -> float | None:
     return float(changes[np.argmin(np.abs(changes - factor))]) if len(changes) else None
 
 
-def _rate(statics: LoadedStatics, rest: Rest, change: float) -> csc_array:
+def _rate(statics: LoadedStatics, rest: LoadedState, change: float) -> csc_array:
     """Return the derivative of the stiffness along the path, by central differences."""
     onwards = direction(statics, rest, held_factor(statics, rest))
     if onwards is None or onwards.s == 0.0:
@@ -303,7 +303,7 @@ def _rate(statics: LoadedStatics, rest: Rest, change: float) -> csc_array:
         way = sign * change / onwards.s
         point = corrected(statics, rest, onwards, way, held_factor(statics, rest))
         if point.trouble:
-            raise ArithmeticError(f"there is no equilibrium beside it: {point.trouble}")
+            raise ArithmeticError(f"there is no equilibrium near it: {point.trouble}")
         ends.append(sparse(statics.tangents(point.rest).K))
     return csc_array((ends[0] - ends[1]) / (2.0 * change))
 

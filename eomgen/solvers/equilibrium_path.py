@@ -1,7 +1,7 @@
 """Equilibria along a load factor: steps of arc length, past limit points, with step control (Keller 1977).
 
 A step goes along the tangent of the path and is corrected across it. It is taken if corrections are few and small
-beside the step, and the path does not turn much meanwhile, so that no step leaps to another path.
+compared with the step, and the path does not turn much meanwhile, so that no step leaps to another path.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.solvers.bordered_newton import (
-    Corrected,
+    CorrectedPoint,
     Direction,
+    LoadedState,
     LoadedStatics,
-    Rest,
     corrected,
     direction,
     held_factor,
@@ -45,7 +45,7 @@ class PathPoint:
     stride : the step that led here, along the direction of the point before
     """
 
-    rest: Rest
+    rest: LoadedState
     direction: Direction
     way: float
     corrections: int
@@ -74,13 +74,13 @@ class PathEndError(Exception):
         self.why, self.point = why, point
 
 
-def first_point(statics: LoadedStatics, guess: Rest, sign: float) -> PathPoint:
+def first_point(statics: LoadedStatics, guess: LoadedState, sign: float) -> PathPoint:
     """Return the point of the path near a guess at its load factor, going on to more load, or less (``sign``).
 
     Raises
     ------
     PathEndError
-        There is no rest near by.
+        There is no equilibrium near the start.
     """
     held = held_factor(statics, guess, sign)
     result = corrected(statics, guess, held, 0.0)
@@ -146,7 +146,7 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     result = corrected(statics, start, along, left if ends else way, plane)
     if result.trouble:
         return result.trouble
-    rest = Rest(result.rest.q, result.rest.multipliers, result.rest.z, target) if ends else result.rest
+    rest = LoadedState(result.rest.q, result.rest.multipliers, result.rest.z, target) if ends else result.rest
     length = _length(statics, result, start, rest)
     if _off(statics, result, along, left if ends else way) > _SHARE * length:
         return "the path turns too sharply"
@@ -166,14 +166,14 @@ def point_within(statics: LoadedStatics, first: PathPoint, second: PathPoint, wa
     return step_to(statics, first, way, start.s + way * along.s if ends else np.inf)
 
 
-def _length(statics: LoadedStatics, corrected: Corrected, start: Rest, rest: Rest) -> float:
+def _length(statics: LoadedStatics, corrected: CorrectedPoint, start: LoadedState, rest: LoadedState) -> float:
     of_q = weights(statics, rest)[: len(statics.sizes)]
     return float(
         np.sqrt(corrected.displacement @ (of_q * corrected.displacement) + ((rest.s - start.s) / statics.reach) ** 2)
     )
 
 
-def _off(statics: LoadedStatics, corrected: Corrected, along: Direction, way: float) -> float:
+def _off(statics: LoadedStatics, corrected: CorrectedPoint, along: Direction, way: float) -> float:
     """Return the length of all corrections together."""
     nv = len(statics.sizes)
     change: Array = corrected.displacement - way * along.unknowns[:nv]
@@ -181,6 +181,6 @@ def _off(statics: LoadedStatics, corrected: Corrected, along: Direction, way: fl
     return float(np.sqrt(change @ (of_q * change)))
 
 
-def _cosine(statics: LoadedStatics, rest: Rest, one: Direction, other: Direction) -> float:
+def _cosine(statics: LoadedStatics, rest: LoadedState, one: Direction, other: Direction) -> float:
     measure = weights(statics, rest)
     return float(one.unknowns @ (measure * other.unknowns) + one.s * other.s / statics.reach**2)

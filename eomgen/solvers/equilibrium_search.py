@@ -24,8 +24,8 @@ from eomgen.solvers.statics import (
     SOFT,
     Search,
     SearchPoint,
+    SearchTrail,
     Statics,
-    Trail,
     examine,
     moved,
     newton_step,
@@ -65,7 +65,7 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
     numpy.linalg.LinAlgError
         M is not positive definite at the start.
     """
-    trail, pace = Trail(statics, q, z), _Pace()
+    trail, pace = SearchTrail(statics, q, z), _MotionProgress()
     while True:
         if trail.arrived():
             nudged = _nudged(statics, trail.point)
@@ -82,7 +82,7 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
 
 
 @dataclass
-class _Pace:
+class _MotionProgress:
     """Progress of a motion: time of the next step, 0 if unknown, the distance so far in lengths, and kinetic energy."""
 
     time: float = 0.0
@@ -91,7 +91,7 @@ class _Pace:
 
 
 @dataclass(frozen=True)
-class _Linear:
+class _LinearMotion:
     """The damped motion at a point, made linear: x' = J x + f for changes x along the basis and of z, scaled alike.
 
     Attributes
@@ -152,16 +152,16 @@ class _Linear:
         return 2.0 * self._phi(bent, time, 3) / self.scale, there
 
 
-def _linear(point: SearchPoint, slower: float) -> _Linear:
+def _linear(point: SearchPoint, slower: float) -> _LinearMotion:
     by_z, rate_q, rate_z = point.couplings
     fastest = float(np.sqrt(point.largest_stiffness)) or float(np.max(np.abs(rate_z), initial=0.0)) or 1.0
     rate, scale = 2.0 * fastest / slower, point.scale
     J = np.block([[-point.stiffness, -by_z], [rate * rate_q, rate * rate_z]])
     f = np.concatenate([-point.imbalance, rate * point.rates])
-    return _Linear(point, scale[:, np.newaxis] * J / scale, scale * f, scale, rate)
+    return _LinearMotion(point, scale[:, np.newaxis] * J / scale, scale * f, scale, rate)
 
 
-def _step(statics: Statics, point: SearchPoint, pace: _Pace, slower: float) -> SearchPoint | None:
+def _step(statics: Statics, point: SearchPoint, pace: _MotionProgress, slower: float) -> SearchPoint | None:
     """Return the next point; None if no step is small enough, since forces jump and hold the motion at the jump."""
     linear = _linear(point, slower)
     fastest = linear.fastest
@@ -264,7 +264,7 @@ def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
     numpy.linalg.LinAlgError
         M is not positive definite at the start.
     """
-    trail, share = Trail(statics, q, z), 1.0
+    trail, share = SearchTrail(statics, q, z), 1.0
     while not trail.arrived():
         point = trail.point
         if not point.finite or trail.steps == MAX_STEPS:

@@ -22,7 +22,16 @@ from scipy.sparse import csc_array, diags_array
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.lie.product import Factor
-from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Matrix, Rest, Tangents, direction, plus
+from eomgen.solvers.bordered_newton import (
+    Balance,
+    Direction,
+    LoadedState,
+    LoadedStatics,
+    Matrix,
+    Tangents,
+    direction,
+    plus,
+)
 from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, first_point, follow
 from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_direction
 
@@ -109,12 +118,12 @@ _BESIDE = 1e-6
 class StableBranch:
     """A stable rest, the displacement (nv,) that left the first unstable rest, and the configurations between."""
 
-    rest: Rest
+    rest: LoadedState
     left_along: Array
     path: list[Array]
 
 
-def stable_branch(statics: LoadedStatics, rest: Rest, onwards: Direction) -> StableBranch | None:
+def stable_branch(statics: LoadedStatics, rest: LoadedState, onwards: Direction) -> StableBranch | None:
     """Return a stable rest that is reached from an unstable rest under the same loads.
 
     None if the given rest is stable, if no stable rest is found, or if forces have no potential or internal states take
@@ -156,7 +165,7 @@ def _side(statics: LoadedStatics, mode: Array, onwards: Direction) -> float:
     return -1.0 if share < -_ALONG else 1.0
 
 
-def _unstable(statics: LoadedStatics, rest: Rest) -> bool:
+def _unstable(statics: LoadedStatics, rest: LoadedState) -> bool:
     return TangentStiffness.at(statics, rest).negative > 0
 
 
@@ -168,7 +177,9 @@ def _most_unstable(stiffness: TangentStiffness) -> tuple[float, Array]:
     return lowest, canonical_direction(directions[:, alike], stiffness.sizes)
 
 
-def _led_off(statics: LoadedStatics, rest: Rest, value: float, mode: Array) -> tuple[Rest, list[Array]] | None:
+def _led_off(
+    statics: LoadedStatics, rest: LoadedState, value: float, mode: Array
+) -> tuple[LoadedState, list[Array]] | None:
     """Return the next rest on the side of a mode with a negative stiffness, and configurations on the way."""
     measure = 1.0 / statics.sizes**2
     led = _held_back(statics, rest, mode * measure, abs(value), _BESIDE * abs(value) * measure)
@@ -191,24 +202,24 @@ def _led_off(statics: LoadedStatics, rest: Rest, value: float, mode: Array) -> t
     return None
 
 
-def _held_back(statics: LoadedStatics, rest: Rest, force: Array, reach: float, beside: Array) -> LoadedStatics:
+def _held_back(statics: LoadedStatics, rest: LoadedState, force: Array, reach: float, beside: Array) -> LoadedStatics:
     """Return statics with s times a dead force (nv,), and Newton's matrix with ``beside`` (nv,) added to the
     diagonal."""
     blocks = turning_blocks(statics.factors)
     fixed = dead_forces(blocks, rest.q, force, back=False)
 
-    def acting(at: Rest) -> Array:
+    def acting(at: LoadedState) -> Array:
         return dead_forces(blocks, at.q, fixed, back=True)
 
-    def balance(at: Rest) -> Balance:
+    def balance(at: LoadedState) -> Balance:
         now = statics.balance(replace(at, s=rest.s))
         return replace(now, residual=now.residual - at.s * acting(at))
 
-    def tangents(at: Rest) -> Tangents:
+    def tangents(at: LoadedState) -> Tangents:
         now = statics.tangents(replace(at, s=rest.s))
         return replace(now, K=plus(with_turned(now.K, blocks, acting(at), -at.s), csc_array(diags_array(beside))))
 
-    def by_factor(at: Rest) -> Balance:
+    def by_factor(at: LoadedState) -> Balance:
         return Balance(-acting(at), np.zeros(len(at.multipliers)), np.zeros(len(at.z)))
 
     return replace(
@@ -235,12 +246,12 @@ class LoadSteps(NamedTuple):
     """Rest at the end of load steps, configurations on the way, and the displacement (nv,) along which an unstable rest
     was left first; None if none was."""
 
-    rest: Rest
+    rest: LoadedState
     path: Sequence[Array]
     left_along: Array | None
 
 
-def by_load_steps(statics: LoadedStatics, start: Rest, limits: StepLimits, *, stable: bool = False) -> LoadSteps:
+def by_load_steps(statics: LoadedStatics, start: LoadedState, limits: StepLimits, *, stable: bool = False) -> LoadSteps:
     """Return rest under all loads.
 
     Parameters
@@ -275,23 +286,23 @@ def by_load_steps(statics: LoadedStatics, start: Rest, limits: StepLimits, *, st
     return LoadSteps(point.rest, path, left_along)
 
 
-def _held(statics: LoadedStatics, start: Rest) -> LoadedStatics:
+def _held(statics: LoadedStatics, start: LoadedState) -> LoadedStatics:
     """Return statics with the residual of the start, times 1 - s, as an additional load."""
     first = statics.balance(start)
     blocks = turning_blocks(statics.factors)
     fixed = dead_forces(blocks, start.q, first.residual, back=False)
 
-    def balance(rest: Rest) -> Balance:
+    def balance(rest: LoadedState) -> Balance:
         now, left = statics.balance(rest), 1.0 - rest.s
         residual = now.residual - left * dead_forces(blocks, rest.q, fixed, back=True)
         return Balance(residual, now.constraint, now.rates - left * first.rates)
 
-    def tangents(rest: Rest) -> Tangents:
+    def tangents(rest: LoadedState) -> Tangents:
         now = statics.tangents(rest)
         held = dead_forces(blocks, rest.q, fixed, back=True)
         return replace(now, K=with_turned(now.K, blocks, held, rest.s - 1.0))
 
-    def by_factor(rest: Rest) -> Balance:
+    def by_factor(rest: LoadedState) -> Balance:
         held = dead_forces(blocks, rest.q, fixed, back=True)
         return Balance(held, np.zeros(len(first.constraint)), first.rates)
 

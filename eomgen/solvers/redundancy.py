@@ -24,7 +24,7 @@ from eomgen.solvers.constraint_rows import (
     NEARER_FRAMES,
     REDUNDANT,
     REPORTED,
-    Constrained,
+    ConstrainedSystem,
     RowsInMetric,
     long_lever,
 )
@@ -54,13 +54,13 @@ class Redundancy:
 
 
 def redundancy(
-    system: Constrained, q: Array, t: float = 0.0, samples: int = 3, rows: Sequence[int] | None = None
+    system: ConstrainedSystem, q: Array, t: float = 0.0, samples: int = 3, rows: Sequence[int] | None = None
 ) -> Redundancy:
     """Return the rows that follow from other rows, at the given and at nearby consistent configurations.
 
     Rows are taken in order: the first to add a condition is kept. Rows with a small new part wait until the other rows
     are examined, and are then taken by decreasing new part. A row that is dependent at one configuration only (a
-    singular position) is no redundant row. The new part of a row is compared with the norm of a row of its kind, and
+    singular position) is not a redundant row. The new part of a row is compared with the norm of a row of its kind, and
     with rounding, never with the row: a row that vanishes up to rounding adds no condition. ``rows``: examined rows,
     all by default.
 
@@ -141,15 +141,15 @@ def _vanishes(row: int, at_configurations: Sequence[RowsInMetric]) -> bool:
     return zero and all(length <= _NEARLY_FLAT * size for length, size in zip(lengths[1:], possible[1:], strict=True))
 
 
-def _lever_too_long(system: Constrained, here: RowsInMetric, row: int, dependent: Sequence[int]) -> ModelError:
+def _lever_too_long(system: ConstrainedSystem, here: RowsInMetric, row: int, dependent: Sequence[int]) -> ModelError:
     listed = ", ".join(system.names[row] for row in dependent[:LISTED])
     fault = (
-        f"{long_lever(here, system.names, row)}, so that nothing tells whether these rows follow from others: {listed}"
+        f"{long_lever(here, system.names, row)}, so that it is unknown whether these rows follow from others: {listed}"
     )
     return ModelError(Problem("constraints", fault, f'{NEARER_FRAMES}, or coordinates = "joint"'))
 
 
-def _too_far_away(system: Constrained, here: RowsInMetric, rows: Sequence[int]) -> ModelError:
+def _too_far_away(system: ConstrainedSystem, here: RowsInMetric, rows: Sequence[int]) -> ModelError:
     listed = ", ".join(system.names[row] for row in rows[:LISTED])
     size, extent = max(float(here.size[row]) for row in rows), min(float(here.extent[row]) for row in rows)
     fault = (
@@ -169,7 +169,7 @@ def _all_new(here: RowsInMetric, rows: Sequence[int]) -> bool:
     return bool(np.all(left >= LITTLE)) and bool(np.all(left * natural > here.vanishing[list(rows)]))
 
 
-def _nearby(system: Constrained, q: Array, t: float, count: int) -> list[Array]:
+def _nearby(system: ConstrainedSystem, q: Array, t: float, count: int) -> list[Array]:
     """Return consistent configurations near a given one, with displacements along each coordinate by its inertia."""
     rows, generator = RowsInMetric(system, q, t), np.random.default_rng(1)
     configurations: list[Array] = []
@@ -200,14 +200,14 @@ def _remainder(row: Array, basis: Sequence[Array]) -> Array:
     return rest - Q.T @ (Q @ rest)
 
 
-def left_over(system: Constrained, q: Array, rows: Sequence[int], t: float = 0.0) -> dict[int, float]:
+def left_over(system: ConstrainedSystem, q: Array, rows: Sequence[int], t: float = 0.0) -> dict[int, float]:
     """Return the violations of given rows at a configuration that are above rounding."""
     violation, limits = system.constraint(q, t), REPORTED * RowsInMetric(system, q, t).scale
     return {row: float(violation[row]) for row in rows if row < system.holonomic and abs(violation[row]) > limits[row]}
 
 
 def check_left_out(
-    system: Constrained, left_out: Sequence[str], q: Array, v: Array, t: float = 0.0, at: str = ""
+    system: ConstrainedSystem, left_out: Sequence[str], q: Array, v: Array, t: float = 0.0, at: str = ""
 ) -> list[str]:
     """Check that rows left out as redundant still follow from the remaining rows, at a state that satisfies the
     remaining rows.
@@ -262,7 +262,7 @@ _DIGITS, _DENOMINATOR = 10, 360
 _SAME = 1e-11
 
 
-class NoGap(ArithmeticError):
+class NoRankGap(ArithmeticError):
     """Error for columns that are so nearly dependent that rounding hides whether they are."""
 
 
@@ -311,7 +311,7 @@ def independent_columns(A: Array) -> IndependentColumns:
             others.append(place)
     own, left = min((parts[k] for k in kept), default=1.0), max((parts[k] for k in others), default=0.0)
     if own < GAP * left:
-        raise NoGap(f"a column differs from those before it by {own:.1e} of its norm, and rounding is {left:.1e}")
+        raise NoRankGap(f"a column differs from those before it by {own:.1e} of its norm, and rounding is {left:.1e}")
     solved = np.linalg.lstsq(unit[:, kept], unit[:, others], rcond=None)[0]
     solved[np.abs(solved) < 1e2 * ROUNDING] = 0.0
     scale = size[present]

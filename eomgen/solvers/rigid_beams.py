@@ -19,7 +19,7 @@ from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor, difference, update
 from eomgen.solvers.beams import Beams
-from eomgen.solvers.constraint_rows import Constrained
+from eomgen.solvers.constraint_rows import ConstrainedSystem
 
 #: Passes that place nodes of beams carried by beams.
 _PASSES = 100
@@ -102,7 +102,7 @@ class RigidBeams:
         whole[self.free] = step
         return self.placed(update(self.factors, q, whole))
 
-    def reduced(self, system: Constrained) -> Constrained:
+    def reduced(self, system: ConstrainedSystem) -> ConstrainedSystem:
         """Return the system with the free coordinates as unknowns, and without the rows of strains."""
         last: list[tuple[bytes, Array]] = []
 

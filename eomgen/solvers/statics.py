@@ -193,7 +193,7 @@ class Search:
     path: Sequence[Array] = ()
 
 
-class Trail:
+class SearchTrail:
     """The way of a search from a start to balanced forces.
 
     Attributes

@@ -18,7 +18,7 @@ from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import update
 from eomgen.solvers.beams import Beams, StrainedStart
-from eomgen.solvers.constraint_rows import Constrained
+from eomgen.solvers.constraint_rows import ConstrainedSystem
 
 #: Step of derivatives by complex arguments.
 _TINY = 1e-30
@@ -31,7 +31,7 @@ _HELD = 1e-12
 class Strains:
     """Strain changes of all elements relative to a reference configuration, and steps of least strain energy."""
 
-    def __init__(self, beams: Beams, system: Constrained, q: Array) -> None:
+    def __init__(self, beams: Beams, system: ConstrainedSystem, q: Array) -> None:
         self.beams, self.system = beams, system
         self._first = np.array([node for nodes in beams.nodes for node in nodes[:-1]], dtype=int)
         self._second = np.array([node for nodes in beams.nodes for node in nodes[1:]], dtype=int)

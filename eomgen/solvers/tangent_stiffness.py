@@ -20,7 +20,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.solvers.bordered_newton import LoadedStatics, Rest, sparse
+from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, sparse
 
 #: Largest number of rows for a dense factorization.
 _WHOLE = 600
@@ -53,7 +53,7 @@ class TangentStiffness:
     sizes: Array
 
     @classmethod
-    def at(cls, statics: LoadedStatics, rest: Rest) -> TangentStiffness:
+    def at(cls, statics: LoadedStatics, rest: LoadedState) -> TangentStiffness:
         """Return the stiffness at rest, with internal states eliminated if their Jacobian is regular."""
         tangents = statics.tangents(rest)
         K = sparse(tangents.K)

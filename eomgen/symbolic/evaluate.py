@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.data import dataclass
 from eomgen.symbolic.external import Call, call_values
-from eomgen.symbolic.operations import ELEMENTARY, InputSymbol, Op
+from eomgen.symbolic.operations import ELEMENTARY, NAMES, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 
 if TYPE_CHECKING:
@@ -285,10 +285,9 @@ def _numpy_atan2(y: Any, x: Any) -> Any:
 
 #: The operations that Python's operators are.
 ARITHMETIC = {Op.ADD: operator.add, Op.SUB: operator.sub, Op.MUL: operator.mul, Op.DIV: operator.truediv}
-_NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
 _NUMPY_RULES: dict[Op, Callable[..., Any]] = {
     **ARITHMETIC,
-    **{op: getattr(np, _NUMPY_NAMES.get(name, name)) for op, name in ELEMENTARY.items()},
+    **{op: getattr(np, row.numpy or NAMES[op]) for op, row in ELEMENTARY.items()},
     Op.POW: np.power,
     Op.ATAN2: _numpy_atan2,
     Op.ABS: lambda x: _numpy_sign(x) * x,

@@ -25,21 +25,23 @@ Columns = tuple[tuple[int, ...], ...]
 
 
 class ExternalSource(Protocol):
-    """A C file: name and whole text."""
+    """A C file: name and whole text, and the function in Python that the file calls, None for others."""
 
     @property
     def name(self) -> str: ...
     @property
     def text(self) -> str: ...
+    @property
+    def python(self) -> Any: ...
 
 
 class ExternalFunction(Protocol):
-    """A function of numbers that is compiled beside a model.
+    """A function of numbers that is compiled with a model.
 
     Attributes
     ----------
     label : for messages and comments
-    arguments, parameters : number of arguments, and of parameters behind the arguments, constant within a run
+    arguments, parameters : number of arguments, and of parameters after the arguments, constant within a run
     results : number of results
     scales : typical size of each argument and parameter, for differences
     source : the C file
@@ -80,7 +82,7 @@ class HighDerivativeError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Call:
-    """An external function at some arguments, or slopes of the function there, in ``Tape.maps`` beside Maps.
+    """An external function at some arguments, or slopes of the function there, in ``Tape.maps`` with the Maps.
 
     Attributes
     ----------
@@ -196,8 +198,11 @@ def call_adjoints(tape: Tape, call: Call, adjoints: Mapping[int, Ref], active: S
 
 
 def call_values(call: Call, operands: Sequence[Any]) -> list[Any]:
-    """Return the results of a call at numbers or arrays, which broadcast; complex ones follow the slopes, and are not
-    numbers if the slopes have too high an order."""
+    """Return the results of a call at numbers or arrays, which broadcast.
+
+    Imaginary parts of results are the slopes times the imaginary parts of arguments; NaN if the order of the slopes is
+    above the highest order.
+    """
     x = np.stack(np.broadcast_arrays(*operands), axis=-1) if operands else np.zeros(0)
     function = call.function
     result: NDArray[Any] = function.evaluate(call.columns, np.ascontiguousarray(x.real))

@@ -20,8 +20,8 @@ LATENCIES = dict.fromkeys((Op.ADD, Op.SUB, Op.MUL, Op.ABS, Op.SIGN, Op.MIN, Op.M
 LATENCIES |= {Op.DIV: 14, Op.SQRT: 18}
 #: Of functions that are polynomials with a reduction of the argument before.
 FUNCTION = 60
-#: Cycles that an operation takes beside the critical path. Measured on forward dynamics of 14 trees of 2 to 18 degrees
-#: of freedom (gcc 12, AVX-512, both algorithms): critical path + 0.3 operations fits times to 20 %.
+#: Cycles of an operation off the critical path. Measured on forward dynamics of 14 trees of 2 to 18 degrees of freedom
+#: (gcc 12, AVX-512, both algorithms): critical path + 0.3 operations fits times to 20 %.
 SHARE = 0.3
 
 

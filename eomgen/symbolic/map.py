@@ -62,11 +62,11 @@ class Map:
     elements : tuple of columns
         ``elements[index][i]``: constant ``index`` of element i.
     shared : tuple of Ref
-        Outer references behind kernel inputs ``("shared", index)``.
+        Outer references of kernel inputs ``("shared", index)``.
     gather : tuple of slots
-        ``gather[slot][i]``: outer reference behind kernel input ``("gather", slot)`` for element i.
+        ``gather[slot][i]``: outer reference of kernel input ``("gather", slot)`` for element i.
     initial : tuple of Ref
-        Outer references behind kernel inputs ``("carry", index)`` for the first element.
+        Outer references of kernel inputs ``("carry", index)`` for the first element.
     sums, last, stacked : tuples of kernel references
         Results that are summed, that become the carry (as many as ``initial``), that are kept for each element.
     label : str

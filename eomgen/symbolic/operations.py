@@ -1,16 +1,24 @@
-"""Operations of a tape: codes, parities, values on constants, input symbols, operation counts."""
+"""Operations of a tape: codes, values on constants, input symbols, operation counts, and elementary functions.
+
+A new elementary function is a member of ``Op`` and a row of ``ELEMENTARY``: formulas, the tape, derivatives, Taylor
+series, NumPy, SymPy, the tape engine and the generated C iterate over the rows. The C library has the functions as
+``name``, ``namef`` and ``cname``.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum, auto
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass
+
+#: An operation of a tape by number; the negative number is the negative of the value.
+Ref = int
 
 
 class Op(IntEnum):
@@ -47,22 +55,170 @@ class Op(IntEnum):
     CURVE = auto()  # operand a: argument, operand b: number of the curve and derivative on this tape
 
 
-ODD = frozenset({Op.SIN, Op.TAN, Op.ASIN, Op.ATAN, Op.SINH, Op.TANH, Op.SIGN})
-EVEN = frozenset({Op.COS, Op.COSH, Op.ABS})
-#: Functions of one number by name in mathematics, which libraries share.
-ELEMENTARY: Mapping[Op, str] = {
-    Op[name.upper()]: name
-    for name in ("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log")
-}
-UNARY = frozenset({*ELEMENTARY, Op.ABS, Op.SIGN})
 LEAVES = frozenset({Op.CONST, Op.INPUT})
 
-FOLD: dict[Op, Callable[[float], float]] = {
-    **{op: getattr(math, name) for op, name in ELEMENTARY.items()},
+
+class Elementary(NamedTuple):
+    """An elementary function f, a row of ``ELEMENTARY``.
+
+    The classes that record, Tape, JetAlgebra and Series, import this module, so rules take them without a type.
+
+    Attributes
+    ----------
+    slope : records f'(x): of the Tape, x and f(x), which saves operations in some slopes
+    jet : records the coefficients of f(x(t)): of the ``JetAlgebra``, the jet of x, and the coefficient of order 0
+    series : records the recurrence of the Taylor coefficients of f(x(t)): of the ``Series`` and the term of x
+    numpy : name in NumPy, if not the name in C
+    parity : -1 for odd functions, 1 for even functions, else 0
+    smooth : whether f has derivatives of all orders at every number
+    rough : whether the slope of f is unbounded at the edge of the domain
+    """
+
+    slope: Callable[[Any, Ref, Ref], Ref]
+    jet: Callable[[Any, Sequence[Ref], Ref], list[Ref]]
+    series: Callable[[Any, Any], Any]
+    numpy: str = ""
+    parity: int = 0
+    smooth: bool = False
+    rough: bool = False
+
+
+# -- rules longer than a line -----------------------------------------------------------------------------------------
+
+
+def _square_from_one(tape: Any, x: Ref, sign: int) -> Any:
+    """Record 1 + x^2, or 1 - x^2."""
+    one, square = tape.constant(1.0), tape.mul(x, x)
+    return tape.add(one, square) if sign > 0 else tape.sub(one, square)
+
+
+def _over_root(tape: Any, numerator: float, x: Ref) -> Any:
+    """Record numerator / sqrt(1 - x^2)."""
+    return tape.div(tape.constant(numerator), tape.call(Op.SQRT, _square_from_one(tape, x, -1)))
+
+
+def _arc_jet(jets: Any, x: Sequence[Ref], value: Ref, *, falling: bool) -> Any:
+    """z' sqrt(1 - x^2) = x', or -x' if z falls."""
+    low = x[:-1]
+    square = jets.add(jets.constant(1.0, len(low)), jets.negative(jets.multiply(low, low)))
+    rate = jets.divide(jets.rate(x), jets.sqrt(square, jets.tape.call(Op.SQRT, square[0])))
+    return jets.integrate(value, jets.negative(rate) if falling else rate)
+
+
+def _arc_series(series: Any, op: Op, x: Any) -> Any:
+    """z' sqrt(1 - x^2) = x', or -x' for acos."""
+    root = series.sqrt(series.add(series.constant(1.0), series.negative(series.multiply(x, x))))
+    return series.over(series.tape.call(op, x.value), x if op is Op.ASIN else series.negative(x), root)
+
+
+def _atan_jet(jets: Any, x: Sequence[Ref], value: Ref) -> Any:
+    """z' (1 + x^2) = x'."""
+    low = x[:-1]
+    square = jets.add(jets.constant(1.0, len(low)), jets.multiply(low, low))
+    return jets.integrate(value, jets.divide(jets.rate(x), square))
+
+
+def _atan_series(series: Any, x: Any) -> Any:
+    square = series.add(series.constant(1.0), series.multiply(x, x))
+    return series.over(series.tape.call(Op.ATAN, x.value), x, square)
+
+
+ELEMENTARY: Mapping[Op, Elementary] = {
+    Op.SIN: Elementary(
+        slope=lambda tape, x, _: tape.call(Op.COS, x),
+        jet=lambda jets, x, _: jets.sine_and_cosine(x)[0],
+        series=lambda series, x: series.sine_and_cosine(x)[0],
+        parity=-1,
+        smooth=True,
+    ),
+    Op.COS: Elementary(
+        slope=lambda tape, x, _: -tape.call(Op.SIN, x),
+        jet=lambda jets, x, _: jets.sine_and_cosine(x)[1],
+        series=lambda series, x: series.sine_and_cosine(x)[1],
+        parity=1,
+        smooth=True,
+    ),
+    Op.TAN: Elementary(
+        slope=lambda tape, _, value: _square_from_one(tape, value, 1),
+        jet=lambda jets, x, value: jets.tangent(x, value, 1.0),
+        series=lambda series, x: series.tangent(x, Op.TAN),
+        parity=-1,
+    ),
+    Op.ASIN: Elementary(
+        slope=lambda tape, x, _: _over_root(tape, 1.0, x),
+        jet=lambda jets, x, value: _arc_jet(jets, x, value, falling=False),
+        series=lambda series, x: _arc_series(series, Op.ASIN, x),
+        numpy="arcsin",
+        parity=-1,
+        rough=True,
+    ),
+    Op.ACOS: Elementary(
+        slope=lambda tape, x, _: _over_root(tape, -1.0, x),
+        jet=lambda jets, x, value: _arc_jet(jets, x, value, falling=True),
+        series=lambda series, x: _arc_series(series, Op.ACOS, x),
+        numpy="arccos",
+        rough=True,
+    ),
+    Op.ATAN: Elementary(
+        slope=lambda tape, x, _: tape.div(tape.constant(1.0), _square_from_one(tape, x, 1)),
+        jet=_atan_jet,
+        series=_atan_series,
+        numpy="arctan",
+        parity=-1,
+        smooth=True,
+    ),
+    Op.SINH: Elementary(
+        slope=lambda tape, x, _: tape.call(Op.COSH, x),
+        jet=lambda jets, x, _: jets.sine_and_cosine(x, hyperbolic=True)[0],
+        series=lambda series, x: series.sine_and_cosine(x, hyperbolic=True)[0],
+        parity=-1,
+        smooth=True,
+    ),
+    Op.COSH: Elementary(
+        slope=lambda tape, x, _: tape.call(Op.SINH, x),
+        jet=lambda jets, x, _: jets.sine_and_cosine(x, hyperbolic=True)[1],
+        series=lambda series, x: series.sine_and_cosine(x, hyperbolic=True)[1],
+        parity=1,
+        smooth=True,
+    ),
+    Op.TANH: Elementary(
+        slope=lambda tape, _, value: _square_from_one(tape, value, -1),
+        jet=lambda jets, x, value: jets.tangent(x, value, -1.0),
+        series=lambda series, x: series.tangent(x, Op.TANH),
+        parity=-1,
+        smooth=True,
+    ),
+    Op.EXP: Elementary(
+        slope=lambda tape, x, value: value,
+        jet=lambda jets, x, value: jets.exponential(x, value),
+        series=lambda series, x: series.exponential(x),
+        smooth=True,
+    ),
+    Op.LOG: Elementary(
+        slope=lambda tape, x, _: tape.div(tape.constant(1.0), x),
+        jet=lambda jets, x, value: jets.integrate(value, jets.divide(jets.rate(x), x[:-1])),
+        series=lambda series, x: series.logarithm(x),
+        rough=True,
+    ),
+    Op.SQRT: Elementary(
+        slope=lambda tape, _, value: tape.div(tape.constant(0.5), value),
+        jet=lambda jets, x, value: jets.sqrt(x, value),
+        series=lambda series, x: series.sqrt(x),
+        rough=True,
+    ),
+}
+#: Names in formulas, in C and in Python's ``math``.
+NAMES: Mapping[Op, str] = {op: op.name.lower() for op in ELEMENTARY}
+ODD = frozenset({op for op, row in ELEMENTARY.items() if row.parity < 0} | {Op.SIGN})
+EVEN = frozenset({op for op, row in ELEMENTARY.items() if row.parity > 0} | {Op.ABS})
+UNARY = frozenset({*ELEMENTARY, Op.ABS, Op.SIGN})
+
+#: Values of functions of one constant.
+FOLD: Mapping[Op, Callable[[float], float]] = {
+    **{op: getattr(math, name) for op, name in NAMES.items()},
     Op.ABS: abs,
     Op.SIGN: lambda x: float((x > 0) - (x < 0)),
 }
-
 FOLD_TWO: dict[Op, Callable[[float, float], float]] = {
     Op.ATAN2: math.atan2,
     Op.MIN: min,

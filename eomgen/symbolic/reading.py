@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from eomgen.symbolic.evaluate import Arithmetic, run
 from eomgen.symbolic.external import Call
 from eomgen.symbolic.map import splice
-from eomgen.symbolic.operations import ELEMENTARY, LEAVES, InputSymbol, Op
+from eomgen.symbolic.operations import LEAVES, NAMES, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 
 if TYPE_CHECKING:
@@ -194,7 +194,7 @@ def _sympy_rules() -> dict[Op, Callable[..., Any]]:
         Op.SUB: lambda x, y: x - y,
         Op.MUL: lambda x, y: x * y,
         Op.DIV: lambda x, y: x / y,
-        **{op: getattr(sympy, name) for op, name in ELEMENTARY.items()},
+        **{op: getattr(sympy, name) for op, name in NAMES.items()},
         Op.ATAN2: sympy.atan2,
         Op.POW: sympy.Pow,
         Op.ABS: sympy.Abs,

@@ -14,14 +14,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from eomgen.symbolic.map import record
-from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
+from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 #: Blocks that coefficient k depends on, besides the coefficients k given by the caller: inner sums, order 0 of
 #: both factors of the products, values kept from order 0, coefficients k - 1 of slopes, and (k, 1/k, h/(k + 1), h) with
 #: coefficient 1 of time, h.
 SUMS, LEFT, RIGHT, KEPT, PREVIOUS, ORDER = "sums", "left", "right", "kept", "previous", "order"
-_PAIRS = {Op.SIN: 0, Op.COS: 1, Op.SINH: 0, Op.COSH: 1}
 
 
 class SeriesTerm(NamedTuple):
@@ -183,7 +182,7 @@ class Series:
         self.close_product(number, z, z)
         return z
 
-    def sine_and_cosine(self, x: SeriesTerm, hyperbolic: bool = False) -> tuple[SeriesTerm, SeriesTerm]:
+    def sine_and_cosine(self, x: SeriesTerm, *, hyperbolic: bool = False) -> tuple[SeriesTerm, SeriesTerm]:
         """s' = c x', c' = -s x', or + if hyperbolic."""
         if (hyperbolic, x) not in self._pairs:
             self._pairs[hyperbolic, x] = self._pair(x, hyperbolic)
@@ -333,26 +332,23 @@ def record_series(
             known[node] = given.get(symbol) or SeriesTerm(series.tape.input(symbol.block, symbol.index), ZERO)
         elif op is Op.CURVE:
             known[node] = series.curve(*source.curves[source.b[node]], term(source.a[node]))
-        elif op in _PAIRS:
-            x, hyperbolic = term(source.a[node]), op in (Op.SINH, Op.COSH)
-            known[node] = series.sine_and_cosine(x, hyperbolic)[_PAIRS[op]]
         else:
             known[node] = record_term(series, op, [term(ref) for ref in source.operands(node)])
     return [term(ref) for ref in outputs]
 
 
 def record_term(series: Series, op: Op, operands: Sequence[SeriesTerm]) -> SeriesTerm:
-    """Record one operation that is no leaf, curve, sine or cosine."""
+    """Record one operation that is neither a leaf nor a curve."""
     tape, x = series.tape, operands[0]
     if all(operand.next == ZERO for operand in operands):
         return SeriesTerm(record(tape, op, [operand.value for operand in operands]), ZERO)
+    if op in ELEMENTARY:
+        recorded: SeriesTerm = ELEMENTARY[op].series(series, x)
+        return recorded
     simple: dict[Op, Callable[..., SeriesTerm]] = {
         Op.ADD: series.add,
         Op.MUL: series.multiply,
         Op.DIV: series.divide,
-        Op.SQRT: series.sqrt,
-        Op.EXP: series.exponential,
-        Op.LOG: series.logarithm,
         Op.POW: series.power,
         Op.ATAN2: series.angle,
     }
@@ -360,12 +356,4 @@ def record_term(series: Series, op: Op, operands: Sequence[SeriesTerm]) -> Serie
         return simple[op](*operands)
     if op is Op.SUB:
         return series.add(x, series.negative(operands[1]))
-    if op in (Op.TAN, Op.TANH):
-        return series.tangent(x, op)
-    if op is Op.ATAN:
-        return series.over(tape.call(op, x.value), x, series.add(series.constant(1.0), series.multiply(x, x)))
-    if op in (Op.ASIN, Op.ACOS):
-        root = series.sqrt(series.add(series.constant(1.0), series.negative(series.multiply(x, x))))
-        rate = x if op is Op.ASIN else series.negative(x)
-        return series.over(tape.call(op, x.value), rate, root)
     return series.chosen(op, operands)

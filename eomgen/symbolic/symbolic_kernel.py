@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import sympy
 
 from eomgen.symbolic.kernel import Kernel, Step
-from eomgen.symbolic.operations import ELEMENTARY
+from eomgen.symbolic.operations import NAMES
 
 _NAMES: dict[type[sympy.Basic], str] = {
-    **{getattr(sympy, name): name for name in ELEMENTARY.values() if name != "sqrt"},  # which is a Pow
+    **{getattr(sympy, name): name for name in NAMES.values() if name != "sqrt"},  # which is a Pow
     sympy.Add: "add",
     sympy.Mul: "mul",
     sympy.Pow: "pow",

@@ -11,16 +11,17 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import reduce
+from operator import or_
 from typing import Any
 
 from eomgen.base.data import dataclass, field
-from eomgen.symbolic.operations import EVEN, FOLD, FOLD_TWO, LEAVES, ODD, UNARY, Counts, CurveLike, InputSymbol, Op
+from eomgen.symbolic.operations import EVEN, FOLD, FOLD_TWO, LEAVES, ODD, UNARY, Counts, CurveLike, InputSymbol, Op, Ref
 
 __all__ = ["LEAVES", "ONE", "UNARY", "ZERO", "Counts", "InputSymbol", "Op", "Ref", "Tape", "dot"]
 
-Ref = int
 ZERO: Ref = 1
 ONE: Ref = 2
 #: Second operand of constants with an unspecified value (``Tape.generic``); other constants have 0.
@@ -149,7 +150,7 @@ class Tape:
         return self._number(ref) if self.op[abs(ref)] is _CONST else None
 
     def symbol(self, ref: Ref) -> InputSymbol | None:
-        """Return the input behind a reference, or None."""
+        """Return the input of a reference, or None."""
         node = abs(ref)
         return self.inputs[self.a[node]] if self.op[node] is _INPUT else None
 
@@ -351,6 +352,36 @@ class Tape:
     def depends_on(self, outputs: Iterable[Ref]) -> set[InputSymbol]:
         """Return the input symbols that the outputs depend on by structure."""
         return {self.inputs[self.a[node]] for node in self.live(outputs) if self.op[node] is _INPUT}
+
+    def blocks_read(self, outputs: Mapping[str, Sequence[Ref]]) -> dict[str, set[str]]:
+        """Return the input blocks that several groups of outputs depend on by structure, by one pass over the tape.
+
+        Parameters
+        ----------
+        outputs : mapping
+            References of each group by its name.
+        """
+        bits = {block: 1 << place for place, block in enumerate(dict.fromkeys(symbol.block for symbol in self.inputs))}
+        a, b, references = self.a, self.b, _REFERENCES
+        reads = [0] * len(self.op)
+        of_maps: dict[int, int] = {}
+        for node, op in enumerate(self.op):
+            count = references[op]
+            if count == 2:
+                reads[node] = reads[abs(a[node])] | reads[abs(b[node])]
+            elif count == 1:
+                reads[node] = reads[abs(a[node])]
+            elif op is _INPUT:
+                reads[node] = bits[self.inputs[a[node]].block]
+            elif op is _MAP and a[node] in of_maps:
+                reads[node] = of_maps[a[node]]
+            elif op not in LEAVES:
+                for ref in self.operands(node):
+                    reads[node] |= reads[abs(ref)]
+                if op is _MAP:
+                    of_maps[a[node]] = reads[node]
+        read = {name: reduce(or_, {reads[abs(ref)] for ref in refs}, 0) for name, refs in outputs.items()}
+        return {name: {block for block, bit in bits.items() if bit & mask} for name, mask in read.items()}
 
     def counts(self, outputs: Iterable[Ref]) -> Counts:
         """Count the operations of outputs: a Map's kernel once per element, operations shared by joined Maps once."""

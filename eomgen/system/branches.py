@@ -125,7 +125,7 @@ class Branches:
 
     def sides(self, arguments: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return on which side of each branch arguments are, (n, branches): -1, 0, 1 of comparisons, how many jumps of
-        a curve lie behind."""
+        a curve are passed."""
         result = np.sign(arguments)
         for column, (_, _, jumps) in enumerate(self._found):
             if jumps is not None:

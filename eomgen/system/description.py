@@ -1,6 +1,6 @@
 """Description: data of the back end besides the equations (names, units, limits, requirements, drawing).
 
-A front end gives a ``Description`` beside a ``System``: names, units and bounds of all numbers, formulas that are
+A front end gives a ``Description`` with a ``System``: names, units and bounds of all numbers, formulas that are
 evaluated when a run starts or fails, and geometry to draw. The back end does not know the source of the description.
 """
 
@@ -57,7 +57,7 @@ class Coordinates:
     name : of the factor
     units : of each component of q; components of v have the same per second
     reach : range of each component in random draws, in the unit of the component; empty for any value
-    length : reference length of small deflections, m; 0 for coordinates that are no deflections
+    length : reference length of small deflections, m; 0 for coordinates that are not deflections
     linear : whether the equations hold for small values only
     """
 
@@ -117,7 +117,7 @@ class Rule(Protocol):
     def stage(self) -> int: ...
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
-        """Tell whether values break the rule: numbers, or arrays that broadcast. No value is NaN."""
+        """Return whether values break the rule: numbers, or arrays that broadcast. No value is NaN."""
         ...
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
@@ -310,14 +310,14 @@ class Shape:
 
     Attributes
     ----------
-    kind : ``box``, ``cylinder``, ``sphere``, ``capsule``, ``wheel`` or ``mesh``
+    kind : ``box``, ``cylinder``, ``sphere``, ``capsule``, ``wheel``, ``ellipsoid`` or ``mesh``
     position : of the centre of the solid, or of the origin of the mesh, m, in the body; formulas of parameters
     axes : (3, 3) own axes to body axes; z is the axis of symmetry
-    sizes : m, formulas of parameters: three sides; radius and length; radius; radius and width; metres per unit of
-        the vertices of a mesh
+    sizes : m, formulas of parameters: three sides; radius and length; radius; radius and width; three semi-axes; of a
+        mesh metres per unit of the vertices, one or three along its axes, negative for a mirrored mesh
     color : ``#rrggbb``; empty for the colour of the body
-    opacity : 1 for a shape that hides all behind it
-    vertices, faces : of a mesh, counterclockwise from outside
+    opacity : 1 for a shape that hides all objects behind it
+    vertices, faces : of a mesh: (n, 3) float32 and (m, 3) int32 as bytes, counterclockwise from outside
     implied : whether the shape follows from a tyre or a rolling constraint
     """
 
@@ -329,8 +329,8 @@ class Shape:
     sizes: tuple[Formula, ...]
     color: str = ""
     opacity: float = 1.0
-    vertices: tuple[tuple[float, ...], ...] = ()
-    faces: tuple[tuple[int, ...], ...] = ()
+    vertices: bytes = b""
+    faces: bytes = b""
     implied: bool = False
 
 

@@ -236,6 +236,30 @@ class SampleRow:
 
 
 @dataclass(frozen=True)
+class PythonFunction:
+    """A function in a Python file, which C calls through a pointer.
+
+    Attributes
+    ----------
+    label : in messages
+    file, text : path and contents of the Python file
+    function, partials : names in that file; no partials: by complex steps or differences
+    complex_step : whether the function takes complex numbers
+    sizes : numbers of arguments, parameters and results
+    setter : name of the C function that sets the pointers to values and slopes
+    """
+
+    label: str
+    file: str
+    text: str
+    function: str
+    partials: str
+    complex_step: bool
+    sizes: tuple[int, int, int]
+    setter: str
+
+
+@dataclass(frozen=True)
 class CSource:
     """A C file that a scene brings along.
 
@@ -243,10 +267,12 @@ class CSource:
     ----------
     name : of the file, without the folder
     text : contents of the file
+    python : the function in Python that the file calls, of a prototype
     """
 
     name: str
     text: str
+    python: PythonFunction | None = None
 
 
 #: Arguments of the C function of a sampled controller.

@@ -62,7 +62,7 @@ _SYMBOLS = {"mass": "M", "coupling": "h", "base_motion": "b", "force": "Q"}
 _READABLE = 120
 #: Names in SymPy of inputs without a name in the scene, of time and of intermediates: no name of a scene may have this
 #: form.
-_TAKEN = re.compile(r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+")
+_TAKEN = r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+"
 
 
 def base_place(field_name: str) -> int:
@@ -238,7 +238,7 @@ class System:
     factors : tuple of Factor
         The configuration, a product of groups.
     angles : tuple of str
-        Numbers of q behind the factors, by name: references of angles that the factors tell up to whole turns only.
+        Numbers of q after the factors, by name: references of angles that the factors determine up to whole turns only.
         Each reference is within half a turn of its angle, which the function ``joint_angles`` gives; callers that
         change q adapt the reference.
     functions : mapping from name to Function
@@ -446,14 +446,15 @@ class System:
         if not self.holonomic:
             return ()
         equations = [f for name, f in self.functions.items() if name not in OBSERVED]
-        of_period = periodic_inputs(self.tape, [ref for f in equations for ref in f.refs])
         held = self.tape.depends_on(
             ref for f in equations for block in f.outputs if block.name == "Phi" for ref in block.refs
         )
         angles = {factor.q_start + k for factor in self.factors if factor.group == "R" for k in range(factor.q_size)}
-        return tuple(
-            sorted(symbol.index for symbol in of_period & held if symbol.block == "q" and symbol.index in angles)
-        )
+        held = {symbol for symbol in held if symbol.block == "q" and symbol.index in angles}
+        if not held:  # as in absolute coordinates, which are not angles
+            return ()
+        of_period = periodic_inputs(self.tape, [ref for f in equations for ref in f.refs])
+        return tuple(sorted(symbol.index for symbol in of_period & held))
 
     @cached_property
     def positions(self) -> int:
@@ -467,7 +468,7 @@ class System:
     def harmonics(self) -> tuple[Columns | float, ...]:
         """Inputs that the scene gives as sums of a cos(w t) + b sin(w t): a, w and b of each, or a constant.
 
-        Empty if some input is no such component.
+        Empty if some input is not such a component.
         """
         result: list[Columns | float] = []
         for ref in self.functions["inputs"].refs if "inputs" in self.functions else ():
@@ -498,7 +499,7 @@ class System:
         for index, label in enumerate(self.angles, self.nq - len(self.angles)):
             names[InputSymbol("q", index)] = "q_" + re.sub(r"\W+", "_", label).strip("_")
         uses = Counter(names.values())
-        return {symbol: name for symbol, name in names.items() if uses[name] == 1 and not _TAKEN.fullmatch(name)}
+        return {symbol: name for symbol, name in names.items() if uses[name] == 1 and not re.fullmatch(_TAKEN, name)}
 
     def sympy(
         self, term: str, *, named: bool | None = None

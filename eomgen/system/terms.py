@@ -120,7 +120,12 @@ _PLAIN = (
     Term("inverse_dynamics", _MOTION, "tau = M a + h + b - Q in one recursion"),
     Term("forward_dynamics", _STATE, "vdot = M^-1 (Q - h - b)", exists=("unconstrained",)),
     Term("residual", _ALL, "residual r = M a + h + b - Q + B^T lam of an implicit step"),
-    Term("partials", _ALL, "its partials: K in q (left-trivialised), C in v, M in a", quadratic=True),
+    Term(
+        "partials",
+        _ALL,
+        "partial derivatives of the residual: K in q (left-trivialised), C in v, M in a",
+        quadratic=True,
+    ),
     Term("internal_rate", _STATE, "rates of the internal states: zdot = f(q, v, z, t, u)", exists=("states",)),
     Term(
         "internal_partials",

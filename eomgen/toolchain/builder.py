@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import logging
 import os
 import platform
 import re
@@ -19,6 +18,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.messages import Log
 from eomgen.base.progress import counted_units
 from eomgen.errors import Problem, ToolchainError
 from eomgen.toolchain.cache import Cache, Entry
@@ -27,7 +27,7 @@ from eomgen.toolchain.compiler import (
     DEFAULT_TIMEOUT,
     Compilation,
     Compiler,
-    Running,
+    RunningCompilers,
     compile_library,
     compile_object,
     faults_in,
@@ -79,16 +79,16 @@ def _with_includes(name: str, texts: Mapping[str, str]) -> bytes:
     """Return a digest of a file and of all files that it includes by name, each once, without comments."""
     names, content = [name], hashlib.sha256()
     for included in names:
-        text = _COMMENT.sub(lambda match: match[0] if match[0][0] == '"' else " ", texts[included])
+        text = re.sub(_COMMENT, lambda match: match[0] if match[0][0] == '"' else " ", texts[included])
         content.update(f"{included}\0{text}\0".encode())
-        names += [other for other in _INCLUDED.findall(text) if other in texts and other not in names]
+        names += [other for other in re.findall(_INCLUDED, text) if other in texts and other not in names]
     return content.digest()
 
 
-_LOG = logging.getLogger(__name__)
-_INCLUDED = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
+_LOG = Log(__name__)
+_INCLUDED = r'(?m)^#include "([^"]+)"'
 #: Comments, and texts, which may hold the signs of a comment.
-_COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|/\*.*?\*/', re.DOTALL)
+_COMMENT = r'(?s)"(?:[^"\\\n]|\\.)*"|/\*.*?\*/'
 _OBJECT = "object.o"
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
 _LANES, _ROUTINE = "lanes.so", "routine.so"
@@ -249,7 +249,7 @@ class Builder:
         cdef: str,
         layout: Mapping[str, Any],
         written: Mapping[str, str] | None = None,
-        running: Running | None = None,
+        running: RunningCompilers | None = None,
         straight: Container[str] = (),
     ) -> Library:
         """Compile files, keep the library under these content bytes, and load the library.
@@ -260,7 +260,7 @@ class Builder:
             Everything that the files depend on; two different sets of files must not share these bytes.
         files : mapping from name to text, or pairs of both as they are written, headers before files that include them
             C sources and headers; ``interface.h`` has the declarations of ``cdef``. ``main.c`` is left out. A source is
-            compiled while the sources behind it in the order are written.
+            compiled while the next sources in the order are written.
         layout : mapping
             JSON data, handed back as ``Library.layout``.
         written : mapping
@@ -452,7 +452,7 @@ class Builder:
         return library
 
     def _companion(
-        self, folder: Path, layout: Mapping[str, Any], function: str, running: Running | None = None
+        self, folder: Path, layout: Mapping[str, Any], function: str, running: RunningCompilers | None = None
     ) -> Library | None:
         """Return the library of one function for as many samples as there are lanes: compiled
         if a collection for the compiler's processes is given, else from the cache or None.

@@ -1,9 +1,9 @@
 """A content-addressed cache of libraries: atomic renames into place, checksums on reading, bounded size.
 
 Any process may be killed at any moment, and any number may build the same thing: an entry is there as a whole or not at
-all. Beside the entries there are ``claims`` (builds under way), ``failed`` (sources of failed builds), ``quarantine``
-(damaged entries) and ``tmp-*`` (builds under way, or left by processes that were killed), all of which are cleared away
-in time, and ``sizes.txt``, by which is known when entries have to go.
+all. In addition to the entries there are ``claims`` (builds under way), ``failed`` (sources of failed builds),
+``quarantine`` (damaged entries) and ``tmp-*`` (builds under way, or left by processes that were killed), all of which
+are cleared away in time, and ``sizes.txt``, by which is known when entries have to go.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _META, _TEMPORARY = "entry.json", "tmp-"
 #: Bytes of all entries at the last measurement, then a line per build with the bytes that the build added: measuring
 #: thousands of folders takes as long as a build.
 _SIZES = "sizes.txt"
-#: Folders of the bytecode of templates and of records of scenes, which are no entries.
+#: Folders of the bytecode of templates and of records of scenes, which are not entries.
 TEMPLATES, READINGS = "templates", "readings"
 
 

@@ -1,5 +1,5 @@
-"""C beside the model's own: its wrapper by cffi (API mode), or none if Python's headers are missing (ABI mode), and
-companions for as many samples as there are lanes.
+"""C in addition to the model's own: its wrapper by cffi (API mode), or none if Python's headers are missing (ABI mode),
+and companions for as many samples as there are lanes.
 
 cffi's own ``compile()`` drags setuptools in (0.6 s); its generated C is compiled here directly instead. The wrapper
 depends on the interface only, so one object serves all models.
@@ -92,7 +92,7 @@ def unloadable(path: Path, error: Exception) -> ToolchainError:
 #: The file that a companion is compiled from.
 SOURCE = "lanes.c"
 _APART = "__attribute__((noinline)) "
-_DECLARED = re.compile(r"^void (\w+)\(", re.MULTILINE)
+_DECLARED = r"(?m)^void (\w+)\("
 
 
 def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> dict[str, str]:
@@ -111,9 +111,10 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
     users = sorted(folder.glob(f"{prefix}_user_*.c"))
     texts = [path.read_text(encoding="utf-8") for path in (*sources, folder / "interface.c")]
     # no prototypes: the types of the arguments are declared later, and the prototypes that follow fit to these
-    declared = {name for text in headers.values() for name in _DECLARED.findall(text) if name.startswith(f"{prefix}_")}
-    # functions in separate files stay apart here, too, since products are fused with sums within a function
-    apart = _DECLARED.findall(headers.get(f"{prefix}_parts.h", ""))
+    names = (name for text in headers.values() for name in re.findall(_DECLARED, text))
+    declared = {name for name in names if name.startswith(f"{prefix}_")}
+    # functions in separate files stay separate here, too, since products are fused with sums within a function
+    apart = re.findall(_DECLARED, headers.get(f"{prefix}_parts.h", ""))
     head = [
         f"/* {SOURCE}: {function} of the model {prefix}, a sample in each lane. */",
         f"#define EOMGEN_ONLY_FUNCTION {number}",

@@ -11,36 +11,37 @@ import platform
 import re
 import shlex
 import shutil
-import subprocess
 import sys
 import sysconfig
 import threading
 import time
-import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property
 from pathlib import Path
-from queue import PriorityQueue
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
 from eomgen.errors import FileError, Problem, ToolchainError
+
+if TYPE_CHECKING:
+    import subprocess
+    from concurrent.futures import Future
+    from queue import PriorityQueue
 
 CANDIDATES = ("cc", "gcc", "clang")
 DEFAULT_TIMEOUT = 900.0
 
 #: Messages of compilers, assemblers and linkers if a disk, a quota or a limit of file sizes is exhausted.
 _FULL = ("No space left on device", "Disk quota exceeded", "File size limit exceeded", "File too large")
-_COLOURS = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]")
+_COLOURS = r"\x1b\[[0-9;?]*[ -/]*[@-~]"
 _WIDEST = 400
 #: Compilers that run at once; each may take some 200 MB.
 _MOST_COMPILERS = 8
-_FAULT = re.compile(r"^([^\s:]+):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$", re.MULTILINE)
+_FAULT = r"(?m)^([^\s:]+):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$"
 #: Of GNU linkers: a function in two files.
-_TWICE = re.compile(r"([^\s/:]+):\([^)]*\): multiple definition of [`'‘](\w+)")
+_TWICE = r"([^\s/:]+):\([^)]*\): multiple definition of [`'‘](\w+)"
 _C_HINT = "C99, and int NAME(double t, const double *signals, double *values, double *memory)"
 #: Priority of compilers in the background, as of ``nice``.
 _NICE = 5
@@ -49,7 +50,7 @@ _COMMON = ("-std=c99", "-fPIC", "-fvisibility=hidden", "-Wno-psabi")
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler: the words of its command (``CC`` may hold options) and the file behind the first word."""
+    """A C compiler: the words of its command (``CC`` may hold options) and the file of the first word."""
 
     command: tuple[str, ...]
     path: Path
@@ -64,6 +65,8 @@ class Compiler:
     @cached_property
     def version(self) -> str:
         """First line of ``cc --version``."""
+        import subprocess  # noqa: PLC0415  # a library of the cache needs no process
+
         try:
             result = subprocess.run(
                 [*self.command, "--version"],
@@ -136,7 +139,7 @@ def as_root(command: str) -> str:
 
 def processor() -> str:
     """Return a short digest of the processor features used by ``-march=native``."""
-    text = platform.machine() + platform.processor()
+    text = platform.machine()
     try:
         with Path("/proc/cpuinfo").open(encoding="ascii", errors="replace") as stream:
             text += "".join(
@@ -145,7 +148,7 @@ def processor() -> str:
                 if line.startswith(("model name", "flags", "Features"))
             )
     except OSError:
-        text += platform.platform()
+        text += platform.processor() + platform.platform()  # on some systems a process of its own
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -164,7 +167,7 @@ def compile_library(
     objects: Sequence[Path] = (),
     jobs: int | None = None,
     timeout: float = DEFAULT_TIMEOUT,
-    running: Running | None = None,
+    running: RunningCompilers | None = None,
 ) -> list[str]:
     """Compile sources side by side, as many as there are processors by default, and link the objects, with ready
     ``objects``, to a shared library; return the commands. The processes are entered in ``running``.
@@ -206,9 +209,12 @@ class Compilation:
         *,
         jobs: int | None = None,
         timeout: float = DEFAULT_TIMEOUT,
-        running: Running | None = None,
+        running: RunningCompilers | None = None,
         progress: Progress | None = None,
     ) -> None:
+        from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415  # a library of the cache needs no threads
+        from queue import PriorityQueue  # noqa: PLC0415  # likewise
+
         self._progress = progress
         self._added = 0
         self._compiler = compiler
@@ -217,7 +223,7 @@ class Compilation:
         self._waiting: PriorityQueue[tuple[int, Path, tuple[str, ...]]] = PriorityQueue()
         self._made: dict[Path, tuple[Path, str]] = {}
         self._tasks: list[Future[None]] = []
-        self._running = Running() if running is None else running
+        self._running = RunningCompilers() if running is None else running
         self._pool = None if jobs == 0 else ThreadPoolExecutor(max_workers=processors() if jobs is None else jobs)
         self._ended = contextlib.ExitStack()
 
@@ -245,7 +251,7 @@ class Compilation:
             self._tasks.append(self._pool.submit(self._compile_next))
 
     def take(self, source: Path, flags: Sequence[str]) -> None:
-        """Link the object that stands beside a source already, compiled with these flags."""
+        """Link the object that exists for a source already, compiled with these flags."""
         self._made[source] = source.with_suffix(".o"), shlex.join(_object_command(self._compiler, source, flags))
 
     def _compile_next(self) -> None:
@@ -269,7 +275,7 @@ class Compilation:
         return [*(command for _, command in done), shlex.join(link)]
 
 
-class Running:
+class RunningCompilers:
     """The compiler processes of one library, so that Ctrl-C in the main thread need not wait for processes of the
     workers."""
 
@@ -306,7 +312,7 @@ class Running:
                 self._processes.discard(process)
 
 
-def in_background(name: str, work: Callable[[Running], None]) -> None:
+def in_background(name: str, work: Callable[[RunningCompilers], None]) -> None:
     """Start work on a thread of its own; compilers of the work are ended with the process.
 
     Parameters
@@ -314,7 +320,7 @@ def in_background(name: str, work: Callable[[Running], None]) -> None:
     name : of the thread
     work : takes the collection in which the work enters its compilers
     """
-    running = Running()
+    running = RunningCompilers()
     atexit.register(running.stop)
 
     def whole() -> None:
@@ -332,7 +338,7 @@ def compile_object(
     source: Path,
     flags: Sequence[str],
     deadline: float | None = None,
-    running: Running | None = None,
+    running: RunningCompilers | None = None,
 ) -> tuple[Path, str]:
     """Compile one file to an object in the same folder; return the object and the command."""
     made = source.with_suffix(".o")
@@ -373,7 +379,9 @@ def _link_flags() -> list[str]:
 
 def printable(text: str) -> str:
     """Return a program's output without colours, and with all other control characters of terminals escaped."""
-    plain = _COLOURS.sub("", text)
+    import unicodedata  # noqa: PLC0415  # a table of all characters, for texts of compilers alone
+
+    plain = re.sub(_COLOURS, "", text)
     kept = (
         c if c in "\n\t" or unicodedata.category(c)[0] != "C" else c.encode("unicode_escape").decode() for c in plain
     )
@@ -393,11 +401,11 @@ def faults_in(output: str, written: Mapping[str, str]) -> list[Problem]:
     for name, shown_as in written.items():
         if f"/{name} " not in output:  # the command was for another file
             continue
-        for file, line, fault in _FAULT.findall(output):
+        for file, line, fault in re.findall(_FAULT, output):
             if file.rpartition("/")[2] == shown_as:
                 problem = Problem(f"{shown_as}:{line}", f"the C compiler finds {fault}", _C_HINT)
                 result.setdefault((shown_as, line), problem)
-    for name, function in _TWICE.findall(output):
+    for name, function in re.findall(_TWICE, output):
         if name in written:
             shown_as = written[name]
             fault = f"the function {function} is defined in another file, too, and models have all files linked"
@@ -410,7 +418,9 @@ def library_suffix() -> str:
     return str(sysconfig.get_config_var("EXT_SUFFIX") or ".so")
 
 
-def _run(command: Sequence[str], made: Path, deadline: float, running: Running | None = None) -> None:
+def _run(command: Sequence[str], made: Path, deadline: float, running: RunningCompilers | None = None) -> None:
+    import subprocess  # noqa: PLC0415  # a library of the cache needs no process
+
     where = f"C compiler, sources kept in {made.parent}"
     try:
         with (
@@ -424,7 +434,7 @@ def _run(command: Sequence[str], made: Path, deadline: float, running: Running |
                 errors="replace",
                 env={**os.environ, "LC_ALL": "C"},
             ) as process,
-            (running or Running()).watched(process),
+            (running or RunningCompilers()).watched(process),
         ):
             try:
                 output, complaints = process.communicate(timeout=max(0.1, deadline - time.monotonic()))

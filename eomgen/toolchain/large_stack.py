@@ -32,10 +32,10 @@ def thread_time_ns() -> int:
 
 def with_stack(lib: Any, needed: int) -> Any:
     """Return the functions of a library, each called with as many bytes of stack as the function needs."""
-    return lib if needed <= ENOUGH else OnLargeStack(lib, max(_LEAST, _RESERVE * needed))
+    return lib if needed <= ENOUGH else LargeStackFunctions(lib, max(_LEAST, _RESERVE * needed))
 
 
-class OnLargeStack:
+class LargeStackFunctions:
     """The functions of a library, called on stacks of a given number of bytes."""
 
     def __init__(self, lib: Any, size: int) -> None:

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from eomgen.errors import EomgenError, ToolchainError, UsageError
 from eomgen.toolchain.cffi_build import load_abi
-from eomgen.toolchain.compiler import Running, in_background
+from eomgen.toolchain.compiler import RunningCompilers, in_background
 from eomgen.toolchain.large_stack import with_stack
+from eomgen.toolchain.python_functions import raising, set_functions
 
 Array = NDArray[Any]
 #: Seconds before the compiler of a successor begins: the first step goes first.
@@ -55,14 +56,14 @@ class BoundCall:
 
 
 class Library:
-    """A compiled model behind the generic interface.
+    """A compiled model with the generic interface.
 
     Attributes
     ----------
     ffi, lib : of cffi; ``lib`` has the functions of the interface, on a stack of their own if the functions need a
         large stack.
     layout : mapping
-        Data stored beside the library; ``functions[k]`` has ``input_sizes`` and ``outputs`` with ``size``.
+        Data stored with the library; ``functions[k]`` has ``input_sizes`` and ``outputs`` with ``size``.
     mode : str
         ``api`` or ``abi``.
     folder : Path
@@ -87,7 +88,8 @@ class Library:
 
     def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path) -> None:
         self.ffi, self._interface = ffi, lib
-        self.lib = with_stack(lib, int(layout.get("stack", 0)))
+        self.lib = with_stack(raising(lib, layout), int(layout.get("stack", 0)))
+        set_functions(file, layout)
         self.layout = layout
         self.mode = mode
         self.kept: dict[str, Any] = {}
@@ -193,14 +195,14 @@ class Successor:
     make : makes the library; the compilers are entered in the collection
     """
 
-    def __init__(self, make: Callable[[Running], Library]) -> None:
+    def __init__(self, make: Callable[[RunningCompilers], Library]) -> None:
         self.library: Library | None = None
         self.error: EomgenError | OSError | None = None
         self._make = make
         self._ended = threading.Event()
         in_background("eomgen-successor", self._work)
 
-    def _work(self, running: Running) -> None:
+    def _work(self, running: RunningCompilers) -> None:
         time.sleep(_DELAY)
         try:
             self.library = self._make(running)
@@ -228,6 +230,7 @@ class LaneLibrary:
         self.ffi, lib = load_abi(path, cdef)
         self.lanes = int(lib.eomgen_lanes_size(0))
         self.state_size, self.workspace_size = (int(lib.eomgen_lanes_size(k)) // 8 for k in (1, 2))
-        self.lib = with_stack(lib, self.lanes * int(layout.get("stack", 0)))
+        self.lib = with_stack(raising(lib, layout), self.lanes * int(layout.get("stack", 0)))
+        set_functions(path, layout)
         self.layout = layout
         self.path = path

@@ -15,7 +15,7 @@ from eomgen.errors import Problem, ToolchainError
 class Profile:
     """A named set of flags.
 
-    ``native`` code may only be reused on the same kind of processor. ``on_tape``: long functions of the model are no C
+    ``native`` code may only be reused on the same kind of processor. ``on_tape``: long functions of the model are not C
     but code of the tape engine.
     """
 
@@ -36,8 +36,9 @@ _FAST = (
 
 #: ``fast``: this processor's instructions, fused multiply-add, no errno; these flags keep NaN, infinities and the order
 #: of sums. No vectors of neighbouring statements: gcc 12.2 makes wrong code of such vectors with 512-bit registers, and
-#: the vectors are no gain here. ``reproducible``: the same bits on every IEEE machine, and as the command in an emitted
-#: manifest gives. ``quick``: for tests. ``instant``: the least work for a compiler; the bits of ``reproducible``.
+#: the vectors save no time here. ``reproducible``: the same bits on every IEEE machine, and as the command in an
+#: emitted manifest gives. ``quick``: for tests. ``instant``: the least work for a compiler; the bits of
+#: ``reproducible``.
 PROFILES = {
     "fast": Profile("fast", _FAST, True),
     "reproducible": Profile("reproducible", ("-O2", "-ffp-contract=off"), False),
@@ -74,7 +75,7 @@ _WITHOUT_SLOW_PASSES = (
 _LONG = 130_000
 #: First gcc whose ``-O2`` turns loops into vectors, as these flags say; older versions are called with ``-O2``.
 _FIRST_GCC = 12
-_GCC = re.compile(r"\S*g?cc\S* \(.*?\) (\d+)\.")
+_GCC = r"\S*g?cc\S* \(.*?\) (\d+)\."
 
 #: The variable that names the default profile, and the default profile without the variable.
 PROFILE_VARIABLE = "EOMGEN_PROFILE"
@@ -124,7 +125,7 @@ def without_slow_passes(flags: Sequence[str], version: str) -> tuple[str, ...]:
     ----------
     version : the first line of the compiler's text about its version
     """
-    gcc = _GCC.match(version)
+    gcc = re.match(_GCC, version)
     if gcc is None or int(gcc[1]) < _FIRST_GCC:
         return tuple(flags)
     return tuple(part for flag in flags for part in (_WITHOUT_SLOW_PASSES if flag == "-O2" else (flag,)))

@@ -627,514 +627,575 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real x419 = R_body_xz * minus_force_front_right_x_d7;
     const real x420 = R_body_xz * minus_force_front_right_x_d8;
     const real x421 = R_body_xz * force_front_right_x_d9;
-    w[0] = cos_pitch;
-    w[1] = sin_pitch;
-    w[2] = cos_roll;
-    w[3] = sin_roll;
-    w[4] = R_body_xy;
-    w[5] = R_body_xz;
-    w[6] = R_body_zy;
-    w[7] = R_body_zz;
-    w[8] = v_body_z;
-    w[9] = minus_span_front_left_y;
-    w[10] = force_front_right_z;
-    w[11] = x88;
-    w[12] = x89;
-    w[13] = p_mount_rear_left_x;
-    w[14] = x99;
-    w[15] = x100;
-    w[16] = x101;
-    w[17] = x102;
-    w[18] = x103;
-    w[19] = x104;
-    w[20] = minus_v_mount_rear_left_x;
-    w[21] = v_mount_rear_left_y;
-    w[22] = x108;
-    w[23] = x109;
-    w[24] = span_rear_left_x;
-    w[25] = minus_span_rear_left_z;
-    w[26] = minus_rate_rear_left_z;
-    w[27] = length_rear_left;
-    w[28] = x115;
-    w[29] = direction_rear_left_x;
-    w[30] = minus_direction_rear_left_y;
-    w[31] = minus_direction_rear_left_z;
-    w[32] = tension_rear_left;
-    w[33] = force_rear_left_x;
-    w[34] = minus_force_rear_left_z;
-    w[35] = x125;
-    w[36] = x126;
-    w[37] = x127;
-    w[38] = x129;
-    w[39] = x130;
-    w[40] = x131;
-    w[41] = minus_p_mount_rear_right_x;
-    w[42] = x135;
-    w[43] = x136;
-    w[44] = x137;
-    w[45] = minus_v_mount_rear_right_x;
-    w[46] = v_mount_rear_right_y;
-    w[47] = x140;
-    w[48] = span_rear_right_x;
-    w[49] = minus_span_rear_right_z;
-    w[50] = minus_rate_rear_right_z;
-    w[51] = length_rear_right;
-    w[52] = x146;
-    w[53] = direction_rear_right_x;
-    w[54] = direction_rear_right_y;
-    w[55] = minus_direction_rear_right_z;
-    w[56] = minus_tension_rear_right;
-    w[57] = minus_force_rear_right_x;
-    w[58] = force_rear_right_z;
-    w[59] = x156;
-    w[60] = x157;
-    w[61] = x158;
-    w[62] = x160;
-    w[63] = x161;
-    w[64] = x162;
-    w[65] = x171;
-    w[66] = x172;
-    w[67] = x173;
-    w[68] = x174;
-    w[69] = x175;
-    w[70] = x176;
-    w[71] = x181;
-    w[72] = x183;
-    w[73] = x187;
-    w[74] = x188;
-    w[75] = x189;
-    w[76] = p_mount_front_left_x_d2;
-    w[77] = minus_p_mount_front_left_y_d2;
-    w[78] = p_mount_front_left_z_d2;
-    w[79] = x200;
-    w[80] = x201;
-    w[81] = x202;
-    w[82] = x203;
-    w[83] = x208;
-    w[84] = minus_v_mount_front_left_x_d7;
-    w[85] = v_mount_front_left_y_d7;
-    w[86] = minus_v_mount_front_left_y_d1;
-    w[87] = x217;
-    w[88] = x218;
-    w[89] = x219;
-    w[90] = x220;
-    w[91] = x225;
-    w[92] = v_mount_front_left_z_d7;
-    w[93] = x231;
-    w[94] = x261;
-    w[95] = x262;
-    w[96] = minus_force_front_left_z_d3;
-    w[97] = x292;
-    w[98] = x293;
-    w[99] = x294;
-    w[100] = force_on_mount_front_left_x_d7;
-    w[101] = x296;
-    w[102] = x297;
-    w[103] = force_on_mount_front_left_x_d10;
-    w[104] = force_on_mount_front_left_y_d1;
-    w[105] = force_on_mount_front_left_y_d2;
-    w[106] = x303;
-    w[107] = force_on_mount_front_left_y_d7;
-    w[108] = x305;
-    w[109] = x306;
-    w[110] = force_on_mount_front_left_y_d10;
-    w[111] = force_on_mount_front_left_z_d1;
-    w[112] = x311;
-    w[113] = x312;
-    w[114] = force_on_mount_front_left_z_d7;
-    w[115] = x314;
-    w[116] = x315;
-    w[117] = force_on_mount_front_left_z_d10;
-    w[118] = moment_on_mount_front_left_x_d1;
-    w[119] = x318;
-    w[120] = x319;
-    w[121] = moment_on_mount_front_left_x_d7;
-    w[122] = x321;
-    w[123] = x322;
-    w[124] = x323;
-    w[125] = moment_on_mount_front_left_y_d2;
-    w[126] = moment_on_mount_front_left_y_d3;
-    w[127] = x326;
-    w[128] = moment_on_mount_front_left_y_d8;
-    w[129] = moment_on_mount_front_left_y_d9;
-    w[130] = x329;
-    w[131] = moment_on_mount_front_left_z_d1;
-    w[132] = moment_on_mount_front_left_z_d2;
-    w[133] = x332;
-    w[134] = moment_on_mount_front_left_z_d7;
-    w[135] = x334;
-    w[136] = x335;
-    w[137] = moment_on_mount_front_left_z_d10;
-    w[138] = x337;
-    w[139] = x338;
-    w[140] = minus_force_front_right_x_d11;
-    w[141] = minus_force_front_right_y_d2;
-    w[142] = force_front_right_y_d1;
-    w[143] = force_front_right_y_d4;
-    w[144] = force_front_right_y_d7;
-    w[145] = force_front_right_y_d8;
-    w[146] = minus_force_front_right_y_d9;
-    w[147] = force_front_right_y_d11;
-    w[148] = force_front_right_z_d4;
-    w[149] = force_front_right_z_d1;
-    w[150] = force_front_right_z_d2;
-    w[151] = minus_force_front_right_z_d7;
-    w[152] = minus_force_front_right_z_d8;
-    w[153] = force_front_right_z_d9;
-    w[154] = minus_force_front_right_z_d11;
-    w[155] = force_on_mount_front_right_x_d1;
-    w[156] = x401;
-    w[157] = force_on_mount_front_right_x_d4;
-    w[158] = force_on_mount_front_right_x_d7;
-    w[159] = force_on_mount_front_right_x_d8;
-    w[160] = x405;
-    w[161] = force_on_mount_front_right_x_d11;
-    w[162] = x408;
-    w[163] = x410;
-    w[164] = force_on_mount_front_right_y_d4;
-    w[165] = force_on_mount_front_right_y_d7;
-    w[166] = force_on_mount_front_right_y_d8;
-    w[167] = x414;
-    w[168] = force_on_mount_front_right_y_d11;
-    w[169] = x416;
-    w[170] = x417;
-    w[171] = x418;
-    w[172] = x419;
-    w[173] = x420;
-    w[174] = x421;
+
+    /* Values that later parts read */
+    w[0] = cos_pitch; w[1] = sin_pitch; w[2] = cos_roll; w[3] = sin_roll; w[4] = R_body_xy; w[5] = R_body_xz;
+    w[6] = R_body_zy; w[7] = R_body_zz; w[8] = v_body_z; w[9] = minus_span_front_left_y; w[10] = force_front_right_z;
+    w[11] = x88; w[12] = x89; w[13] = p_mount_rear_left_x; w[14] = x99; w[15] = x100; w[16] = x101; w[17] = x102;
+    w[18] = x103; w[19] = x104; w[20] = minus_v_mount_rear_left_x; w[21] = v_mount_rear_left_y; w[22] = x108;
+    w[23] = x109; w[24] = span_rear_left_x; w[25] = minus_span_rear_left_z; w[26] = minus_rate_rear_left_z;
+    w[27] = length_rear_left; w[28] = x115; w[29] = direction_rear_left_x; w[30] = minus_direction_rear_left_y;
+    w[31] = minus_direction_rear_left_z; w[32] = tension_rear_left; w[33] = force_rear_left_x;
+    w[34] = minus_force_rear_left_z; w[35] = x125; w[36] = x126; w[37] = x127; w[38] = x129; w[39] = x130; w[40] = x131;
+    w[41] = minus_p_mount_rear_right_x; w[42] = x135; w[43] = x136; w[44] = x137; w[45] = minus_v_mount_rear_right_x;
+    w[46] = v_mount_rear_right_y; w[47] = x140; w[48] = span_rear_right_x; w[49] = minus_span_rear_right_z;
+    w[50] = minus_rate_rear_right_z; w[51] = length_rear_right; w[52] = x146; w[53] = direction_rear_right_x;
+    w[54] = direction_rear_right_y; w[55] = minus_direction_rear_right_z; w[56] = minus_tension_rear_right;
+    w[57] = minus_force_rear_right_x; w[58] = force_rear_right_z; w[59] = x156; w[60] = x157; w[61] = x158;
+    w[62] = x160; w[63] = x161; w[64] = x162; w[65] = x171; w[66] = x172; w[67] = x173; w[68] = x174; w[69] = x175;
+    w[70] = x176; w[71] = x181; w[72] = x183; w[73] = x187; w[74] = x188; w[75] = x189; w[76] = p_mount_front_left_x_d2;
+    w[77] = minus_p_mount_front_left_y_d2; w[78] = p_mount_front_left_z_d2; w[79] = x200; w[80] = x201; w[81] = x202;
+    w[82] = x203; w[83] = x208; w[84] = minus_v_mount_front_left_x_d7; w[85] = v_mount_front_left_y_d7;
+    w[86] = minus_v_mount_front_left_y_d1; w[87] = x217; w[88] = x218; w[89] = x219; w[90] = x220; w[91] = x225;
+    w[92] = v_mount_front_left_z_d7; w[93] = x231; w[94] = x261; w[95] = x262; w[96] = minus_force_front_left_z_d3;
+    w[97] = x292; w[98] = x293; w[99] = x294; w[100] = force_on_mount_front_left_x_d7; w[101] = x296; w[102] = x297;
+    w[103] = force_on_mount_front_left_x_d10; w[104] = force_on_mount_front_left_y_d1;
+    w[105] = force_on_mount_front_left_y_d2; w[106] = x303; w[107] = force_on_mount_front_left_y_d7; w[108] = x305;
+    w[109] = x306; w[110] = force_on_mount_front_left_y_d10; w[111] = force_on_mount_front_left_z_d1; w[112] = x311;
+    w[113] = x312; w[114] = force_on_mount_front_left_z_d7; w[115] = x314; w[116] = x315;
+    w[117] = force_on_mount_front_left_z_d10; w[118] = moment_on_mount_front_left_x_d1; w[119] = x318; w[120] = x319;
+    w[121] = moment_on_mount_front_left_x_d7; w[122] = x321; w[123] = x322; w[124] = x323;
+    w[125] = moment_on_mount_front_left_y_d2; w[126] = moment_on_mount_front_left_y_d3; w[127] = x326;
+    w[128] = moment_on_mount_front_left_y_d8; w[129] = moment_on_mount_front_left_y_d9; w[130] = x329;
+    w[131] = moment_on_mount_front_left_z_d1; w[132] = moment_on_mount_front_left_z_d2; w[133] = x332;
+    w[134] = moment_on_mount_front_left_z_d7; w[135] = x334; w[136] = x335; w[137] = moment_on_mount_front_left_z_d10;
+    w[138] = x337; w[139] = x338; w[140] = minus_force_front_right_x_d11; w[141] = minus_force_front_right_y_d2;
+    w[142] = force_front_right_y_d1; w[143] = force_front_right_y_d4; w[144] = force_front_right_y_d7;
+    w[145] = force_front_right_y_d8; w[146] = minus_force_front_right_y_d9; w[147] = force_front_right_y_d11;
+    w[148] = force_front_right_z_d4; w[149] = force_front_right_z_d1; w[150] = force_front_right_z_d2;
+    w[151] = minus_force_front_right_z_d7; w[152] = minus_force_front_right_z_d8; w[153] = force_front_right_z_d9;
+    w[154] = minus_force_front_right_z_d11; w[155] = force_on_mount_front_right_x_d1; w[156] = x401;
+    w[157] = force_on_mount_front_right_x_d4; w[158] = force_on_mount_front_right_x_d7;
+    w[159] = force_on_mount_front_right_x_d8; w[160] = x405; w[161] = force_on_mount_front_right_x_d11; w[162] = x408;
+    w[163] = x410; w[164] = force_on_mount_front_right_y_d4; w[165] = force_on_mount_front_right_y_d7;
+    w[166] = force_on_mount_front_right_y_d8; w[167] = x414; w[168] = force_on_mount_front_right_y_d11; w[169] = x416;
+    w[170] = x417; w[171] = x418; w[172] = x419; w[173] = x420; w[174] = x421;
 }
 
 EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *p, real *restrict w, real *restrict K,
     real *restrict C)
 {
     /* Partials of applied forces */
-    const real x422 = w[169] - w[3] * w[142] - (w[5] * w[10] - w[7] * w[149]);
-    const real force_on_mount_front_right_z_d2 = w[170] - (w[11] + w[3] * w[141]) + (w[12] - w[7] * w[150]);
-    const real force_on_mount_front_right_z_d4 = w[171] + w[3] * w[143] - w[7] * w[148];
-    const real force_on_mount_front_right_z_d7 = w[172] + w[3] * w[144] + w[7] * w[151];
-    const real force_on_mount_front_right_z_d8 = w[173] + w[3] * w[145] + w[7] * w[152];
-    const real x427 = w[174] + w[3] * w[146] + w[7] * w[153];
-    const real force_on_mount_front_right_z_d11 = w[5] * w[140] + w[3] * w[147] + w[7] * w[154];
-    const real x429 = K(0.75) * force_on_mount_front_right_z_d4;
-    K[18] = x429;
+    const real R_body_xz = w[5];
+    const real minus_force_front_right_x_d11 = w[140];
+    const real sin_roll = w[3];
+    const real minus_force_front_right_y_d2 = w[141];
+    const real force_front_right_y_d1 = w[142];
+    const real force_front_right_y_d4 = w[143];
+    const real force_front_right_y_d7 = w[144];
+    const real force_front_right_y_d8 = w[145];
+    const real minus_force_front_right_y_d9 = w[146];
+    const real force_front_right_y_d11 = w[147];
+    const real force_front_right_z = w[10];
+    const real R_body_zz = w[7];
+    const real force_front_right_z_d1 = w[149];
+    const real force_front_right_z_d2 = w[150];
+    const real force_front_right_z_d4 = w[148];
+    const real minus_force_front_right_z_d7 = w[151];
+    const real minus_force_front_right_z_d8 = w[152];
+    const real force_front_right_z_d9 = w[153];
+    const real minus_force_front_right_z_d11 = w[154];
+    const real x441 = w[169] - sin_roll * force_front_right_y_d1
+        - (R_body_xz * force_front_right_z - R_body_zz * force_front_right_z_d1);
+    const real force_on_mount_front_right_z_d2 = w[170] - (w[11] + sin_roll * minus_force_front_right_y_d2)
+        + (w[12] - R_body_zz * force_front_right_z_d2);
+    const real force_on_mount_front_right_z_d4 = w[171] + sin_roll * force_front_right_y_d4
+        - R_body_zz * force_front_right_z_d4;
+    const real force_on_mount_front_right_z_d7 = w[172] + sin_roll * force_front_right_y_d7
+        + R_body_zz * minus_force_front_right_z_d7;
+    const real force_on_mount_front_right_z_d8 = w[173] + sin_roll * force_front_right_y_d8
+        + R_body_zz * minus_force_front_right_z_d8;
+    const real x446 = w[174] + sin_roll * minus_force_front_right_y_d9 + R_body_zz * force_front_right_z_d9;
+    const real force_on_mount_front_right_z_d11 = R_body_xz * minus_force_front_right_x_d11
+        + sin_roll * force_front_right_y_d11 + R_body_zz * minus_force_front_right_z_d11;
+    const real x448 = K(0.75) * force_on_mount_front_right_z_d4;
+    K[18] = x448;
     C[18] = K(0.75) * force_on_mount_front_right_z_d11;
-    const real x430 = K(1.4) * force_on_mount_front_right_z_d4;
-    const real moment_on_mount_front_right_z_d4 = K(1.4) * w[164] + K(0.75) * w[157];
-    const real x432 = K(1.7) * w[3];
-    const real x433 = K(1.7) * w[2];
-    const real x434 = w[8] + w[15];
-    const real x435 = w[22] - w[82];
-    const real x436 = w[5] * w[16];
-    const real x437 = x436 + w[4] * x434;
-    const real x438 = w[4] * x432;
-    const real x439 = w[5] * x433;
-    const real x440 = w[3] * w[16];
-    const real x441 = x440 - w[2] * x434;
-    const real v_mount_rear_left_y_d8 = w[2] * x432 - w[3] * x433;
-    const real x443 = w[18] + w[90];
-    const real x444 = w[7] * w[16];
-    const real x445 = x444 + w[6] * x434;
-    const real x446 = w[6] * x432;
-    const real x447 = w[7] * x433;
-    const real v_mount_rear_left_z_d1 = w[87] - x443 - (w[19] + w[91]);
-    const real minus_v_mount_rear_left_z_d8 = w[88] - x446 - x447;
-    const real minus_v_mount_rear_left_z_d2 = w[89] - x445 + (x444 + w[6] * w[17]);
-    const real x451 = K(0.5) / w[27];
-    const real x452 = w[93] + K(2.0) * (w[24] * w[76]) - K(2.0) * (w[25] * w[78]);
-    const real length_rear_left_d2 = x452 * x451;
-    const real length_rear_left_d1 = (K(2.0) * (w[14] * w[24]) + K(2.0) * (w[13] * w[25])) * x451;
-    const real length_rear_left_d5 = K(2.0) * w[25] * x451;
-    const real x456 = w[28] * w[28];
-    const real x457 = length_rear_left_d2 * x456;
-    const real x458 = length_rear_left_d1 * x456;
-    const real x459 = length_rear_left_d5 * x456;
-    const real direction_rear_left_x_d1 = w[14] * w[28] - w[24] * x458;
-    const real direction_rear_left_x_d2 = w[28] * w[76] - w[24] * x457;
-    const real minus_direction_rear_left_x_d5 = w[24] * x459;
-    const real minus_direction_rear_left_y_d2 = w[28] * w[77] - w[9] * x457;
-    const real direction_rear_left_y_d1 = w[9] * x458;
-    const real direction_rear_left_y_d5 = w[9] * x459;
-    const real minus_direction_rear_left_z_d5 = w[28] - w[25] * x459;
-    const real minus_direction_rear_left_z_d1 = w[13] * w[28] - w[25] * x458;
-    const real direction_rear_left_z_d2 = w[28] * w[78] + w[25] * x457;
-    const real x469 = w[29] * (w[81] + x437 - (x436 + w[4] * w[17]));
-    const real x470 = w[29] * (w[79] + x435 + (w[23] - w[83])) - w[20] * direction_rear_left_x_d1;
-    const real x471 = w[30] * (x441 - (x440 - w[2] * w[17])) - w[21] * minus_direction_rear_left_y_d2;
-    const real x472 = x470 + (w[30] * w[86] + w[21] * direction_rear_left_y_d1);
-    const real x473 = w[29] * (w[80] + x438 + x439) - w[30] * v_mount_rear_left_y_d8;
-    const real x474 = w[31] * minus_v_mount_rear_left_z_d2 - w[26] * direction_rear_left_z_d2;
-    const real tension_rear_left_d12 = p->p_damper_rear * w[31];
-    const real x476 = p->p_damper_rear * (x469 - w[20] * direction_rear_left_x_d2 + x471 + x474);
-    const real x477 = p->p_damper_rear * (x472 - (w[31] * v_mount_rear_left_z_d1
-        - w[26] * minus_direction_rear_left_z_d1));
-    const real x478 = p->p_damper_rear * (w[20] * minus_direction_rear_left_x_d5 + w[21] * direction_rear_left_y_d5
-        + w[26] * minus_direction_rear_left_z_d5);
-    const real tension_rear_left_d5 = K(38000.0) * length_rear_left_d5 + x478;
-    const real tension_rear_left_d2 = K(38000.0) * length_rear_left_d2 + x476
+    const real x449 = K(1.4) * force_on_mount_front_right_z_d4;
+    const real x450 = w[162];
+    const real x451 = w[163];
+    const real force_on_mount_front_right_y_d4 = w[164];
+    const real force_on_mount_front_right_y_d7 = w[165];
+    const real force_on_mount_front_right_y_d8 = w[166];
+    const real x455 = w[167];
+    const real force_on_mount_front_right_y_d11 = w[168];
+    const real force_on_mount_front_right_x_d1 = w[155];
+    const real x458 = w[156];
+    const real force_on_mount_front_right_x_d4 = w[157];
+    const real force_on_mount_front_right_x_d7 = w[158];
+    const real force_on_mount_front_right_x_d8 = w[159];
+    const real x462 = w[160];
+    const real force_on_mount_front_right_x_d11 = w[161];
+    const real moment_on_mount_front_right_z_d4 = K(1.4) * force_on_mount_front_right_y_d4
+        + K(0.75) * force_on_mount_front_right_x_d4;
+    const real moment_on_mount_front_left_x_d1 = w[118];
+    const real x466 = w[119];
+    const real x467 = w[120];
+    const real moment_on_mount_front_left_x_d7 = w[121];
+    const real x469 = w[122];
+    const real x470 = w[123];
+    const real x471 = w[124];
+    const real moment_on_mount_front_left_y_d2 = w[125];
+    const real moment_on_mount_front_left_y_d3 = w[126];
+    const real x474 = w[127];
+    const real moment_on_mount_front_left_y_d8 = w[128];
+    const real moment_on_mount_front_left_y_d9 = w[129];
+    const real moment_on_mount_front_left_z_d1 = w[131];
+    const real moment_on_mount_front_left_z_d2 = w[132];
+    const real x479 = w[133];
+    const real moment_on_mount_front_left_z_d7 = w[134];
+    const real x481 = w[135];
+    const real x482 = w[136];
+    const real x483 = w[97];
+    const real x484 = w[98];
+    const real x485 = w[99];
+    const real force_on_mount_front_left_x_d7 = w[100];
+    const real x487 = w[101];
+    const real x488 = w[102];
+    const real force_on_mount_front_left_y_d1 = w[104];
+    const real force_on_mount_front_left_y_d2 = w[105];
+    const real x491 = w[106];
+    const real force_on_mount_front_left_y_d7 = w[107];
+    const real x493 = w[108];
+    const real x494 = w[109];
+    const real force_on_mount_front_left_z_d1 = w[111];
+    const real x496 = w[112];
+    const real x497 = w[113];
+    const real force_on_mount_front_left_z_d7 = w[114];
+    const real x499 = w[115];
+    const real x500 = w[116];
+    const real x501 = K(1.7) * sin_roll;
+    const real cos_roll = w[2];
+    const real x503 = K(1.7) * cos_roll;
+    const real v_body_z = w[8];
+    const real x505 = v_body_z + w[15];
+    const real x506 = w[22] - w[82];
+    const real x507 = R_body_xz * w[16];
+    const real R_body_xy = w[4];
+    const real x509 = x507 + R_body_xy * x505;
+    const real x510 = R_body_xy * x501;
+    const real x511 = R_body_xz * x503;
+    const real x512 = sin_roll * w[16];
+    const real x513 = x512 - cos_roll * x505;
+    const real v_mount_rear_left_y_d8 = cos_roll * x501 - sin_roll * x503;
+    const real x515 = w[18] + w[90];
+    const real x516 = R_body_zz * w[16];
+    const real R_body_zy = w[6];
+    const real x518 = x516 + R_body_zy * x505;
+    const real x519 = R_body_zy * x501;
+    const real x520 = R_body_zz * x503;
+    const real v_mount_rear_left_z_d1 = w[87] - x515 - (w[19] + w[91]);
+    const real minus_v_mount_rear_left_z_d8 = w[88] - x519 - x520;
+    const real minus_v_mount_rear_left_z_d2 = w[89] - x518 + (x516 + R_body_zy * w[17]);
+    const real span_rear_left_x = w[24];
+    const real p_mount_front_left_x_d2 = w[76];
+    const real minus_span_rear_left_z = w[25];
+    const real p_mount_rear_left_x = w[13];
+    const real p_mount_front_left_z_d2 = w[78];
+    const real length_rear_left = w[27];
+    const real x530 = K(0.5) / length_rear_left;
+    const real x531 = w[93] + K(2.0) * (span_rear_left_x * p_mount_front_left_x_d2)
+        - K(2.0) * (minus_span_rear_left_z * p_mount_front_left_z_d2);
+    const real length_rear_left_d2 = x531 * x530;
+    const real length_rear_left_d1 = (K(2.0) * (w[14] * span_rear_left_x)
+        + K(2.0) * (p_mount_rear_left_x * minus_span_rear_left_z)) * x530;
+    const real length_rear_left_d5 = K(2.0) * minus_span_rear_left_z * x530;
+    const real x535 = w[28] * w[28];
+    const real x536 = length_rear_left_d2 * x535;
+    const real x537 = length_rear_left_d1 * x535;
+    const real x538 = length_rear_left_d5 * x535;
+    const real direction_rear_left_x_d1 = w[14] * w[28] - span_rear_left_x * x537;
+    const real direction_rear_left_x_d2 = w[28] * p_mount_front_left_x_d2 - span_rear_left_x * x536;
+    const real minus_direction_rear_left_x_d5 = span_rear_left_x * x538;
+    const real minus_p_mount_front_left_y_d2 = w[77];
+    const real minus_span_front_left_y = w[9];
+    const real minus_direction_rear_left_y_d2 = w[28] * minus_p_mount_front_left_y_d2 - minus_span_front_left_y * x536;
+    const real direction_rear_left_y_d1 = minus_span_front_left_y * x537;
+    const real direction_rear_left_y_d5 = minus_span_front_left_y * x538;
+    const real minus_direction_rear_left_z_d5 = w[28] - minus_span_rear_left_z * x538;
+    const real minus_direction_rear_left_z_d1 = p_mount_rear_left_x * w[28] - minus_span_rear_left_z * x537;
+    const real direction_rear_left_z_d2 = w[28] * p_mount_front_left_z_d2 + minus_span_rear_left_z * x536;
+    const real direction_rear_left_x = w[29];
+    const real minus_v_mount_rear_left_x = w[20];
+    const real minus_v_mount_front_left_x_d7 = w[84];
+    const real x553 = direction_rear_left_x * (w[81] + x509 - (x507 + R_body_xy * w[17]));
+    const real minus_direction_rear_left_y = w[30];
+    const real v_mount_rear_left_y = w[21];
+    const real v_mount_front_left_y_d7 = w[85];
+    const real minus_v_mount_front_left_y_d1 = w[86];
+    const real x558 = direction_rear_left_x * (w[79] + x506 + (w[23] - w[83]))
+        - minus_v_mount_rear_left_x * direction_rear_left_x_d1;
+    const real x559 = minus_direction_rear_left_y * (x513 - (x512 - cos_roll * w[17]))
+        - v_mount_rear_left_y * minus_direction_rear_left_y_d2;
+    const real minus_direction_rear_left_z = w[31];
+    const real minus_rate_rear_left_z = w[26];
+    const real v_mount_front_left_z_d7 = w[92];
+    const real x563 = x558 + (minus_direction_rear_left_y * minus_v_mount_front_left_y_d1
+        + v_mount_rear_left_y * direction_rear_left_y_d1);
+    const real x564 = direction_rear_left_x * (w[80] + x510 + x511)
+        - minus_direction_rear_left_y * v_mount_rear_left_y_d8;
+    const real x565 = minus_direction_rear_left_z * minus_v_mount_rear_left_z_d2
+        - minus_rate_rear_left_z * direction_rear_left_z_d2;
+    const real tension_rear_left_d12 = p->p_damper_rear * minus_direction_rear_left_z;
+    const real x567 = p->p_damper_rear * (x553 - minus_v_mount_rear_left_x * direction_rear_left_x_d2 + x559 + x565);
+    const real x568 = p->p_damper_rear * (x563 - (minus_direction_rear_left_z * v_mount_rear_left_z_d1
+        - minus_rate_rear_left_z * minus_direction_rear_left_z_d1));
+    const real x569 = p->p_damper_rear * (minus_v_mount_rear_left_x * minus_direction_rear_left_x_d5
+        + v_mount_rear_left_y * direction_rear_left_y_d5 + minus_rate_rear_left_z * minus_direction_rear_left_z_d5);
+    const real tension_rear_left_d5 = K(38000.0) * length_rear_left_d5 + x569;
+    const real tension_rear_left_d2 = K(38000.0) * length_rear_left_d2 + x567
         - p->p_skyhook * minus_v_mount_rear_left_z_d2;
-    const real tension_rear_left_d1 = K(38000.0) * length_rear_left_d1 + x477 + p->p_skyhook * v_mount_rear_left_z_d1;
-    const real x482 = p->p_damper_rear * (w[29] * w[84] + w[30] * w[85] + w[31] * w[92]);
-    const real tension_rear_left_d7 = w[94] - x482;
-    const real tension_rear_left_d8 = p->p_damper_rear * (x473 + w[31] * minus_v_mount_rear_left_z_d8)
-        - p->p_skyhook * minus_v_mount_rear_left_z_d8;
-    const real x485 = p->p_damper_rear * (w[29] * w[76] + w[30] * w[77] - w[31] * w[78]);
-    const real tension_rear_left_d9 = w[95] + x485;
-    const real force_rear_left_x_d1 = w[32] * direction_rear_left_x_d1 + w[29] * tension_rear_left_d1;
-    const real force_rear_left_x_d2 = w[32] * direction_rear_left_x_d2 + w[29] * tension_rear_left_d2;
-    const real minus_force_rear_left_x_d5 = w[32] * minus_direction_rear_left_x_d5 - w[29] * tension_rear_left_d5;
-    const real force_rear_left_x_d7 = w[29] * tension_rear_left_d7;
-    const real force_rear_left_x_d8 = w[29] * tension_rear_left_d8;
-    const real force_rear_left_x_d9 = w[29] * tension_rear_left_d9;
-    const real force_rear_left_x_d12 = w[29] * tension_rear_left_d12;
-    const real minus_force_rear_left_y_d2 = w[32] * minus_direction_rear_left_y_d2 + w[30] * tension_rear_left_d2;
-    const real force_rear_left_y_d1 = w[32] * direction_rear_left_y_d1 - w[30] * tension_rear_left_d1;
-    const real force_rear_left_y_d5 = w[32] * direction_rear_left_y_d5 - w[30] * tension_rear_left_d5;
-    const real minus_force_rear_left_y_d7 = w[30] * tension_rear_left_d7;
-    const real minus_force_rear_left_y_d8 = w[30] * tension_rear_left_d8;
-    const real minus_force_rear_left_y_d9 = w[30] * tension_rear_left_d9;
-    const real minus_force_rear_left_y_d12 = w[30] * tension_rear_left_d12;
-    const real minus_force_rear_left_z_d5 = w[32] * minus_direction_rear_left_z_d5 + w[31] * tension_rear_left_d5;
+    const real tension_rear_left_d1 = K(38000.0) * length_rear_left_d1 + x568 + p->p_skyhook * v_mount_rear_left_z_d1;
+    const real x573 = p->p_damper_rear * (direction_rear_left_x * minus_v_mount_front_left_x_d7
+        + minus_direction_rear_left_y * v_mount_front_left_y_d7
+        + minus_direction_rear_left_z * v_mount_front_left_z_d7);
+    const real tension_rear_left_d7 = w[94] - x573;
+    const real tension_rear_left_d8 = p->p_damper_rear * (x564
+        + minus_direction_rear_left_z * minus_v_mount_rear_left_z_d8) - p->p_skyhook * minus_v_mount_rear_left_z_d8;
+    const real x576 = p->p_damper_rear * (direction_rear_left_x * p_mount_front_left_x_d2
+        + minus_direction_rear_left_y * minus_p_mount_front_left_y_d2
+        - minus_direction_rear_left_z * p_mount_front_left_z_d2);
+    const real tension_rear_left_d9 = w[95] + x576;
+    const real tension_rear_left = w[32];
+    const real force_rear_left_x_d1 = tension_rear_left * direction_rear_left_x_d1
+        + direction_rear_left_x * tension_rear_left_d1;
+    const real force_rear_left_x_d2 = tension_rear_left * direction_rear_left_x_d2
+        + direction_rear_left_x * tension_rear_left_d2;
+    const real minus_force_rear_left_x_d5 = tension_rear_left * minus_direction_rear_left_x_d5
+        - direction_rear_left_x * tension_rear_left_d5;
+    const real force_rear_left_x_d7 = direction_rear_left_x * tension_rear_left_d7;
+    const real force_rear_left_x_d8 = direction_rear_left_x * tension_rear_left_d8;
+    const real force_rear_left_x_d9 = direction_rear_left_x * tension_rear_left_d9;
+    const real force_rear_left_x_d12 = direction_rear_left_x * tension_rear_left_d12;
+    const real minus_force_rear_left_y_d2 = tension_rear_left * minus_direction_rear_left_y_d2
+        + minus_direction_rear_left_y * tension_rear_left_d2;
+    const real force_rear_left_y_d1 = tension_rear_left * direction_rear_left_y_d1
+        - minus_direction_rear_left_y * tension_rear_left_d1;
+    const real force_rear_left_y_d5 = tension_rear_left * direction_rear_left_y_d5
+        - minus_direction_rear_left_y * tension_rear_left_d5;
+    const real minus_force_rear_left_y_d7 = minus_direction_rear_left_y * tension_rear_left_d7;
+    const real minus_force_rear_left_y_d8 = minus_direction_rear_left_y * tension_rear_left_d8;
+    const real minus_force_rear_left_y_d9 = minus_direction_rear_left_y * tension_rear_left_d9;
+    const real minus_force_rear_left_y_d12 = minus_direction_rear_left_y * tension_rear_left_d12;
+    const real minus_force_rear_left_z_d5 = tension_rear_left * minus_direction_rear_left_z_d5
+        + minus_direction_rear_left_z * tension_rear_left_d5;
     K[35] = -minus_force_rear_left_z_d5;
-    const real minus_force_rear_left_z_d1 = w[32] * minus_direction_rear_left_z_d1 + w[31] * tension_rear_left_d1;
+    const real minus_force_rear_left_z_d1 = tension_rear_left * minus_direction_rear_left_z_d1
+        + minus_direction_rear_left_z * tension_rear_left_d1;
     K[36] = minus_force_rear_left_z_d1;
-    const real force_rear_left_z_d2 = w[32] * direction_rear_left_z_d2 - w[31] * tension_rear_left_d2;
+    const real force_rear_left_z_d2 = tension_rear_left * direction_rear_left_z_d2
+        - minus_direction_rear_left_z * tension_rear_left_d2;
     K[37] = -force_rear_left_z_d2;
-    const real minus_force_rear_left_z_d7 = w[31] * tension_rear_left_d7;
+    const real minus_force_rear_left_z_d7 = minus_direction_rear_left_z * tension_rear_left_d7;
     C[35] = minus_force_rear_left_z_d7;
-    const real minus_force_rear_left_z_d8 = w[31] * tension_rear_left_d8;
+    const real minus_force_rear_left_z_d8 = minus_direction_rear_left_z * tension_rear_left_d8;
     C[36] = minus_force_rear_left_z_d8;
-    const real minus_force_rear_left_z_d9 = w[31] * tension_rear_left_d9;
+    const real minus_force_rear_left_z_d9 = minus_direction_rear_left_z * tension_rear_left_d9;
     C[37] = minus_force_rear_left_z_d9;
-    const real minus_force_rear_left_z_d12 = w[31] * tension_rear_left_d12;
+    const real minus_force_rear_left_z_d12 = minus_direction_rear_left_z * tension_rear_left_d12;
     C[40] = minus_force_rear_left_z_d12;
-    const real x508 = w[0] * w[34] + w[1] * minus_force_rear_left_z_d1;
-    const real force_on_mount_rear_left_x_d1 = w[1] * w[33] - w[0] * force_rear_left_x_d1 - x508;
-    const real x510 = w[0] * force_rear_left_x_d2 - w[1] * force_rear_left_z_d2;
-    const real force_on_mount_rear_left_x_d5 = w[0] * minus_force_rear_left_x_d5 - w[1] * minus_force_rear_left_z_d5;
-    const real x512 = w[0] * force_rear_left_x_d7 + w[1] * minus_force_rear_left_z_d7;
-    const real x513 = w[0] * force_rear_left_x_d8 + w[1] * minus_force_rear_left_z_d8;
-    const real x514 = w[0] * force_rear_left_x_d9 + w[1] * minus_force_rear_left_z_d9;
-    const real x515 = w[0] * force_rear_left_x_d12 + w[1] * minus_force_rear_left_z_d12;
-    const real x516 = w[6] * w[33] + w[4] * force_rear_left_x_d1 + w[2] * force_rear_left_y_d1;
-    const real x517 = x516 + (w[4] * w[34] - w[6] * minus_force_rear_left_z_d1);
-    const real x518 = w[38] + w[4] * force_rear_left_x_d2 + (w[39] - w[2] * minus_force_rear_left_y_d2);
-    const real x519 = x518 - (w[40] - w[6] * force_rear_left_z_d2);
-    const real force_on_mount_rear_left_y_d5 = w[4] * minus_force_rear_left_x_d5 - w[2] * force_rear_left_y_d5
-        + w[6] * minus_force_rear_left_z_d5;
-    const real x521 = w[4] * force_rear_left_x_d7 - w[2] * minus_force_rear_left_y_d7
-        - w[6] * minus_force_rear_left_z_d7;
-    const real x522 = w[4] * force_rear_left_x_d8 - w[2] * minus_force_rear_left_y_d8
-        - w[6] * minus_force_rear_left_z_d8;
-    const real x523 = w[4] * force_rear_left_x_d9 - w[2] * minus_force_rear_left_y_d9
-        - w[6] * minus_force_rear_left_z_d9;
-    const real x524 = w[4] * force_rear_left_x_d12 - w[2] * minus_force_rear_left_y_d12
-        - w[6] * minus_force_rear_left_z_d12;
-    const real x525 = w[7] * w[33] + w[5] * force_rear_left_x_d1 - w[3] * force_rear_left_y_d1;
-    const real x526 = x525 + (w[5] * w[34] - w[7] * minus_force_rear_left_z_d1);
-    const real x527 = w[35] - w[5] * force_rear_left_x_d2 - (w[36] + w[3] * minus_force_rear_left_y_d2);
-    const real force_on_mount_rear_left_z_d2 = x527 - (w[37] + w[7] * force_rear_left_z_d2);
-    const real force_on_mount_rear_left_z_d5 = w[5] * minus_force_rear_left_x_d5 + w[3] * force_rear_left_y_d5
-        + w[7] * minus_force_rear_left_z_d5;
-    const real x530 = w[5] * force_rear_left_x_d7 + w[3] * minus_force_rear_left_y_d7
-        - w[7] * minus_force_rear_left_z_d7;
-    const real x531 = w[5] * force_rear_left_x_d8 + w[3] * minus_force_rear_left_y_d8
-        - w[7] * minus_force_rear_left_z_d8;
-    const real x532 = w[5] * force_rear_left_x_d9 + w[3] * minus_force_rear_left_y_d9
-        - w[7] * minus_force_rear_left_z_d9;
-    const real x533 = w[5] * force_rear_left_x_d12 + w[3] * minus_force_rear_left_y_d12
-        - w[7] * minus_force_rear_left_z_d12;
+    const real sin_pitch = w[1];
+    const real force_rear_left_x = w[33];
+    const real cos_pitch = w[0];
+    const real minus_force_rear_left_z = w[34];
+    const real x604 = cos_pitch * minus_force_rear_left_z + sin_pitch * minus_force_rear_left_z_d1;
+    const real force_on_mount_rear_left_x_d1 = sin_pitch * force_rear_left_x - cos_pitch * force_rear_left_x_d1 - x604;
+    const real x606 = cos_pitch * force_rear_left_x_d2 - sin_pitch * force_rear_left_z_d2;
+    const real force_on_mount_rear_left_x_d5 = cos_pitch * minus_force_rear_left_x_d5
+        - sin_pitch * minus_force_rear_left_z_d5;
+    const real x608 = cos_pitch * force_rear_left_x_d7 + sin_pitch * minus_force_rear_left_z_d7;
+    const real x609 = cos_pitch * force_rear_left_x_d8 + sin_pitch * minus_force_rear_left_z_d8;
+    const real x610 = cos_pitch * force_rear_left_x_d9 + sin_pitch * minus_force_rear_left_z_d9;
+    const real x611 = cos_pitch * force_rear_left_x_d12 + sin_pitch * minus_force_rear_left_z_d12;
+    const real x612 = R_body_zy * force_rear_left_x + R_body_xy * force_rear_left_x_d1
+        + cos_roll * force_rear_left_y_d1;
+    const real x613 = x612 + (R_body_xy * minus_force_rear_left_z - R_body_zy * minus_force_rear_left_z_d1);
+    const real x614 = w[38] + R_body_xy * force_rear_left_x_d2 + (w[39] - cos_roll * minus_force_rear_left_y_d2);
+    const real x615 = x614 - (w[40] - R_body_zy * force_rear_left_z_d2);
+    const real force_on_mount_rear_left_y_d5 = R_body_xy * minus_force_rear_left_x_d5
+        - cos_roll * force_rear_left_y_d5 + R_body_zy * minus_force_rear_left_z_d5;
+    const real x617 = R_body_xy * force_rear_left_x_d7 - cos_roll * minus_force_rear_left_y_d7
+        - R_body_zy * minus_force_rear_left_z_d7;
+    const real x618 = R_body_xy * force_rear_left_x_d8 - cos_roll * minus_force_rear_left_y_d8
+        - R_body_zy * minus_force_rear_left_z_d8;
+    const real x619 = R_body_xy * force_rear_left_x_d9 - cos_roll * minus_force_rear_left_y_d9
+        - R_body_zy * minus_force_rear_left_z_d9;
+    const real x620 = R_body_xy * force_rear_left_x_d12 - cos_roll * minus_force_rear_left_y_d12
+        - R_body_zy * minus_force_rear_left_z_d12;
+    const real x621 = R_body_zz * force_rear_left_x + R_body_xz * force_rear_left_x_d1
+        - sin_roll * force_rear_left_y_d1;
+    const real x622 = x621 + (R_body_xz * minus_force_rear_left_z - R_body_zz * minus_force_rear_left_z_d1);
+    const real x623 = w[35] - R_body_xz * force_rear_left_x_d2 - (w[36] + sin_roll * minus_force_rear_left_y_d2);
+    const real force_on_mount_rear_left_z_d2 = x623 - (w[37] + R_body_zz * force_rear_left_z_d2);
+    const real force_on_mount_rear_left_z_d5 = R_body_xz * minus_force_rear_left_x_d5
+        + sin_roll * force_rear_left_y_d5 + R_body_zz * minus_force_rear_left_z_d5;
+    const real x626 = R_body_xz * force_rear_left_x_d7 + sin_roll * minus_force_rear_left_y_d7
+        - R_body_zz * minus_force_rear_left_z_d7;
+    const real x627 = R_body_xz * force_rear_left_x_d8 + sin_roll * minus_force_rear_left_y_d8
+        - R_body_zz * minus_force_rear_left_z_d8;
+    const real x628 = R_body_xz * force_rear_left_x_d9 + sin_roll * minus_force_rear_left_y_d9
+        - R_body_zz * minus_force_rear_left_z_d9;
+    const real x629 = R_body_xz * force_rear_left_x_d12 + sin_roll * minus_force_rear_left_y_d12
+        - R_body_zz * minus_force_rear_left_z_d12;
     const real moment_on_mount_rear_left_x_d5 = K(0.75) * force_on_mount_rear_left_z_d5;
     K[19] = -moment_on_mount_rear_left_x_d5;
-    C[19] = K(0.75) * x533;
+    C[19] = K(0.75) * x629;
     const real moment_on_mount_rear_left_y_d5 = K(1.7) * force_on_mount_rear_left_z_d5;
-    const real x536 = K(1.7) * force_on_mount_rear_left_y_d5 + K(0.75) * force_on_mount_rear_left_x_d5;
-    const real x537 = w[131] - (K(1.4) * w[162] - K(0.75) * w[155]);
-    const real x538 = w[132] - (K(1.4) * w[163] + K(0.75) * w[156]);
-    const real x539 = w[134] + (K(1.4) * w[165] + K(0.75) * w[158]);
-    const real x540 = w[135] - (K(1.4) * w[166] + K(0.75) * w[159]);
-    const real x541 = w[136] + (K(1.4) * w[167] + K(0.75) * w[160]);
-    const real v_mount_rear_right_z_d1 = w[139] - x443 - (w[44] + w[91]);
-    const real v_mount_rear_right_z_d8 = x447 + (w[88] + x446);
-    const real v_mount_rear_right_z_d2 = w[89] + x445 - (x444 + w[6] * w[43]);
-    const real x545 = K(0.5) / w[51];
-    const real x546 = w[93] - K(2.0) * (w[48] * w[76]) + K(2.0) * (w[49] * w[78]);
-    const real length_rear_right_d2 = x546 * x545;
-    const real minus_length_rear_right_d1 = (K(2.0) * (w[42] * w[48]) + K(2.0) * (w[41] * w[49])) * x545;
-    const real length_rear_right_d6 = K(2.0) * w[49] * x545;
-    const real x550 = w[52] * w[52];
-    const real x551 = length_rear_right_d2 * x550;
-    const real x552 = minus_length_rear_right_d1 * x550;
-    const real x553 = length_rear_right_d6 * x550;
-    const real minus_direction_rear_right_x_d1 = w[42] * w[52] - w[48] * x552;
-    const real minus_direction_rear_right_x_d2 = w[52] * w[76] + w[48] * x551;
-    const real minus_direction_rear_right_x_d6 = w[48] * x553;
-    const real direction_rear_right_y_d2 = w[52] * w[77] - w[9] * x551;
-    const real direction_rear_right_y_d1 = w[9] * x552;
-    const real minus_direction_rear_right_y_d6 = w[9] * x553;
-    const real minus_direction_rear_right_z_d6 = w[52] - w[49] * x553;
-    const real direction_rear_right_z_d1 = w[41] * w[52] - w[49] * x552;
-    const real minus_direction_rear_right_z_d2 = w[52] * w[78] - w[49] * x551;
-    const real x563 = w[53] * (w[81] - x437 + (x436 + w[4] * w[43]));
-    const real x564 = w[53] * (w[138] + x435 + (w[47] - w[83])) + w[45] * minus_direction_rear_right_x_d1;
-    const real x565 = w[54] * (x441 - (x440 - w[2] * w[43])) - w[46] * direction_rear_right_y_d2;
-    const real x566 = x564 - (w[54] * w[86] - w[46] * direction_rear_right_y_d1);
-    const real x567 = w[53] * (x439 - (w[80] - x438)) + w[54] * v_mount_rear_left_y_d8;
-    const real x568 = w[55] * v_mount_rear_right_z_d2 - w[50] * minus_direction_rear_right_z_d2;
-    const real tension_rear_right_d13 = p->p_damper_rear * w[55];
-    const real x570 = p->p_damper_rear * (x563 - w[45] * minus_direction_rear_right_x_d2 + x565 + x568);
-    const real x571 = p->p_damper_rear * (x566 - (w[55] * v_mount_rear_right_z_d1 + w[50] * direction_rear_right_z_d1));
-    const real x572 = p->p_damper_rear * (w[45] * minus_direction_rear_right_x_d6
-        - w[46] * minus_direction_rear_right_y_d6 + w[50] * minus_direction_rear_right_z_d6);
-    const real tension_rear_right_d6 = K(38000.0) * length_rear_right_d6 + x572;
-    const real tension_rear_right_d2 = K(38000.0) * length_rear_right_d2 - x570
+    const real x632 = K(1.7) * force_on_mount_rear_left_y_d5 + K(0.75) * force_on_mount_rear_left_x_d5;
+    const real x633 = moment_on_mount_front_left_z_d1 - (K(1.4) * x450 - K(0.75) * force_on_mount_front_right_x_d1);
+    const real x634 = moment_on_mount_front_left_z_d2 - (K(1.4) * x451 + K(0.75) * x458);
+    const real x635 = moment_on_mount_front_left_z_d7 + (K(1.4) * force_on_mount_front_right_y_d7
+        + K(0.75) * force_on_mount_front_right_x_d7);
+    const real x636 = x481 - (K(1.4) * force_on_mount_front_right_y_d8 + K(0.75) * force_on_mount_front_right_x_d8);
+    const real x637 = x482 + (K(1.4) * x455 + K(0.75) * x462);
+    const real v_mount_rear_right_z_d1 = w[139] - x515 - (w[44] + w[91]);
+    const real v_mount_rear_right_z_d8 = x520 + (w[88] + x519);
+    const real v_mount_rear_right_z_d2 = w[89] + x518 - (x516 + R_body_zy * w[43]);
+    const real span_rear_right_x = w[48];
+    const real minus_span_rear_right_z = w[49];
+    const real minus_p_mount_rear_right_x = w[41];
+    const real length_rear_right = w[51];
+    const real x645 = K(0.5) / length_rear_right;
+    const real x646 = w[93] - K(2.0) * (span_rear_right_x * p_mount_front_left_x_d2)
+        + K(2.0) * (minus_span_rear_right_z * p_mount_front_left_z_d2);
+    const real length_rear_right_d2 = x646 * x645;
+    const real minus_length_rear_right_d1 = (K(2.0) * (w[42] * span_rear_right_x)
+        + K(2.0) * (minus_p_mount_rear_right_x * minus_span_rear_right_z)) * x645;
+    const real length_rear_right_d6 = K(2.0) * minus_span_rear_right_z * x645;
+    const real x650 = w[52] * w[52];
+    const real x651 = length_rear_right_d2 * x650;
+    const real x652 = minus_length_rear_right_d1 * x650;
+    const real x653 = length_rear_right_d6 * x650;
+    const real minus_direction_rear_right_x_d1 = w[42] * w[52] - span_rear_right_x * x652;
+    const real minus_direction_rear_right_x_d2 = w[52] * p_mount_front_left_x_d2 + span_rear_right_x * x651;
+    const real minus_direction_rear_right_x_d6 = span_rear_right_x * x653;
+    const real direction_rear_right_y_d2 = w[52] * minus_p_mount_front_left_y_d2 - minus_span_front_left_y * x651;
+    const real direction_rear_right_y_d1 = minus_span_front_left_y * x652;
+    const real minus_direction_rear_right_y_d6 = minus_span_front_left_y * x653;
+    const real minus_direction_rear_right_z_d6 = w[52] - minus_span_rear_right_z * x653;
+    const real direction_rear_right_z_d1 = minus_p_mount_rear_right_x * w[52] - minus_span_rear_right_z * x652;
+    const real minus_direction_rear_right_z_d2 = w[52] * p_mount_front_left_z_d2 - minus_span_rear_right_z * x651;
+    const real direction_rear_right_x = w[53];
+    const real minus_v_mount_rear_right_x = w[45];
+    const real x665 = direction_rear_right_x * (w[81] - x509 + (x507 + R_body_xy * w[43]));
+    const real direction_rear_right_y = w[54];
+    const real v_mount_rear_right_y = w[46];
+    const real x668 = direction_rear_right_x * (w[138] + x506 + (w[47] - w[83]))
+        + minus_v_mount_rear_right_x * minus_direction_rear_right_x_d1;
+    const real x669 = direction_rear_right_y * (x513 - (x512 - cos_roll * w[43]))
+        - v_mount_rear_right_y * direction_rear_right_y_d2;
+    const real minus_direction_rear_right_z = w[55];
+    const real minus_rate_rear_right_z = w[50];
+    const real x672 = x668 - (direction_rear_right_y * minus_v_mount_front_left_y_d1
+        - v_mount_rear_right_y * direction_rear_right_y_d1);
+    const real x673 = direction_rear_right_x * (x511 - (w[80] - x510))
+        + direction_rear_right_y * v_mount_rear_left_y_d8;
+    const real x674 = minus_direction_rear_right_z * v_mount_rear_right_z_d2
+        - minus_rate_rear_right_z * minus_direction_rear_right_z_d2;
+    const real tension_rear_right_d13 = p->p_damper_rear * minus_direction_rear_right_z;
+    const real x676 = p->p_damper_rear * (x665 - minus_v_mount_rear_right_x * minus_direction_rear_right_x_d2 + x669
+        + x674);
+    const real x677 = p->p_damper_rear * (x672 - (minus_direction_rear_right_z * v_mount_rear_right_z_d1
+        + minus_rate_rear_right_z * direction_rear_right_z_d1));
+    const real x678 = p->p_damper_rear * (minus_v_mount_rear_right_x * minus_direction_rear_right_x_d6
+        - v_mount_rear_right_y * minus_direction_rear_right_y_d6
+        + minus_rate_rear_right_z * minus_direction_rear_right_z_d6);
+    const real tension_rear_right_d6 = K(38000.0) * length_rear_right_d6 + x678;
+    const real tension_rear_right_d2 = K(38000.0) * length_rear_right_d2 - x676
         + p->p_skyhook * v_mount_rear_right_z_d2;
-    const real minus_tension_rear_right_d1 = K(38000.0) * minus_length_rear_right_d1 - x571
+    const real minus_tension_rear_right_d1 = K(38000.0) * minus_length_rear_right_d1 - x677
         - p->p_skyhook * v_mount_rear_right_z_d1;
-    const real x576 = p->p_damper_rear * (w[53] * w[84] - w[54] * w[85] + w[55] * w[92]);
-    const real tension_rear_right_d7 = w[94] - x576;
-    const real tension_rear_right_d8 = p->p_damper_rear * (x567 - w[55] * v_mount_rear_right_z_d8)
-        + p->p_skyhook * v_mount_rear_right_z_d8;
-    const real x579 = p->p_damper_rear * (w[53] * w[76] - w[54] * w[77] - w[55] * w[78]);
-    const real minus_tension_rear_right_d9 = w[95] + x579;
-    const real force_rear_right_x_d1 = w[56] * minus_direction_rear_right_x_d1 - w[53] * minus_tension_rear_right_d1;
-    const real force_rear_right_x_d2 = w[56] * minus_direction_rear_right_x_d2 + w[53] * tension_rear_right_d2;
-    const real force_rear_right_x_d6 = w[56] * minus_direction_rear_right_x_d6 + w[53] * tension_rear_right_d6;
-    const real force_rear_right_x_d7 = w[53] * tension_rear_right_d7;
-    const real force_rear_right_x_d8 = w[53] * tension_rear_right_d8;
-    const real minus_force_rear_right_x_d9 = w[53] * minus_tension_rear_right_d9;
-    const real force_rear_right_x_d13 = w[53] * tension_rear_right_d13;
-    const real minus_force_rear_right_y_d2 = w[56] * direction_rear_right_y_d2 - w[54] * tension_rear_right_d2;
-    const real minus_force_rear_right_y_d1 = w[56] * direction_rear_right_y_d1 + w[54] * minus_tension_rear_right_d1;
-    const real force_rear_right_y_d6 = w[56] * minus_direction_rear_right_y_d6 + w[54] * tension_rear_right_d6;
-    const real force_rear_right_y_d7 = w[54] * tension_rear_right_d7;
-    const real force_rear_right_y_d8 = w[54] * tension_rear_right_d8;
-    const real minus_force_rear_right_y_d9 = w[54] * minus_tension_rear_right_d9;
-    const real force_rear_right_y_d13 = w[54] * tension_rear_right_d13;
-    const real force_rear_right_z_d6 = w[56] * minus_direction_rear_right_z_d6 - w[55] * tension_rear_right_d6;
+    const real x682 = p->p_damper_rear * (direction_rear_right_x * minus_v_mount_front_left_x_d7
+        - direction_rear_right_y * v_mount_front_left_y_d7 + minus_direction_rear_right_z * v_mount_front_left_z_d7);
+    const real tension_rear_right_d7 = w[94] - x682;
+    const real tension_rear_right_d8 = p->p_damper_rear * (x673
+        - minus_direction_rear_right_z * v_mount_rear_right_z_d8) + p->p_skyhook * v_mount_rear_right_z_d8;
+    const real x685 = p->p_damper_rear * (direction_rear_right_x * p_mount_front_left_x_d2
+        - direction_rear_right_y * minus_p_mount_front_left_y_d2
+        - minus_direction_rear_right_z * p_mount_front_left_z_d2);
+    const real minus_tension_rear_right_d9 = w[95] + x685;
+    const real minus_tension_rear_right = w[56];
+    const real force_rear_right_x_d1 = minus_tension_rear_right * minus_direction_rear_right_x_d1
+        - direction_rear_right_x * minus_tension_rear_right_d1;
+    const real force_rear_right_x_d2 = minus_tension_rear_right * minus_direction_rear_right_x_d2
+        + direction_rear_right_x * tension_rear_right_d2;
+    const real force_rear_right_x_d6 = minus_tension_rear_right * minus_direction_rear_right_x_d6
+        + direction_rear_right_x * tension_rear_right_d6;
+    const real force_rear_right_x_d7 = direction_rear_right_x * tension_rear_right_d7;
+    const real force_rear_right_x_d8 = direction_rear_right_x * tension_rear_right_d8;
+    const real minus_force_rear_right_x_d9 = direction_rear_right_x * minus_tension_rear_right_d9;
+    const real force_rear_right_x_d13 = direction_rear_right_x * tension_rear_right_d13;
+    const real minus_force_rear_right_y_d2 = minus_tension_rear_right * direction_rear_right_y_d2
+        - direction_rear_right_y * tension_rear_right_d2;
+    const real minus_force_rear_right_y_d1 = minus_tension_rear_right * direction_rear_right_y_d1
+        + direction_rear_right_y * minus_tension_rear_right_d1;
+    const real force_rear_right_y_d6 = minus_tension_rear_right * minus_direction_rear_right_y_d6
+        + direction_rear_right_y * tension_rear_right_d6;
+    const real force_rear_right_y_d7 = direction_rear_right_y * tension_rear_right_d7;
+    const real force_rear_right_y_d8 = direction_rear_right_y * tension_rear_right_d8;
+    const real minus_force_rear_right_y_d9 = direction_rear_right_y * minus_tension_rear_right_d9;
+    const real force_rear_right_y_d13 = direction_rear_right_y * tension_rear_right_d13;
+    const real force_rear_right_z_d6 = minus_tension_rear_right * minus_direction_rear_right_z_d6
+        - minus_direction_rear_right_z * tension_rear_right_d6;
     K[42] = force_rear_right_z_d6;
-    const real minus_force_rear_right_z_d1 = w[56] * direction_rear_right_z_d1 - w[55] * minus_tension_rear_right_d1;
+    const real minus_force_rear_right_z_d1 = minus_tension_rear_right * direction_rear_right_z_d1
+        - minus_direction_rear_right_z * minus_tension_rear_right_d1;
     K[43] = minus_force_rear_right_z_d1;
-    const real force_rear_right_z_d2 = w[56] * minus_direction_rear_right_z_d2 - w[55] * tension_rear_right_d2;
+    const real force_rear_right_z_d2 = minus_tension_rear_right * minus_direction_rear_right_z_d2
+        - minus_direction_rear_right_z * tension_rear_right_d2;
     K[44] = -force_rear_right_z_d2;
-    const real minus_force_rear_right_z_d7 = w[55] * tension_rear_right_d7;
+    const real minus_force_rear_right_z_d7 = minus_direction_rear_right_z * tension_rear_right_d7;
     C[42] = minus_force_rear_right_z_d7;
-    const real minus_force_rear_right_z_d8 = w[55] * tension_rear_right_d8;
+    const real minus_force_rear_right_z_d8 = minus_direction_rear_right_z * tension_rear_right_d8;
     C[43] = minus_force_rear_right_z_d8;
-    const real force_rear_right_z_d9 = w[55] * minus_tension_rear_right_d9;
+    const real force_rear_right_z_d9 = minus_direction_rear_right_z * minus_tension_rear_right_d9;
     C[44] = -force_rear_right_z_d9;
-    const real minus_force_rear_right_z_d13 = w[55] * tension_rear_right_d13;
+    const real minus_force_rear_right_z_d13 = minus_direction_rear_right_z * tension_rear_right_d13;
     C[48] = minus_force_rear_right_z_d13;
-    const real x602 = w[0] * w[58] - w[1] * minus_force_rear_right_z_d1;
-    const real x603 = w[1] * w[57] + w[0] * force_rear_right_x_d1 - x602;
-    const real x604 = w[0] * force_rear_right_x_d2 - w[1] * force_rear_right_z_d2;
-    const real x605 = w[0] * force_rear_right_x_d6 - w[1] * force_rear_right_z_d6;
-    const real x606 = w[0] * force_rear_right_x_d7 + w[1] * minus_force_rear_right_z_d7;
-    const real x607 = w[0] * force_rear_right_x_d8 + w[1] * minus_force_rear_right_z_d8;
-    const real force_on_mount_rear_right_x_d9 = w[0] * minus_force_rear_right_x_d9 + w[1] * force_rear_right_z_d9;
-    const real x609 = w[0] * force_rear_right_x_d13 + w[1] * minus_force_rear_right_z_d13;
-    const real x610 = w[6] * w[57] - w[4] * force_rear_right_x_d1 + w[2] * minus_force_rear_right_y_d1;
-    const real force_on_mount_rear_right_y_d1 = x610 + (w[4] * w[58] + w[6] * minus_force_rear_right_z_d1);
-    const real x612 = w[62] - w[4] * force_rear_right_x_d2 - (w[63] - w[2] * minus_force_rear_right_y_d2);
-    const real force_on_mount_rear_right_y_d2 = x612 - (w[64] + w[6] * force_rear_right_z_d2);
-    const real x614 = w[4] * force_rear_right_x_d6 + w[2] * force_rear_right_y_d6 + w[6] * force_rear_right_z_d6;
-    const real x615 = w[4] * force_rear_right_x_d7 + w[2] * force_rear_right_y_d7 - w[6] * minus_force_rear_right_z_d7;
-    const real x616 = w[4] * force_rear_right_x_d8 + w[2] * force_rear_right_y_d8 - w[6] * minus_force_rear_right_z_d8;
-    const real force_on_mount_rear_right_y_d9 = w[4] * minus_force_rear_right_x_d9
-        + w[2] * minus_force_rear_right_y_d9 - w[6] * force_rear_right_z_d9;
-    const real x618 = w[4] * force_rear_right_x_d13 + w[2] * force_rear_right_y_d13
-        - w[6] * minus_force_rear_right_z_d13;
-    const real x619 = w[7] * w[57] - w[5] * force_rear_right_x_d1 - w[3] * minus_force_rear_right_y_d1;
-    const real force_on_mount_rear_right_z_d1 = x619 + (w[5] * w[58] + w[7] * minus_force_rear_right_z_d1);
-    const real x621 = w[59] + w[5] * force_rear_right_x_d2 + (w[60] + w[3] * minus_force_rear_right_y_d2);
-    const real x622 = x621 - (w[61] - w[7] * force_rear_right_z_d2);
-    const real x623 = w[5] * force_rear_right_x_d6 - w[3] * force_rear_right_y_d6 + w[7] * force_rear_right_z_d6;
-    const real x624 = w[5] * force_rear_right_x_d7 - w[3] * force_rear_right_y_d7 - w[7] * minus_force_rear_right_z_d7;
-    const real x625 = w[5] * force_rear_right_x_d8 - w[3] * force_rear_right_y_d8 - w[7] * minus_force_rear_right_z_d8;
-    const real force_on_mount_rear_right_z_d9 = w[5] * minus_force_rear_right_x_d9
-        - w[3] * minus_force_rear_right_y_d9 - w[7] * force_rear_right_z_d9;
-    const real x627 = w[5] * force_rear_right_x_d13 - w[3] * force_rear_right_y_d13
-        - w[7] * minus_force_rear_right_z_d13;
-    const real moment_on_mount_rear_right_x_d6 = K(0.75) * x623;
+    const real minus_force_rear_right_x = w[57];
+    const real force_rear_right_z = w[58];
+    const real x711 = cos_pitch * force_rear_right_z - sin_pitch * minus_force_rear_right_z_d1;
+    const real x712 = sin_pitch * minus_force_rear_right_x + cos_pitch * force_rear_right_x_d1 - x711;
+    const real x713 = cos_pitch * force_rear_right_x_d2 - sin_pitch * force_rear_right_z_d2;
+    const real x714 = cos_pitch * force_rear_right_x_d6 - sin_pitch * force_rear_right_z_d6;
+    const real x715 = cos_pitch * force_rear_right_x_d7 + sin_pitch * minus_force_rear_right_z_d7;
+    const real x716 = cos_pitch * force_rear_right_x_d8 + sin_pitch * minus_force_rear_right_z_d8;
+    const real force_on_mount_rear_right_x_d9 = cos_pitch * minus_force_rear_right_x_d9
+        + sin_pitch * force_rear_right_z_d9;
+    const real x718 = cos_pitch * force_rear_right_x_d13 + sin_pitch * minus_force_rear_right_z_d13;
+    const real x719 = R_body_zy * minus_force_rear_right_x - R_body_xy * force_rear_right_x_d1
+        + cos_roll * minus_force_rear_right_y_d1;
+    const real force_on_mount_rear_right_y_d1 = x719 + (R_body_xy * force_rear_right_z
+        + R_body_zy * minus_force_rear_right_z_d1);
+    const real x721 = w[62] - R_body_xy * force_rear_right_x_d2 - (w[63] - cos_roll * minus_force_rear_right_y_d2);
+    const real force_on_mount_rear_right_y_d2 = x721 - (w[64] + R_body_zy * force_rear_right_z_d2);
+    const real x723 = R_body_xy * force_rear_right_x_d6 + cos_roll * force_rear_right_y_d6
+        + R_body_zy * force_rear_right_z_d6;
+    const real x724 = R_body_xy * force_rear_right_x_d7 + cos_roll * force_rear_right_y_d7
+        - R_body_zy * minus_force_rear_right_z_d7;
+    const real x725 = R_body_xy * force_rear_right_x_d8 + cos_roll * force_rear_right_y_d8
+        - R_body_zy * minus_force_rear_right_z_d8;
+    const real force_on_mount_rear_right_y_d9 = R_body_xy * minus_force_rear_right_x_d9
+        + cos_roll * minus_force_rear_right_y_d9 - R_body_zy * force_rear_right_z_d9;
+    const real x727 = R_body_xy * force_rear_right_x_d13 + cos_roll * force_rear_right_y_d13
+        - R_body_zy * minus_force_rear_right_z_d13;
+    const real x728 = R_body_zz * minus_force_rear_right_x - R_body_xz * force_rear_right_x_d1
+        - sin_roll * minus_force_rear_right_y_d1;
+    const real force_on_mount_rear_right_z_d1 = x728 + (R_body_xz * force_rear_right_z
+        + R_body_zz * minus_force_rear_right_z_d1);
+    const real x730 = w[59] + R_body_xz * force_rear_right_x_d2 + (w[60] + sin_roll * minus_force_rear_right_y_d2);
+    const real x731 = x730 - (w[61] - R_body_zz * force_rear_right_z_d2);
+    const real x732 = R_body_xz * force_rear_right_x_d6 - sin_roll * force_rear_right_y_d6
+        + R_body_zz * force_rear_right_z_d6;
+    const real x733 = R_body_xz * force_rear_right_x_d7 - sin_roll * force_rear_right_y_d7
+        - R_body_zz * minus_force_rear_right_z_d7;
+    const real x734 = R_body_xz * force_rear_right_x_d8 - sin_roll * force_rear_right_y_d8
+        - R_body_zz * minus_force_rear_right_z_d8;
+    const real force_on_mount_rear_right_z_d9 = R_body_xz * minus_force_rear_right_x_d9
+        - sin_roll * minus_force_rear_right_y_d9 - R_body_zz * force_rear_right_z_d9;
+    const real x736 = R_body_xz * force_rear_right_x_d13 - sin_roll * force_rear_right_y_d13
+        - R_body_zz * minus_force_rear_right_z_d13;
+    const real moment_on_mount_rear_right_x_d6 = K(0.75) * x732;
     K[20] = -moment_on_mount_rear_right_x_d6;
-    C[20] = -(K(0.75) * x627);
-    const real x629 = K(1.7) * x623;
-    const real moment_on_mount_rear_right_z_d6 = K(1.7) * x614 - K(0.75) * x605;
-    K[15] = -(w[118] + K(0.75) * x422 - K(0.75) * x526 - K(0.75) * force_on_mount_rear_right_z_d1);
-    K[14] = -(w[120] + x429 - moment_on_mount_rear_left_x_d5 - moment_on_mount_rear_right_x_d6);
-    C[14] = -(w[121] - K(0.75) * force_on_mount_front_right_z_d7 - K(0.75) * x530 + K(0.75) * x624);
-    C[16] = w[123] - K(0.75) * x427 + K(0.75) * x532 + K(0.75) * force_on_mount_rear_right_z_d9;
-    const real x631 = x537 + (K(1.7) * x517 - K(0.75) * force_on_mount_rear_left_x_d1);
-    const real x632 = x538 + (K(1.7) * x519 + K(0.75) * x510);
-    const real x633 = x539 + (K(1.7) * x521 + K(0.75) * x512);
-    const real x634 = x540 - (K(1.7) * x522 + K(0.75) * x513);
-    const real x635 = x541 - (K(1.7) * x523 + K(0.75) * x514);
-    const real x636 = w[125] - K(1.4) * force_on_mount_front_right_z_d2 + K(1.7) * force_on_mount_rear_left_z_d2
-        - K(1.7) * x622;
-    const real x637 = w[124] - K(1.4) * x422 + K(1.7) * x526 - K(1.7) * force_on_mount_rear_right_z_d1;
-    const real x638 = w[127] + K(1.4) * force_on_mount_front_right_z_d7 + K(1.7) * x530 + K(1.7) * x624;
-    const real x639 = w[128] - K(1.4) * force_on_mount_front_right_z_d8 - K(1.7) * x531 - K(1.7) * x625;
-    const real x640 = w[129] + K(1.4) * x427 - K(1.7) * x532 + K(1.7) * force_on_mount_rear_right_z_d9;
-    const real x641 = w[66] + w[3] * (x632 - (K(1.7) * force_on_mount_rear_right_y_d2 + K(0.75) * x604));
-    const real x642 = w[3] * (x631 - (K(1.7) * force_on_mount_rear_right_y_d1 + K(0.75) * x603));
-    K[8] = w[2] * x637 + x642;
-    K[10] = -(w[2] * w[126] + w[3] * w[133]);
-    const real x643 = w[3] * (w[133] - moment_on_mount_front_right_z_d4 + x536 - moment_on_mount_rear_right_z_d6);
-    K[7] = w[2] * (w[126] - x430 + moment_on_mount_rear_left_y_d5 - x629) + x643;
-    const real x644 = w[3] * (x633 + (K(1.7) * x615 - K(0.75) * x606));
-    C[7] = w[2] * x638 + x644;
-    const real x645 = w[3] * (x634 - (K(1.7) * x616 - K(0.75) * x607));
-    const real x646 = w[3] * (x635 + (K(1.7) * force_on_mount_rear_right_y_d9
+    C[20] = -(K(0.75) * x736);
+    const real x738 = K(1.7) * x732;
+    const real moment_on_mount_rear_right_z_d6 = K(1.7) * x723 - K(0.75) * x714;
+    K[15] = -(moment_on_mount_front_left_x_d1 + K(0.75) * x441 - K(0.75) * x622
+        - K(0.75) * force_on_mount_rear_right_z_d1);
+    K[14] = -(x467 + x448 - moment_on_mount_rear_left_x_d5 - moment_on_mount_rear_right_x_d6);
+    C[14] = -(moment_on_mount_front_left_x_d7 - K(0.75) * force_on_mount_front_right_z_d7 - K(0.75) * x626
+        + K(0.75) * x733);
+    C[16] = x470 - K(0.75) * x446 + K(0.75) * x628 + K(0.75) * force_on_mount_rear_right_z_d9;
+    const real x740 = x633 + (K(1.7) * x613 - K(0.75) * force_on_mount_rear_left_x_d1);
+    const real x741 = x634 + (K(1.7) * x615 + K(0.75) * x606);
+    const real x742 = x635 + (K(1.7) * x617 + K(0.75) * x608);
+    const real x743 = x636 - (K(1.7) * x618 + K(0.75) * x609);
+    const real x744 = x637 - (K(1.7) * x619 + K(0.75) * x610);
+    const real x745 = moment_on_mount_front_left_y_d2 - K(1.4) * force_on_mount_front_right_z_d2
+        + K(1.7) * force_on_mount_rear_left_z_d2 - K(1.7) * x731;
+    const real x746 = x471 - K(1.4) * x441 + K(1.7) * x622 - K(1.7) * force_on_mount_rear_right_z_d1;
+    const real x747 = x474 + K(1.4) * force_on_mount_front_right_z_d7 + K(1.7) * x626 + K(1.7) * x733;
+    const real x748 = moment_on_mount_front_left_y_d8 - K(1.4) * force_on_mount_front_right_z_d8 - K(1.7) * x627
+        - K(1.7) * x734;
+    const real x749 = moment_on_mount_front_left_y_d9 + K(1.4) * x446 - K(1.7) * x628
+        + K(1.7) * force_on_mount_rear_right_z_d9;
+    const real x750 = w[130];
+    const real moment_on_mount_front_left_z_d10 = w[137];
+    const real x752 = w[66] + sin_roll * (x741 - (K(1.7) * force_on_mount_rear_right_y_d2 + K(0.75) * x713));
+    const real x753 = sin_roll * (x740 - (K(1.7) * force_on_mount_rear_right_y_d1 + K(0.75) * x712));
+    K[8] = cos_roll * x746 + x753;
+    K[10] = -(cos_roll * moment_on_mount_front_left_y_d3 + sin_roll * x479);
+    const real x754 = sin_roll * (x479 - moment_on_mount_front_right_z_d4 + x632 - moment_on_mount_rear_right_z_d6);
+    K[7] = cos_roll * (moment_on_mount_front_left_y_d3 - x449 + moment_on_mount_rear_left_y_d5 - x738) + x754;
+    const real x755 = sin_roll * (x742 + (K(1.7) * x724 - K(0.75) * x715));
+    C[7] = cos_roll * x747 + x755;
+    const real x756 = sin_roll * (x743 - (K(1.7) * x725 - K(0.75) * x716));
+    const real x757 = sin_roll * (x744 + (K(1.7) * force_on_mount_rear_right_y_d9
         - K(0.75) * force_on_mount_rear_right_x_d9));
-    C[10] = w[2] * w[130] + w[3] * w[137];
-    K[11] = w[2] * x430 + w[3] * moment_on_mount_front_right_z_d4;
-    const real x647 = w[3] * (K(1.4) * w[168] + K(0.75) * w[161]);
-    C[11] = w[2] * (K(1.4) * force_on_mount_front_right_z_d11) + x647;
-    K[12] = -(w[2] * moment_on_mount_rear_left_y_d5 + w[3] * x536);
-    const real x648 = w[3] * (K(1.7) * x524 + K(0.75) * x515);
-    C[12] = w[2] * (K(1.7) * x533) + x648;
-    K[13] = w[2] * x629 + w[3] * moment_on_mount_rear_right_z_d6;
-    const real x649 = w[3] * (K(1.7) * x618 - K(0.75) * x609);
-    C[13] = w[2] * (K(1.7) * x627) + x649;
-    const real x650 = w[68] + w[2] * (w[112] - force_on_mount_front_right_z_d2 - force_on_mount_rear_left_z_d2 + x622);
-    const real x651 = w[2] * (w[111] - x422 - x526 + force_on_mount_rear_right_z_d1);
-    const real x652 = w[2] * (w[113] - force_on_mount_front_right_z_d4 - force_on_mount_rear_left_z_d5 + x623);
-    const real x653 = w[2] * (w[114] + force_on_mount_front_right_z_d7 - x530 - x624);
-    const real x654 = w[2] * (w[115] - force_on_mount_front_right_z_d8 + x531 + x625);
-    const real x655 = w[2] * (w[116] + x427 + x532 - force_on_mount_rear_right_z_d9);
-    const real x656 = w[0] * (w[3] * (w[104] - w[162] - x517 + force_on_mount_rear_right_y_d1) + x651);
-    const real x657 = w[67] + w[3] * (w[105] - w[163] - x519 + force_on_mount_rear_right_y_d2) - x650;
-    const real x658 = w[70] - w[1] * (w[97] - w[155] - force_on_mount_rear_left_x_d1 + x603);
-    K[1] = w[69] - x656 + x658;
-    K[2] = -(w[0] * x657 + w[1] * (w[98] + w[156] + x510 + x604));
-    K[3] = w[0] * (w[3] * w[106] + w[2] * w[113]) - w[1] * w[99];
-    const real x659 = w[0] * (w[3] * (w[106] - w[164] - force_on_mount_rear_left_y_d5 + x614) + x652);
-    K[0] = -(x659 - w[1] * (w[99] - w[157] - force_on_mount_rear_left_x_d5 + x605));
-    const real x660 = w[0] * (w[3] * (w[107] + w[165] - x521 - x615) + x653);
-    C[0] = -(x660 - w[1] * (w[100] + w[158] - x512 - x606));
-    const real x661 = w[0] * (w[3] * (w[108] - w[166] + x522 + x616) + x654);
-    C[1] = x661 - w[1] * (w[101] - w[159] + x513 + x607);
-    const real x662 = w[0] * (w[3] * (w[109] + w[167] + x523 - force_on_mount_rear_right_y_d9) + x655);
-    C[2] = x662 - w[1] * (w[102] + w[160] + x514 - force_on_mount_rear_right_x_d9);
-    C[3] = -(w[0] * (w[3] * w[110] + w[2] * w[117]) - w[1] * w[103]);
-    K[4] = -(w[0] * (w[3] * w[164] + w[2] * force_on_mount_front_right_z_d4) - w[1] * w[157]);
-    C[4] = -(w[0] * (w[3] * w[168] + w[2] * force_on_mount_front_right_z_d11) - w[1] * w[161]);
-    K[5] = -(w[0] * (w[3] * force_on_mount_rear_left_y_d5 + w[2] * force_on_mount_rear_left_z_d5)
-        - w[1] * force_on_mount_rear_left_x_d5);
-    C[5] = w[0] * (w[3] * x524 + w[2] * x533) - w[1] * x515;
-    K[6] = w[0] * (w[3] * x614 + w[2] * x623) - w[1] * x605;
-    C[6] = w[0] * (w[3] * x618 + w[2] * x627) - w[1] * x609;
-    K[24] = K(190000.0) + w[96];
-    K[32] = K(190000.0) - w[148];
+    C[10] = cos_roll * x750 + sin_roll * moment_on_mount_front_left_z_d10;
+    K[11] = cos_roll * x449 + sin_roll * moment_on_mount_front_right_z_d4;
+    const real x758 = sin_roll * (K(1.4) * force_on_mount_front_right_y_d11
+        + K(0.75) * force_on_mount_front_right_x_d11);
+    C[11] = cos_roll * (K(1.4) * force_on_mount_front_right_z_d11) + x758;
+    K[12] = -(cos_roll * moment_on_mount_rear_left_y_d5 + sin_roll * x632);
+    const real x759 = sin_roll * (K(1.7) * x620 + K(0.75) * x611);
+    C[12] = cos_roll * (K(1.7) * x629) + x759;
+    K[13] = cos_roll * x738 + sin_roll * moment_on_mount_rear_right_z_d6;
+    const real x760 = sin_roll * (K(1.7) * x727 - K(0.75) * x718);
+    C[13] = cos_roll * (K(1.7) * x736) + x760;
+    const real force_on_mount_front_left_y_d10 = w[110];
+    const real force_on_mount_front_left_z_d10 = w[117];
+    const real x763 = w[68] + cos_roll * (x496 - force_on_mount_front_right_z_d2 - force_on_mount_rear_left_z_d2
+        + x731);
+    const real x764 = cos_roll * (force_on_mount_front_left_z_d1 - x441 - x622 + force_on_mount_rear_right_z_d1);
+    const real x765 = cos_roll * (x497 - force_on_mount_front_right_z_d4 - force_on_mount_rear_left_z_d5 + x732);
+    const real x766 = cos_roll * (force_on_mount_front_left_z_d7 + force_on_mount_front_right_z_d7 - x626 - x733);
+    const real x767 = cos_roll * (x499 - force_on_mount_front_right_z_d8 + x627 + x734);
+    const real x768 = cos_roll * (x500 + x446 + x628 - force_on_mount_rear_right_z_d9);
+    const real x769 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d1 - x450 - x613
+        + force_on_mount_rear_right_y_d1) + x764);
+    const real x770 = w[67] + sin_roll * (force_on_mount_front_left_y_d2 - x451 - x615
+        + force_on_mount_rear_right_y_d2) - x763;
+    const real force_on_mount_front_left_x_d10 = w[103];
+    const real x772 = w[70] - sin_pitch * (x483 - force_on_mount_front_right_x_d1 - force_on_mount_rear_left_x_d1
+        + x712);
+    K[1] = w[69] - x769 + x772;
+    K[2] = -(cos_pitch * x770 + sin_pitch * (x484 + x458 + x606 + x713));
+    K[3] = cos_pitch * (sin_roll * x491 + cos_roll * x497) - sin_pitch * x485;
+    const real x773 = cos_pitch * (sin_roll * (x491 - force_on_mount_front_right_y_d4 - force_on_mount_rear_left_y_d5
+        + x723) + x765);
+    K[0] = -(x773 - sin_pitch * (x485 - force_on_mount_front_right_x_d4 - force_on_mount_rear_left_x_d5 + x714));
+    const real x774 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d7 + force_on_mount_front_right_y_d7 - x617
+        - x724) + x766);
+    C[0] = -(x774 - sin_pitch * (force_on_mount_front_left_x_d7 + force_on_mount_front_right_x_d7 - x608 - x715));
+    const real x775 = cos_pitch * (sin_roll * (x493 - force_on_mount_front_right_y_d8 + x618 + x725) + x767);
+    C[1] = x775 - sin_pitch * (x487 - force_on_mount_front_right_x_d8 + x609 + x716);
+    const real x776 = cos_pitch * (sin_roll * (x494 + x455 + x619 - force_on_mount_rear_right_y_d9) + x768);
+    C[2] = x776 - sin_pitch * (x488 + x462 + x610 - force_on_mount_rear_right_x_d9);
+    C[3] = -(cos_pitch * (sin_roll * force_on_mount_front_left_y_d10 + cos_roll * force_on_mount_front_left_z_d10)
+        - sin_pitch * force_on_mount_front_left_x_d10);
+    K[4] = -(cos_pitch * (sin_roll * force_on_mount_front_right_y_d4 + cos_roll * force_on_mount_front_right_z_d4)
+        - sin_pitch * force_on_mount_front_right_x_d4);
+    C[4] = -(cos_pitch * (sin_roll * force_on_mount_front_right_y_d11 + cos_roll * force_on_mount_front_right_z_d11)
+        - sin_pitch * force_on_mount_front_right_x_d11);
+    K[5] = -(cos_pitch * (sin_roll * force_on_mount_rear_left_y_d5 + cos_roll * force_on_mount_rear_left_z_d5)
+        - sin_pitch * force_on_mount_rear_left_x_d5);
+    C[5] = cos_pitch * (sin_roll * x620 + cos_roll * x629) - sin_pitch * x611;
+    K[6] = cos_pitch * (sin_roll * x723 + cos_roll * x732) - sin_pitch * x714;
+    C[6] = cos_pitch * (sin_roll * x727 + cos_roll * x736) - sin_pitch * x718;
+    const real minus_force_front_left_z_d3 = w[96];
+    K[24] = K(190000.0) + minus_force_front_left_z_d3;
+    K[32] = K(190000.0) - force_front_right_z_d4;
     K[40] = K(190000.0) + minus_force_rear_left_z_d5;
     K[48] = K(190000.0) - force_rear_right_z_d6;
-    K[9] = w[73] - (w[65] + w[2] * x636 - x641);
-    C[8] = -(w[71] + (w[2] * x639 + x645));
-    C[9] = -(w[74] + (w[2] * x640 + x646));
-    const real x663 = w[119] + K(0.75) * force_on_mount_front_right_z_d2 - K(0.75) * force_on_mount_rear_left_z_d2
-        - K(0.75) * x622;
-    K[16] = -(w[72] - x663);
-    const real x664 = w[122] + K(0.75) * force_on_mount_front_right_z_d8 + K(0.75) * x531 - K(0.75) * x625;
-    C[15] = -(w[75] - x664);
+    K[9] = w[73] - (w[65] + cos_roll * x745 - x752);
+    C[8] = -(w[71] + (cos_roll * x748 + x756));
+    C[9] = -(w[74] + (cos_roll * x749 + x757));
+    const real x778 = x466 + K(0.75) * force_on_mount_front_right_z_d2 - K(0.75) * force_on_mount_rear_left_z_d2
+        - K(0.75) * x731;
+    K[16] = -(w[72] - x778);
+    const real x779 = x469 + K(0.75) * force_on_mount_front_right_z_d8 + K(0.75) * x627 - K(0.75) * x734;
+    C[15] = -(w[75] - x779);
 }
 
 void active_vehicle_mass(const active_vehicle_parameters *p, const real *q, real *restrict M)

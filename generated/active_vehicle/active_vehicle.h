@@ -26,13 +26,13 @@ extern "C" {
 #define ACTIVE_VEHICLE_NBASE 19 /* numbers in the state of the base */
 
 /* The configuration:
- *   q[0..0], v[0..0]  R  heave
- *   q[1..1], v[1..1]  R  pitch
- *   q[2..2], v[2..2]  R  roll
- *   q[3..3], v[3..3]  R  front_left
- *   q[4..4], v[4..4]  R  front_right
- *   q[5..5], v[5..5]  R  rear_left
- *   q[6..6], v[6..6]  R  rear_right
+ *   q[0], v[0]  R  heave
+ *   q[1], v[1]  R  pitch
+ *   q[2], v[2]  R  roll
+ *   q[3], v[3]  R  front_left
+ *   q[4], v[4]  R  front_right
+ *   q[5], v[5]  R  rear_left
+ *   q[6], v[6]  R  rear_right
  */
 
 /* Tunable parameters. */
@@ -86,7 +86,7 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, eomgen_
 void active_vehicle_residual(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *r);
 
-/* its partials: K in q (left-trivialised), C in v, M in a
+/* partial derivatives of the residual: K in q (left-trivialised), C in v, M in a
  *   K [7 x 7]  d residual / dq, left-trivialised
  *   C [7 x 7]  d residual / dv
  *   M [7 x 7]  d residual / da
@@ -96,20 +96,20 @@ void active_vehicle_partials(const active_vehicle_parameters *p, eomgen_real t, 
 
 /* quaternion (body to world) and position of every body
  *   pose [7 x 7]  quaternion (w, x, y, z) and position of heaving, pitching, body, wheel_front_left, wheel_front_right,
- * wheel_rear_left, wheel_rear_right
+ *     wheel_rear_left, wheel_rear_right
  *   1 additions, 6 multiplications, 0 divisions, 4 function calls */
 void active_vehicle_poses(const active_vehicle_parameters *p, const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
  *   twist [7 x 6]  angular and linear velocity of heaving, pitching, body, wheel_front_left, wheel_front_right,
- * wheel_rear_left, wheel_rear_right
+ *     wheel_rear_left, wheel_rear_right
  *   0 additions, 6 multiplications, 0 divisions, 4 function calls */
 void active_vehicle_twists(const active_vehicle_parameters *p, const eomgen_real *q, const eomgen_real *v,
     eomgen_real *twist);
 
 /* named outputs of the scene
  *   y [22]  body_acceleration, driver_acceleration, pitch_acceleration, roll_acceleration, energy, power,
- * suspension_travel [4], actuator_force [4], road [4], tyre_load [4]
+ *     suspension_travel [4], actuator_force [4], road [4], tyre_load [4]
  *   141 additions, 178 multiplications, 4 divisions, 10 function calls */
 void active_vehicle_outputs(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *y);
@@ -127,7 +127,7 @@ void active_vehicle_inputs(const active_vehicle_parameters *p, eomgen_real t, eo
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
 
-/* Status of a call. On anything but OK the state is the last good one. */
+/* Status of a call. On any status but OK the state holds the last valid values. */
 typedef enum active_vehicle_status {
     ACTIVE_VEHICLE_OK = 0,
     /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
@@ -141,43 +141,43 @@ typedef enum active_vehicle_status {
 } active_vehicle_status;
 
 typedef struct active_vehicle_settings {
-    eomgen_real step; /* s, of the time grid */
+    eomgen_real step; /* step size of the time grid, s */
     eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
-    /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
-    eomgen_real rtol;
-    eomgen_real atol; /* of the same, relative to the size that the whole motion has in such components */
-    long max_iterations; /* per attempt */
-    long max_halvings; /* of a step that fails with a fresh matrix */
-    long reuse; /* 1: keep a factorization as long as it converges well; 0: one per step */
+    eomgen_real rtol; /* tolerance of Newton increments of mean velocity: weighted RMS, relative to each component */
+    /* tolerance of the same increments, relative to the size of the whole motion in such components */
+    eomgen_real atol;
+    long max_iterations; /* Newton iterations per attempt at most */
+    long max_halvings; /* halvings at most of a step that fails with a fresh matrix */
+    long reuse; /* 1: reuse a factorization as long as iterations converge well; 0: one per step */
 } active_vehicle_settings;
 
-/* Arguments of the present accelerations, beside t, q, v and z. */
+/* Inputs and parameters with which the present accelerations were evaluated. */
 typedef struct active_vehicle_conditions {
-    eomgen_real u[4]; /* inputs; not a number: by the scene's formulas */
+    eomgen_real u[4]; /* inputs; not a number: the scene's formula */
     active_vehicle_parameters parameters;
 } active_vehicle_conditions;
 
-/* Counts and measures since the state was initialized. */
+/* Counts and largest values since the state was initialized. */
 typedef struct active_vehicle_statistics {
-    long steps; /* of the time grid */
+    long steps; /* steps of the time grid */
     long newton_iterations;
     long factorizations;
-    long halvings; /* of steps that failed */
-    long evaluations; /* of the equations of motion */
-    eomgen_real max_residual; /* largest component of the residual at the last iterate that was evaluated in any step */
+    long halvings; /* halvings of steps that failed */
+    long evaluations; /* evaluations of the equations of motion */
+    eomgen_real max_residual; /* largest residual component, over all steps, at the last iterate that was evaluated */
 } active_vehicle_statistics;
 
-/* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
+/* All data on which later steps depend, except the settings: a copy is a checkpoint. */
 typedef struct active_vehicle_state {
     eomgen_real t; /* s */
     eomgen_real q[7];
     eomgen_real v[7];
     eomgen_real vdot[7];
     eomgen_real a[7]; /* algorithmic acceleration */
-    eomgen_real a_before[14]; /* that of the last two steps, newest first, for predictions */
-    long history; /* how many steps there are to predict from, at most 3; -1: none, and the first is damped */
-    long predictor_order; /* of the polynomial that would have predicted the last step best */
-    eomgen_real rho_inf; /* of the method, with which a was made */
+    eomgen_real a_before[14]; /* algorithmic accelerations of the last two steps, newest first, for predictions */
+    long history; /* number of steps for predictions, at most 3; -1: none, and the first step is damped */
+    long predictor_order; /* order of the polynomial with the best prediction of the last step */
+    eomgen_real rho_inf; /* coefficient with which a was computed */
     eomgen_real step; /* t = origin + count * step */
     eomgen_real origin;
     long count;
@@ -185,7 +185,7 @@ typedef struct active_vehicle_state {
     active_vehicle_conditions conditions;
 } active_vehicle_state;
 
-/* Coefficients for a spectral radius at infinite frequency. */
+/* Coefficients of the method for one spectral radius rho_inf at infinite frequency. */
 typedef struct active_vehicle_coefficients {
     eomgen_real rho_inf;
     eomgen_real alpha_m, alpha_f, beta, gamma;
@@ -194,47 +194,46 @@ typedef struct active_vehicle_coefficients {
     eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } active_vehicle_coefficients;
 
-/* Inputs at the times of a grid, in blocks of 16. */
+/* Tables of cosines and sines, and inputs at the times of a grid, in blocks of 16 times. */
 typedef struct active_vehicle_harmonics {
-    /* of w d, at distances d = step/2, 3 step/2, ... from the middle of a block; first, since rows are as long as lines
-     * of a cache */
+    /* cos(w d) and sin(w d) at the distances d = step/2, 3 step/2, ... from the middle of a block; the first member,
+     * because its rows are as long as cache lines */
     eomgen_real cosine[200][8], sine[200][8];
-    eomgen_real u[64]; /* time by time */
-    eomgen_real step, origin; /* of the grid; step 0: none */
-    long block;               /* that u is of; -1: none */
+    eomgen_real u[64]; /* inputs of a block, one row for each time */
+    eomgen_real step, origin; /* time grid of the tables; step 0: no tables yet */
+    long block;               /* number of the block whose inputs are in u; -1: none */
 } active_vehicle_harmonics;
 
-/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static
- * one is). */
+/* Scratch memory; its content changes results by no more than the Newton tolerance. Set it to zero before the first
+ * call (static variables are zero). */
 typedef struct active_vehicle_workspace {
     active_vehicle_harmonics harmonics;
     eomgen_real unknown[7];      /* E, step lam */
-    eomgen_real increment[7];     /* the exponent is step * increment */
+    eomgen_real increment[7];     /* q = q_n o exp(step * increment) */
     eomgen_real right[7], solution[7], per_tolerance[7];
-    int units_valid;          /* unit and per_unit have been computed */
+    int units_valid;          /* 1: unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    /* for each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, and 1 by this value; 0: no
-     * inertia */
+    /* unit of each unknown, the value that alone makes a kinetic energy of 1/2, and 1 / unit; 0: no inertia */
     eomgen_real unit[7], per_unit[7];
     /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[7], rounding_decay;
-    /* of the step, in these units */
+    /* size of the velocities of the step in these units */
     eomgen_real speed[1];
-    /* of the partials, and their products with T */
+    /* nonzeros of the partial derivatives, then their products with T */
     eomgen_real numbers[147];
     eomgen_real tangents[1];
     eomgen_real entries[37];     /* nonzeros of the iteration matrix */
     eomgen_real factors[37];
-    int whole;                /* the factors in use belong to the whole matrix */
+    int whole;                /* 1: factors of the whole (dense) matrix are in use */
     int pivot[7];
     eomgen_real matrix[49];
     active_vehicle_coefficients coefficients;
     eomgen_real factored_step;       /* step size of the factors, 0 without factors */
     eomgen_real factored_rho_inf;
     eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
-    /* data of the last step with reused factors and an observed contraction: its first increment, steps since then,
-     * and steps with the same factors before it */
+    /* data of the last step with reused factors and an observed contraction: its first increment, steps since then, and
+     * steps with the same factors before it */
     eomgen_real first_increment;
     long unobserved_steps, observed_reuse;
     long fresh_iterations;       /* iterations of the last step with fresh factors */
@@ -253,64 +252,58 @@ typedef struct active_vehicle_workspace {
 /* English text of a status. */
 const char *active_vehicle_status_text(active_vehicle_status status);
 
-/* The method's defaults; the step is 0.001 s. */
+/* Set the method's default settings; the step is 0.001 s. */
 void active_vehicle_default_settings(active_vehicle_settings *settings);
 
-/* The scene's initial configuration and velocity at t = 0; the
- * rest is left to active_vehicle_initialize. */
+/* Set t = 0 and the scene's initial configuration and velocity;
+ * active_vehicle_initialize computes the other members. */
 void active_vehicle_default_state(active_vehicle_state *state);
 
-/* Take t, q and v from the state and make the rest of it consistent with them; count
- * and statistics restart.
+/* Take t, q and v from the state and make its other members consistent with them; count and statistics restart at 0.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
 active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings, active_vehicle_state *state,
-    active_vehicle_workspace *work, const eomgen_real *u_table);
+    const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work,
+    const eomgen_real *u_table);
 
-/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the
- * settings' is made
- * consistent with them first, and its time grid starts anew. u_table as above.
- * Inputs may jump and parameters change
- * between two steps:
- * if the first row of inputs or a parameter is not the value that the last step
- * ended with, the step starts anew from q and v, as behind a jump of the forces; the time grid and the statistics go
- * on.
- * After t, q or v of the state have been changed by hand, call active_vehicle_initialize. */
+/* One step. On any status but OK the state holds the last valid values. If the state belongs to another step or rho_inf
+ * than the settings, it is made consistent with the settings first, and a new time grid starts. u_table: as above.
+ * Inputs may jump and parameters change between two steps:
+ * if the first row of inputs or a parameter differs from its value at the end of the last step, the step starts anew
+ * from q and v, as after a jump of the forces; time grid and statistics continue.
+ * After changing t, q or v of the state, call active_vehicle_initialize. */
 active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings,
-    active_vehicle_state *state,
-    active_vehicle_workspace *work, const eomgen_real *u_table);
+    active_vehicle_state *state, active_vehicle_workspace *work, const eomgen_real *u_table);
 
-/* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
- * 22 numbers is appended to record, and *recorded counts them; record may be NULL.
- * u_table: 1 * steps + 1 rows.
- * 0 steps: the row of the state as it is.
+/* Take up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of 22
+ * numbers is appended to record, and *recorded counts them; record may be NULL.
+ * u_table: steps + 1 rows.
+ * 0 steps: one row, of the present state.
  */
 active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, const active_vehicle_settings *settings,
-    active_vehicle_state *state,
-    active_vehicle_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
-    long *recorded);
+    active_vehicle_state *state, active_vehicle_workspace *work, long steps, long record_every,
+    const eomgen_real *u_table, eomgen_real *record, long *recorded);
 
-/* Up to `steps` steps without a record.
- * Inputs [4] are held at u, or, if u_end is not NULL, linear in time from u at the start of the first step
- * to u_end at the end of the last. u NULL: the scene's formulas. They may jump from call to call.
+/* Take up to `steps` steps without a record.
+ * Inputs u [4] are constant, or, if u_end is not NULL, vary linearly from u at the start of the first step to u_end at
+ * the end of the last. u NULL: the scene's formulas. Inputs may jump from call to call.
  */
 active_vehicle_status active_vehicle_run_inputs(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings, active_vehicle_state *state,
-    active_vehicle_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
+    const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work, long steps,
+    const eomgen_real *u, const eomgen_real *u_end);
 
-/* The end of the last step of a simulator, or its start. */
+/* Values after the start or the last step of a simulator, by which changes by the caller are found. */
 typedef struct active_vehicle_simulator_end {
     int known;
     eomgen_real t;
     eomgen_real q[7];
     eomgen_real v[7];
-    int given; /* whether u are the inputs there; else the scene's formulas are */
+    int given; /* 1: u holds the inputs at t; 0: inputs follow the scene's formulas */
     eomgen_real u[4];
 } active_vehicle_simulator_end;
 
-/* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps, and t, q or v of the
- * state: a step compares these with the end of the last one and starts again from the new values.
+/* Parameters, settings, state and workspace of a motion in one object without pointers: an assignment copies it, and
+ * the copy continues with the same bits. Parameters, and t, q or v of the state, may be written between two steps: a
+ * step compares the state with the end of the last step and restarts from new values.
  */
 typedef struct active_vehicle_simulator {
     active_vehicle_parameters parameters;
@@ -320,20 +313,20 @@ typedef struct active_vehicle_simulator {
     active_vehicle_simulator_end end;
 } active_vehicle_simulator;
 
-/* The scene's parameters and initial state, and the method's settings. */
+/* Set the scene's parameters and initial state, and the method's default settings. */
 void active_vehicle_simulator_default(active_vehicle_simulator *simulator);
 
-/* Starts at t, q and v of the state; u: inputs there, NULL for the
- * scene's formulas. See active_vehicle_initialize. */
+/* Start from t, q and v of the state; u: inputs at the start, NULL: the scene's formulas. See
+ * active_vehicle_initialize. */
 active_vehicle_status active_vehicle_simulator_start(active_vehicle_simulator *simulator, const eomgen_real *u);
 
-/* See active_vehicle_run_inputs. Fewer steps than one are a bad argument. */
+/* Take `steps` steps, at least 1, as active_vehicle_run_inputs. */
 active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *simulator, long steps,
-    const eomgen_real *u,
-    const eomgen_real *u_end);
+    const eomgen_real *u, const eomgen_real *u_end);
 
-/* The scene's outputs y[22] at the end of the last step, or at the start, as active_vehicle_outputs has them.
- * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
+/* Outputs y[22] of the scene after the last step or the start; see active_vehicle_outputs. Returns
+ * ACTIVE_VEHICLE_BAD_ARGUMENT if the state was written since then: its accelerations are known after the next start or
+ * step. */
 active_vehicle_status active_vehicle_simulator_outputs(active_vehicle_simulator *simulator, eomgen_real *y);
 
 #ifdef __cplusplus

@@ -10,8 +10,8 @@
 #define EOMGEN_SHORT_NAMES
 #include "active_vehicle.h"
 
-/* Steppers branch on values, which lanes and complex numbers cannot; model functions serve
- * all of them. */
+/* Steppers branch on values, so they are compiled for real numbers only; model functions also for lanes and complex
+ * numbers. */
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
 
 #ifdef EOMGEN_REAL_FLOAT
@@ -21,7 +21,7 @@
 #else
 #define active_vehicle_EPSILON K(2.220446049250313e-16)
 #define active_vehicle_TINY K(1e-300) /* keeps quotients finite */
-#define active_vehicle_PROBE_FAR K(4096.0) /* far and near distances in the search for rounding */
+#define active_vehicle_PROBE_FAR K(4096.0) /* far and near trial distances, in corrections */
 #endif
 #define active_vehicle_PROBE_NEAR K(0.015625)
 
@@ -32,7 +32,7 @@ static void active_vehicle_update(const real *q, const real *increment, real ste
 {
     int i;
     for (i = 0; i < 7; ++i)
-        out[0 + i] = q[0 + i] + step * increment[0 + i];
+        out[i] = q[i] + step * increment[i];
 }
 
 const char *active_vehicle_status_text(active_vehicle_status status)
@@ -76,7 +76,7 @@ void active_vehicle_default_state(active_vehicle_state *state)
     active_vehicle_initial_state(state->q, state->v, NULL);
 }
 
-/* 1 when every component is finite. */
+/* Return 1 if every component is finite, else 0. */
 static int active_vehicle_finite(const real *x, int size)
 {
     int i;
@@ -86,11 +86,10 @@ static int active_vehicle_finite(const real *x, int size)
     return 1;
 }
 
-/* Inputs and base at time t, stored in the workspace. first and last are rows of inputs, between which u is linear;
- * fraction: position between the rows. NULL: formulas of the scene. */
+/* Store inputs and base at time t in the workspace: u = first + fraction (last - first) between two rows of inputs, or
+ * the scene's formulas if first is NULL. */
 static active_vehicle_status active_vehicle_prepare(const active_vehicle_parameters *p, real t, const real *first,
-    const real *last,
-    real fraction, active_vehicle_workspace *work)
+    const real *last, real fraction, active_vehicle_workspace *work)
 {
     int i;
     if (first != NULL) {
@@ -103,8 +102,9 @@ static active_vehicle_status active_vehicle_prepare(const active_vehicle_paramet
     return ACTIVE_VEHICLE_OK;
 }
 
-/* Inputs are sums of a cos(w t) + b sin(w t). At T + d that is A cos(w d) + B sin(w d) with A = a cos(w T) + b sin(w T)
- * and B = b cos(w T) - a sin(w T); T is the middle of a block of 16 times of the grid. */
+/* Inputs are sums of a cos(w t) + b sin(w t), a in the tables _in_phase and b in _quadrature. With T the middle of a
+ * block of 16 times of the grid, a term at T + d is A cos(w d) + B sin(w d),
+ *     A = a cos(w T) + b sin(w T),  B = b cos(w T) - a sin(w T). */
 static const double active_vehicle_frequencies1[200] = {
     1.4016143445722504, 1.4410548197750765, 1.4816051231487184, 1.5232964845037285,
     1.5661610124363081, 1.6102317190567363, 1.655542545413642, 1.7021283876336988,
@@ -578,7 +578,7 @@ static const double active_vehicle_quadrature1[4][200] = {
     }
 };
 
-/* cos(w d) and sin(w d) at the distances d of the times of a block from its middle. */
+/* Tabulate cos(w d) and sin(w d) for the distances d of the times of a block from its middle. */
 static void active_vehicle_turns_of_harmonics(real step, active_vehicle_harmonics *held)
 {
     int k, pair;
@@ -592,10 +592,10 @@ static void active_vehicle_turns_of_harmonics(real step, active_vehicle_harmonic
         }
 }
 
-/* Inputs 0, 1, 2, 3 in the block about a time. */
+/* Inputs 0, 1, 2, 3 at the times of the block around `middle`. */
 static void active_vehicle_harmonics_about1(real middle, active_vehicle_harmonics *held)
 {
-    real even[4][8], odd[4][8]; /* parts of the summands, in d */
+    real even[4][8], odd[4][8]; /* sums of the terms that are even and odd in d */
     real cosine[40], sine[40];
     real A[4][40], B[4][40];
     int first, i, k, pair;
@@ -644,8 +644,8 @@ static void active_vehicle_harmonics_about1(real middle, active_vehicle_harmonic
         }
     }
     for (pair = 0; pair < 8; ++pair) {
-        held->u[(8 + pair) * 4 + 0] = even[0][pair] + odd[0][pair];
-        held->u[(7 - pair) * 4 + 0] = even[0][pair] - odd[0][pair];
+        held->u[(8 + pair) * 4] = even[0][pair] + odd[0][pair];
+        held->u[(7 - pair) * 4] = even[0][pair] - odd[0][pair];
         held->u[(8 + pair) * 4 + 1] = even[1][pair] + odd[1][pair];
         held->u[(7 - pair) * 4 + 1] = even[1][pair] - odd[1][pair];
         held->u[(8 + pair) * 4 + 2] = even[2][pair] + odd[2][pair];
@@ -655,7 +655,8 @@ static void active_vehicle_harmonics_about1(real middle, active_vehicle_harmonic
     }
 }
 
-/* Inputs at origin + count * step. Values stored in the workspace save work and have no effect on the bits. */
+/* Inputs at time origin + count * step. Inputs of the present block are kept in `held`; this saves work and changes no
+ * bit of the result. */
 static void active_vehicle_inputs_on_grid(real origin, real step, long count, active_vehicle_harmonics *held, real *u)
 {
     const long block = count / 16;
@@ -690,7 +691,7 @@ static void active_vehicle_remember(const active_vehicle_parameters *p, active_v
     state->conditions.parameters = *p;
 }
 
-/* Whether parameters and a row of inputs equal the values used for the accelerations of a state. */
+/* Return 1 if parameters and a row of inputs equal the values used for the accelerations of a state. */
 static int active_vehicle_same_conditions(const active_vehicle_parameters *p, const active_vehicle_state *state,
     const real *row)
 {
@@ -704,17 +705,16 @@ static int active_vehicle_same_conditions(const active_vehicle_parameters *p, co
     return same;
 }
 
-/* Weights of the matrices in the iteration matrix: m M + c C + k K T, and b B + z Z T of the rates of the
- * constraints. */
+/* Weights of the matrices in the iteration matrix: m M + c C + k K T for the equations of motion, b B + z Z T for the
+ * rates of the constraints. */
 typedef struct active_vehicle_weights {
     real M, C, K, B, Z;
 } active_vehicle_weights;
 
-/* Nonzeros of the iteration matrix. w: numbers of the partials, behind them room for their products with T; jacobian:
- * B at the start. */
+/* S := nonzeros of the iteration matrix. w: nonzeros of the partial derivatives, followed by room for their products
+ * with T; jacobian: B at the start of the step. */
 static void active_vehicle_assemble(const active_vehicle_weights *c, const real *restrict T,
-    const real *restrict jacobian,
-    real *restrict w, real *restrict S)
+    const real *restrict jacobian, real *restrict w, real *restrict S)
 {
     S[0] = c->M * w[122] + c->C * w[73] + c->K * w[24];
     S[1] = c->C * w[70] + c->K * w[21];
@@ -756,7 +756,8 @@ static void active_vehicle_assemble(const active_vehicle_weights *c, const real 
     (void)c; (void)T; (void)jacobian; (void)w;
 }
 
-/* LU factorization with partial pivoting, in place, row-major; 0 when a pivot vanishes or is not finite. */
+/* LU factorization of A (row-major) with partial pivoting, in place. Returns 0 if a pivot is 0 or not finite, else
+ * 1. */
 static int active_vehicle_factor(real *A, int *pivot)
 {
     int i, j, k;
@@ -802,37 +803,33 @@ static void active_vehicle_solve(const real *A, const int *pivot, real *x)
     for (i = 1; i < 7; ++i)
         for (j = 0; j < i; ++j)
             x[i] = x[i] - A[i * 7 + j] * x[j];
-    for (i = 7 - 1; i >= 0; --i) {
+    for (i = 6; i >= 0; --i) {
         for (j = i + 1; j < 7; ++j)
             x[i] = x[i] - A[i * 7 + j] * x[j];
         x[i] = x[i] / A[i * 7 + i];
     }
 }
 
-/* Factor of a row of the matrix in comparisons of rows. */
-#define active_vehicle_ROW_UNIT(row) \
-    unit[row]
-
-/* The whole matrix from its nonzeros, rows in units that can be compared. */
+/* A := the whole matrix (row-major) from its nonzeros S; rows are multiplied by their units and so can be compared. */
 static void active_vehicle_spread(const real *S, const real *unit, real *A)
 {
     static const int place[37] = {
-24, 21, 22, 23, 32, 28, 29, 30, 40, 35, 36, 37, 3, 4, 5, 0, 
-1, 2, 6, 10, 11, 12, 7, 8, 9, 13, 17, 18, 19, 14, 15, 16, 
-20, 42, 43, 44, 48, 
+        24, 21, 22, 23, 32, 28, 29, 30, 40, 35, 36, 37, 3, 4, 5, 0,
+        1, 2, 6, 10, 11, 12, 7, 8, 9, 13, 17, 18, 19, 14, 15, 16,
+        20, 42, 43, 44, 48,
     };
     int i;
     memset(A, 0, 49 * sizeof *A);
     for (i = 0; i < 37; ++i)
-        A[place[i]] = S[i] * active_vehicle_ROW_UNIT(place[i] / 7);
+        A[place[i]] = S[i] * unit[place[i] / 7];
 }
 
-/* A pivot smaller than this part of its row has lost all digits to
- * cancellation; entries are compared in the units of their unknowns. */
+/* A pivot smaller than this part of its row has lost all digits to cancellation; entries are compared in the units of
+ * their unknowns. */
 #define active_vehicle_SMALLEST_PIVOT K(1e-12)
 
-/* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of
- * ones; 0 when a pivot is too small. 41 multiply-subtracts. */
+/* Factor S = L D U, L and U with unit diagonals, in 41 multiply-subtracts. F: L, 1/D and U, row by row in the order of
+ * elimination. Returns 0 if a pivot is too small (see active_vehicle_SMALLEST_PIVOT), else 1. */
 static int active_vehicle_eliminate(const real *restrict S, const real *restrict unit, real *restrict F)
 {
     { /* row 3, column 3 */
@@ -993,9 +990,8 @@ static int active_vehicle_eliminate(const real *restrict S, const real *restrict
     return 1;
 }
 
-/* Factors of the assembled
- * matrix: pivots chosen beforehand, then, if they break down, by size.
- * 0: singular, or not finite. */
+/* Factor the assembled matrix, with pivots chosen when this code was generated, or by size if one of them is too small.
+ * Returns 0 if it is singular or not finite, else 1. */
 static int active_vehicle_factorize(active_vehicle_workspace *work)
 {
     work->whole = 0;
@@ -1006,15 +1002,15 @@ static int active_vehicle_factorize(active_vehicle_workspace *work)
     return active_vehicle_factor(work->matrix, work->pivot);
 }
 
-/* Factors that scale the rows of the equations before the solution for a correction, and factors of the correction's
- * parts in v, vdot and lam. */
+/* Factors of the rows r, Phi and w of the right side of a correction, and factors by which a correction of the unknowns
+ * changes v, vdot and lam. */
 typedef struct active_vehicle_scale {
     real r, phi, w;
     real v, vdot, lam;
 } active_vehicle_scale;
 
-/* As below, with the pivots chosen beforehand. Values computed last come last in every sum, so that they are not
- * waited for. */
+/* As active_vehicle_correct, with the order of elimination that was chosen when this code was generated. In each sum
+ * the values computed last stand last, so that the processor does not wait for them. */
 static real active_vehicle_correct_quickly(const active_vehicle_scale *scale, active_vehicle_workspace *work)
 {
     const real *F = work->factors, *r = work->right, *weight = work->per_tolerance;
@@ -1079,7 +1075,7 @@ static real active_vehicle_correct_quickly(const active_vehicle_scale *scale, ac
     return error[0] + error[1];
 }
 
-/* Weighted sum of squares of the correction of the unknowns. */
+/* Sum of squares of the correction of the unknowns, each divided by its tolerance. */
 static real active_vehicle_size_of_correction(const active_vehicle_workspace *work)
 {
     real sum = K(0.0);
@@ -1091,8 +1087,7 @@ static real active_vehicle_size_of_correction(const active_vehicle_workspace *wo
     return sum;
 }
 
-/* Add a part of a correction to the unknowns, with the changes of v,
- * vdot and lam. */
+/* Add part * correction to the unknowns, and its effects to v, vdot and lam. */
 static void active_vehicle_add(const active_vehicle_scale *scale, const real *correction, real part,
     active_vehicle_workspace *work)
 {
@@ -1105,8 +1100,8 @@ static void active_vehicle_add(const active_vehicle_scale *scale, const real *co
     }
 }
 
-/* solution = S^-1 (scaled right), added to the unknowns, and its effect to v,
- * vdot and lam; returns its size. */
+/* Newton correction: work->solution = S^-1 (scaled work->right) is added to the unknowns, and its effects to v, vdot
+ * and lam. Returns the sum of squares of the correction, each component divided by its tolerance. */
 static real active_vehicle_correct(const active_vehicle_scale *scale, active_vehicle_workspace *work)
 {
     int i;
@@ -1117,25 +1112,24 @@ static real active_vehicle_correct(const active_vehicle_scale *scale, active_veh
     {
         const real *unit = work->unit;
         for (i = 0; i < 7; ++i)
-            work->solution[i] = work->right[i] * active_vehicle_ROW_UNIT(i);
+            work->solution[i] = work->right[i] * unit[i];
         active_vehicle_solve(work->matrix, work->pivot, work->solution);
     }
     active_vehicle_add(scale, work->solution, K(1.0), work);
     return active_vehicle_size_of_correction(work);
 }
 
-/* Numbers of the partials at work->q, v, vdot, lam. */
+/* Evaluate the nonzeros of the partial derivatives at the state in work. */
 static void active_vehicle_partial_numbers(const active_vehicle_parameters *p, real t, active_vehicle_workspace *work)
 {
-    active_vehicle_partials(p, t, work->q, work->v, work->vdot, work->u, work->numbers + 0, work->numbers + 49,
+    active_vehicle_partials(p, t, work->q, work->v, work->vdot, work->u, work->numbers, work->numbers + 49,
         work->numbers + 98);
     (void)p; (void)t; (void)work;
 }
 
-/* For each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, by the diagonal of
- * M at the state prepared in work. */
-static void active_vehicle_measure(const active_vehicle_parameters *p, real t,
-    active_vehicle_workspace *work)
+/* Units of the unknowns: the value of each that alone makes a kinetic energy of 1/2, as 1/sqrt(M_ii) for a velocity,
+ * from the diagonal of M at the state in work. */
+static void active_vehicle_measure(const active_vehicle_parameters *p, real t, active_vehicle_workspace *work)
 {
     static const int diagonal[7] = { 98, 106, 114, 122, 130, 138, 146 };
     int i;
@@ -1155,8 +1149,8 @@ static void active_vehicle_measure(const active_vehicle_parameters *p, real t,
     }
 }
 
-/* Size of a configuration in the same units: the scale of its changes. For angles 1 rad, for lengths the distance
- * from the origin. */
+/* Magnitude of the numbers in a configuration in the units of active_vehicle_size: 1 rad for each angle, the distance
+ * from the origin for each length. */
 static real active_vehicle_extent(const real *q, const active_vehicle_workspace *work)
 {
     static const int angular[7] = { 0, 1, 1, 0, 0, 0, 0 };
@@ -1173,7 +1167,7 @@ static real active_vehicle_extent(const real *q, const active_vehicle_workspace 
     return EG_SQRT(sum);
 }
 
-/* Size of a change of the configuration, or of a velocity, by kinetic energy. */
+/* Norm of a velocity, or of a change of the configuration: sqrt(sum_i (x_i / unit_i)^2), with 1 / unit_i^2 = M_ii. */
 static real active_vehicle_size(const real *x, const active_vehicle_workspace *work)
 {
     real sum = K(0.0);
@@ -1183,10 +1177,9 @@ static real active_vehicle_size(const real *x, const active_vehicle_workspace *w
     return EG_SQRT(sum);
 }
 
-/* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
+/* Solve the equations of motion at work->q and v for work->vdot; inputs and base must have been prepared. */
 static active_vehicle_status active_vehicle_solve_accelerations(const active_vehicle_parameters *p, real t,
-    active_vehicle_workspace *work,
-    active_vehicle_statistics *statistics)
+    active_vehicle_workspace *work, active_vehicle_statistics *statistics)
 {
     active_vehicle_forward_dynamics(p, t, work->q, work->v, work->u, work->vdot);
     ++statistics->evaluations;
@@ -1194,7 +1187,7 @@ static active_vehicle_status active_vehicle_solve_accelerations(const active_veh
     return active_vehicle_finite(work->vdot, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
 }
 
-/* Coefficients for a spectral radius rho at infinite frequency. */
+/* Coefficients of the method for the spectral radius rho at infinite frequency. */
 static active_vehicle_coefficients active_vehicle_coefficients_of(real rho)
 {
     active_vehicle_coefficients c;
@@ -1210,7 +1203,7 @@ static active_vehicle_coefficients active_vehicle_coefficients_of(real rho)
     return c;
 }
 
-/* Coefficients of implicit Euler: v' = v + step vdot', q' = q o exp(step v') at a = vdot = 0. */
+/* Coefficients of implicit Euler, v' = v + step vdot', q' = q o exp(step v'), if a = vdot = 0 at the start. */
 static active_vehicle_coefficients active_vehicle_implicit_euler(const active_vehicle_coefficients *method)
 {
     active_vehicle_coefficients c = *method;
@@ -1227,7 +1220,7 @@ static int active_vehicle_settings_are_good(const active_vehicle_settings *s)
         && s->max_halvings >= 0 && s->max_halvings <= 30;
 }
 
-/* sqrt(x . M x) about the state in work: the residual is linear in vdot. */
+/* Return sqrt(x . M x) at the state in work, by two evaluations of the residual, which is linear in vdot. */
 static real active_vehicle_size_by_inertia(const active_vehicle_parameters *p, real t, const real *x,
     active_vehicle_workspace *work)
 {
@@ -1244,17 +1237,16 @@ static real active_vehicle_size_by_inertia(const active_vehicle_parameters *p, r
     return EG_SQRT(active_vehicle_larger(sum, K(0.0)));
 }
 
-/* Largest ratio of changes of the accelerations of a start within a step: 4 for a damping c with step c/m = 4, or
- * for a spring k with step^2 k/m = 8. */
+/* Largest change of the initial accelerations within a step, relative to these accelerations: 4 for a damper c with
+ * step c/m = 4, or for a spring k with step^2 k/m = 8. */
 #define active_vehicle_CHANGE_OF_START K(4.0)
 
-/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: these
- * accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
+/* Return 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step:
+ * these accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
  * predicted position within the step. Examples are overdamped joints in motion, and stiff springs away from rest.
  * Methods without numerical damping keep such oscillations. */
 static int active_vehicle_too_fast(const active_vehicle_parameters *p, const active_vehicle_coefficients *c,
-    active_vehicle_state *state, real step,
-    const real *vdot, active_vehicle_workspace *work)
+    active_vehicle_state *state, real step, const real *vdot, active_vehicle_workspace *work)
 {
     real change[7], size;
     active_vehicle_status status;
@@ -1277,17 +1269,18 @@ static int active_vehicle_too_fast(const active_vehicle_parameters *p, const act
 }
 
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
- * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
- * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
- * forward, because forces may jump at t. fraction and length place the step between the input rows.
- * Motions too fast for the step have no such derivative: if the accelerations change by more than step vddot when
- * the state is moved by half a step, it is left out. If they excite such motions, and `damp`
- * allows it, history becomes -1: the first step is to be damped.
- * state->vdot becomes that of f(0). */
+ *     step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
+ *     f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
+ * forward differences, because forces may jump at t. fraction, length: position and length of the step between the rows
+ * of inputs.
+ * Motions too fast for the step have no such derivative: step vddot is left out if the accelerations change by more
+ * than it when the state moves by half a step. If the accelerations only excite such motions, and `damp` is 1,
+ * state->history becomes -1: the first step is damped.
+ * state->vdot = f(0). */
 static active_vehicle_status active_vehicle_start(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings,
-    const active_vehicle_coefficients *c, active_vehicle_state *state, real step, const real *first, const real *last,
-    real fraction, real length, int damp, active_vehicle_workspace *work)
+    const active_vehicle_settings *settings, const active_vehicle_coefficients *c, active_vehicle_state *state,
+    real step, const real *first, const real *last, real fraction, real length, int damp,
+    active_vehicle_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
     real vdot[7], slope[7], increment[7];
@@ -1345,10 +1338,9 @@ static active_vehicle_status active_vehicle_start(const active_vehicle_parameter
     return active_vehicle_finite(state->a, 7) ? ACTIVE_VEHICLE_OK : ACTIVE_VEHICLE_NOT_FINITE;
 }
 
-/* Compute the units of the unknowns at a state, unless known. */
+/* Compute the units of the unknowns at a state, unless they are known. */
 static active_vehicle_status active_vehicle_know_units(const active_vehicle_parameters *p, active_vehicle_state *state,
-    const real *first,
-    const real *last, active_vehicle_workspace *work)
+    const real *first, const real *last, active_vehicle_workspace *work)
 {
     active_vehicle_status status = ACTIVE_VEHICLE_OK;
     if (work->units_valid)
@@ -1361,11 +1353,10 @@ static active_vehicle_status active_vehicle_know_units(const active_vehicle_para
     return status;
 }
 
-/* Start of a step beside q and v:
- * accelerations, with the parameters and inputs of the step. */
+/* Compute accelerations of a state for a step, with the parameters and inputs of the step. */
 static active_vehicle_status active_vehicle_renew(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings, active_vehicle_state *state,
-    active_vehicle_workspace *work, const real *u_table)
+    const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work,
+    const real *u_table)
 {
     const real *last = u_table == NULL ? NULL : u_table + 4;
     active_vehicle_state next = *state;
@@ -1374,8 +1365,7 @@ static active_vehicle_status active_vehicle_renew(const active_vehicle_parameter
     status = active_vehicle_know_units(p, &next, u_table, last, work);
     if (status == ACTIVE_VEHICLE_OK)
         status = active_vehicle_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0),
-            K(1.0), 1,
-            work);
+            K(1.0), 1, work);
     if (status != ACTIVE_VEHICLE_OK)
         return status;
     *state = next;
@@ -1384,8 +1374,8 @@ static active_vehicle_status active_vehicle_renew(const active_vehicle_parameter
 }
 
 active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings,
-    active_vehicle_state *state, active_vehicle_workspace *work, const real *u_table)
+    const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work,
+    const real *u_table)
 {
     active_vehicle_state start;
     active_vehicle_status status;
@@ -1401,7 +1391,7 @@ active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters 
     memset(&start.statistics, 0, sizeof start.statistics);
     for (i = 0; i < 7; ++i)
         still[i] = K(0.0);
-    active_vehicle_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
+    active_vehicle_update(state->q, still, K(0.0), start.q); /* normalizes quaternions */
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
@@ -1415,11 +1405,10 @@ active_vehicle_status active_vehicle_initialize(const active_vehicle_parameters 
     return status;
 }
 
-/* Matrix of Newton's iteration at work->q, v, vdot for the exponent step * increment, and its
- * factors. */
+/* Form and factor the matrix of Newton's iteration at work->q, v, vdot and the exponent step * increment. Returns 0 if
+ * it is singular or not finite, else 1. */
 static int active_vehicle_iteration_matrix(const active_vehicle_parameters *p, const active_vehicle_coefficients *c,
-    real t, real step,
-    active_vehicle_workspace *work)
+    real t, real step, active_vehicle_workspace *work)
 {
     active_vehicle_weights weights;
     weights.M = c->b;
@@ -1433,7 +1422,7 @@ static int active_vehicle_iteration_matrix(const active_vehicle_parameters *p, c
     return active_vehicle_factorize(work);
 }
 
-/* q = q_n o exp(step D) with D = E - W B_n^T eta. */
+/* work->q = q_n o exp(step D), D = E. */
 static void active_vehicle_move(const active_vehicle_state *from, real step, active_vehicle_workspace *work)
 {
     work->increment[0] = work->unknown[0];
@@ -1447,25 +1436,25 @@ static void active_vehicle_move(const active_vehicle_state *from, real step, act
     (void)from;
 }
 
-/* 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
+/* Return 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
 static int active_vehicle_rotation_too_large(real step, const active_vehicle_workspace *work)
 {
     (void)step; (void)work;
     return 0;
 }
 
-/* Cost of forming and factoring the matrix, in iterations. */
+/* Cost of forming and factoring the matrix, as a number of iterations. */
 #define active_vehicle_FACTORS_COST K(3.7065972222222223)
 
-/* A step may end with its first iteration if factors and increment are as in a step with an observed contraction,
- * and the remaining error is this part of the tolerance; after this number of such steps, the contraction is
- * observed again. */
+/* A step may end with its first iteration if factors and increment are as in an earlier step with an observed
+ * contraction, and the remaining error predicted by it is below KNOWN_PART of the tolerance. After UNOBSERVED such
+ * steps, the contraction is observed again. */
 #define active_vehicle_KNOWN_PART K(0.1)
 #define active_vehicle_UNOBSERVED 15
 
-/* Scales of the increments of the unknowns, for some steps: a weighted RMS of 1 is small enough.
- * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
- * the value of each if they share the kinetic energy of the step and of its changes.
+/* Compute the tolerance of each unknown's increment, for this step and some more; increments with a weighted RMS of 1
+ * are small enough. A tolerance is rtol times the unknown plus atol times the size of the motion; this size is, for
+ * velocities, the velocity of each component at an equal part of the kinetic energy of the step and of its changes.
  * No tolerance is below the observed rounding. */
 static void active_vehicle_tolerances(const active_vehicle_settings *settings, const active_vehicle_coefficients *c,
     const active_vehicle_state *from, real step, active_vehicle_workspace *work)
@@ -1478,7 +1467,7 @@ static void active_vehicle_tolerances(const active_vehicle_settings *settings, c
         const real more = work->per_unit[i] * (work->unknown[i] - from->v[i]);
         energy = energy + moves * moves + more * more;
     }
-    work->speed[0] = EG_SQRT(energy * K(0.14285714285714285)); /* as if all had the same part of it */
+    work->speed[0] = EG_SQRT(energy * K(0.14285714285714285)); /* root mean square over the components */
     for (i = 0; i < 7; ++i)
         work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
     (void)c;
@@ -1490,9 +1479,9 @@ static void active_vehicle_tolerances(const active_vehicle_settings *settings, c
     work->tolerance_step = step;
 }
 
-/* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then.
- * Velocities alone do not tell: if all of them are prescribed,
- * the others would be free to grow. */
+/* Return 1 if no component of the increment exceeds rounding: an iteration that does not contract any more has then
+ * converged. All unknowns are compared, not velocities alone: if all velocities are prescribed, other unknowns could
+ * still grow. */
 static int active_vehicle_only_rounding(const active_vehicle_workspace *work)
 {
     int i;
@@ -1503,12 +1492,11 @@ static int active_vehicle_only_rounding(const active_vehicle_workspace *work)
     return 1;
 }
 
-/* Distance between the end of a correction from an iterate moved by a part of `moved`, and the end of the correction
- * from the iterate. */
+/* Move the iterate by part * moved and correct it again. error: difference of the result from the result without the
+ * move; returns its weighted norm. */
 static real active_vehicle_correction_error(const active_vehicle_parameters *p, const active_vehicle_scale *scale,
     const active_vehicle_state *from, real t, real step, const real *correction, const real *moved, real part,
-        real *error,
-    active_vehicle_workspace *work, active_vehicle_statistics *statistics)
+    real *error, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
 {
     int i;
     (void)p; (void)t;
@@ -1526,15 +1514,14 @@ static real active_vehicle_correction_error(const active_vehicle_parameters *p, 
     return EG_SQRT(active_vehicle_size_of_correction(work));
 }
 
-/* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near.
- * A smooth equation contracts from both, and at a kink of a law the matrix is exact near by. So no scale is needed:
- * coordinates far from the origin, balanced large forces and stiff elements are rounded more than the numbers in q
- * and v show. If the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
- * all, and no conclusion is drawn from near by. The observed rounding is stored. */
+/* Return 1 if rounding keeps the iteration from contracting: it contracts from a start far away, but not from one close
+ * by. For smooth equations it contracts from both, and at a kink of a force law the matrix is exact close by. The test
+ * needs no estimate of rounding, which is larger than the numbers in q and v show for coordinates far from the origin,
+ * large balanced forces and stiff elements. If the correction moves q by a few floating-point spacings only, a smaller
+ * move would not change q, and the start close by is not considered. The observed rounding is stored. */
 static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, const active_vehicle_coefficients *c,
     const active_vehicle_scale *scale, const active_vehicle_state *from, real t, real step,
-        active_vehicle_workspace *work,
-    active_vehicle_statistics *statistics)
+    active_vehicle_workspace *work, active_vehicle_statistics *statistics)
 {
     real correction[7], moved[7], near[7], far[7], q[7];
     real size, size_near, size_far;
@@ -1563,11 +1550,9 @@ static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, con
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(active_vehicle_size_of_correction(work));
     size_near = active_vehicle_correction_error(p, scale, from, t, step, correction, moved, active_vehicle_PROBE_NEAR,
-        near, work,
-        statistics);
+        near, work, statistics);
     size_far = active_vehicle_correction_error(p, scale, from, t, step, correction, moved, active_vehicle_PROBE_FAR,
-        far,
-        work, statistics);
+        far, work, statistics);
     active_vehicle_add(scale, correction, K(1.0), work);
     if (!((within_spacing || size_near >= K(0.125) * active_vehicle_PROBE_NEAR * size)
             && size_far <= K(0.125) * active_vehicle_PROBE_FAR * size))
@@ -1589,14 +1574,12 @@ static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, con
  *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,
  *                  vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0
- * Factors serve until one more step with them would cost more than the average step since they were made, their
- * making included; one iteration more is chance. If they do not even serve the next step, they are made in every
- * step, and reuse is tried again ever more rarely. */
+ * Factors are reused until one more step with them would cost more than the average step since the factorization, its
+ * cost included; a single additional iteration does not count. If reuse does not even pay in the next step, the matrix
+ * is factored in every step, and reuse is tried again at growing intervals. */
 static active_vehicle_status active_vehicle_advance(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings,
-    const active_vehicle_coefficients *c, const active_vehicle_state *from, real t, real step, int refresh,
-        active_vehicle_workspace *work,
-    active_vehicle_statistics *statistics)
+    const active_vehicle_settings *settings, const active_vehicle_coefficients *c, const active_vehicle_state *from,
+    real t, real step, int refresh, active_vehicle_workspace *work, active_vehicle_statistics *statistics)
 {
     const real per_step = K(1.0) / step;
     active_vehicle_scale scale;
@@ -1613,7 +1596,7 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
     scale.v = c->g;
     scale.vdot = c->b * per_step;
     scale.lam = per_step;
-    /* predictor: a and lam by a polynomial through their last values */
+    /* predictor: extrapolate a and lam by a polynomial through their last values */
     for (i = 0; i < 7; ++i) {
         const real a = from->a[i];
         real next = a;
@@ -1688,7 +1671,7 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
                 const real wasted = (real)(iteration + 1 - since);
                 if (work->refactor_steps_left > 0)
                     --work->refactor_steps_left;
-                /* did reuse cost less than factors at every step? */
+                /* did reuse cost less than a factorization in every step? */
                 if (work->reused_factorizations > 0 || wasted > K(0.0)) {
                     const real own = (real)(work->reused_factorizations + 1)
                         * ((real)work->fresh_iterations + active_vehicle_FACTORS_COST);
@@ -1724,11 +1707,11 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
     return ACTIVE_VEHICLE_NOT_CONVERGED;
 }
 
-/* The state at the end of the step that is in work. */
+/* Update the state by the step that is in work. */
 static void active_vehicle_accept(const active_vehicle_coefficients *c, real t, active_vehicle_state *state,
     const active_vehicle_workspace *work)
 {
-    /* of polynomials of order 0, 1, 2, squared, by kinetic energy */
+    /* squared errors of predictions of a by polynomials of order 0, 1 and 2, weighted by M_ii */
     real prediction_error[3] = { K(0.0), K(0.0), K(0.0) };
     int i;
     for (i = 0; i < 7; ++i) {
@@ -1756,12 +1739,10 @@ static void active_vehicle_accept(const active_vehicle_coefficients *c, real t, 
     state->t = t;
 }
 
-/* One step of any size to t: state becomes its end. Statistics are counted in any case. */
+/* One step of size `step` to time t: state becomes its end. Statistics are counted on failures, too. */
 static active_vehicle_status active_vehicle_part(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings,
-    const active_vehicle_coefficients *c, active_vehicle_state *state, real t, real step, const real *first,
-        const real *last,
-    real fraction, int refresh, active_vehicle_workspace *work)
+    const active_vehicle_settings *settings, const active_vehicle_coefficients *c, active_vehicle_state *state, real t,
+    real step, const real *first, const real *last, real fraction, int refresh, active_vehicle_workspace *work)
 {
     active_vehicle_status status;
     real on_grid[4];
@@ -1777,16 +1758,15 @@ static active_vehicle_status active_vehicle_part(const active_vehicle_parameters
     return status;
 }
 
-/* A step as four of implicit Euler (Rannacher 1984): motions too fast for the step that a start excites are damped,
- * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and belong to a motion that the steps
- * can follow. If the velocity behind them is of the size that the accelerations of the start make, these are no
- * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
- * and length place the step between the input rows. */
+/* First step after a start, as four steps of implicit Euler (Rannacher 1984): each reduces motions of a frequency w too
+ * high for the step, which a start excites, by a factor 4/(step w). Their accelerations w^2 q are then small at the
+ * end, too, and later steps start from a motion that they can follow. If the velocity at the end is as large as the
+ * initial accelerations make it, these are not an excitation but the motion itself, as of a machine released from rest:
+ * then the step is taken like any other. fraction, length: position and length of the step between the rows of
+ * inputs. */
 static active_vehicle_status active_vehicle_damped_step(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings,
-    const active_vehicle_coefficients *c, active_vehicle_state *state, real t, real step, const real *first,
-        const real *last,
-    real fraction, real length, active_vehicle_workspace *work)
+    const active_vehicle_settings *settings, const active_vehicle_coefficients *c, active_vehicle_state *state, real t,
+    real step, const real *first, const real *last, real fraction, real length, active_vehicle_workspace *work)
 {
     const active_vehicle_coefficients euler = active_vehicle_implicit_euler(c);
     const active_vehicle_state start = *state;
@@ -1801,7 +1781,7 @@ static active_vehicle_status active_vehicle_damped_step(const active_vehicle_par
         status = active_vehicle_part(p, settings, &euler, state, end, part, first, last, fraction + share * length,
             quarter == 1, work);
     }
-    work->factored_step = K(0.0); /* these factors are implicit Euler's */
+    work->factored_step = K(0.0); /* the factors are for implicit Euler */
     if (status == ACTIVE_VEHICLE_OK) {
         const real behind = active_vehicle_size_by_inertia(p, t, state->v, work);
         const real before = active_vehicle_size_by_inertia(p, t, start.v, work);
@@ -1821,12 +1801,10 @@ static active_vehicle_status active_vehicle_damped_step(const active_vehicle_par
     return status;
 }
 
-/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
+/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted on failures, too. */
 static active_vehicle_status active_vehicle_substeps(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings,
-    const active_vehicle_coefficients *c, active_vehicle_state *state, const real *first, const real *last, long level,
-        int refresh,
-    active_vehicle_workspace *work)
+    const active_vehicle_settings *settings, const active_vehicle_coefficients *c, active_vehicle_state *state,
+    const real *first, const real *last, long level, int refresh, active_vehicle_workspace *work)
 {
     const long parts = 1L << level;
     const real step = settings->step / (real)parts, length = K(1.0) / (real)parts;
@@ -1838,8 +1816,7 @@ static active_vehicle_status active_vehicle_substeps(const active_vehicle_parame
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
         if (state->history < 0)
             status = active_vehicle_damped_step(p, settings, c, state, t, step, first, last,
-                (real)(part - 1) / (real)parts,
-                length, work);
+                (real)(part - 1) / (real)parts, length, work);
         else
             status = active_vehicle_part(p, settings, c, state, t, step, first, last, (real)part / (real)parts,
                 refresh, work);
@@ -1849,10 +1826,10 @@ static active_vehicle_status active_vehicle_substeps(const active_vehicle_parame
     return status;
 }
 
-/* One step with good settings. */
+/* One step; settings have been checked. */
 static active_vehicle_status active_vehicle_take_step(const active_vehicle_parameters *p,
     const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work,
-        const real *u_table)
+    const real *u_table)
 {
     const real *last = u_table == NULL ? NULL : u_table + 4;
     active_vehicle_status status;
@@ -1880,8 +1857,7 @@ static active_vehicle_status active_vehicle_take_step(const active_vehicle_param
         && status != ACTIVE_VEHICLE_ROTATION_TOO_LARGE)
         status = active_vehicle_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
     for (level = 1; level <= settings->max_halvings && status != ACTIVE_VEHICLE_OK
-        && status != ACTIVE_VEHICLE_BAD_ARGUMENT
-        && status != ACTIVE_VEHICLE_ROTATION_TOO_LARGE; ++level) {
+        && status != ACTIVE_VEHICLE_BAD_ARGUMENT && status != ACTIVE_VEHICLE_ROTATION_TOO_LARGE; ++level) {
         active_vehicle_state next = *state;
         ++next.statistics.halvings;
         status = active_vehicle_substeps(p, settings, &work->coefficients, &next, u_table, last, level, 0, work);
@@ -1901,15 +1877,15 @@ static active_vehicle_status active_vehicle_take_step(const active_vehicle_param
 /* A step that begins with the accelerations of the last step, if parameters and inputs are unchanged; otherwise
  * accelerations are evaluated anew. */
 static active_vehicle_status active_vehicle_first_step(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings,
-    active_vehicle_state *state, active_vehicle_workspace *work, const real *u_table)
+    const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work,
+    const real *u_table)
 {
     active_vehicle_state next;
     active_vehicle_status status;
     if (!(state->step > K(0.0)) || active_vehicle_same_conditions(p, state, u_table))
         return active_vehicle_take_step(p, settings, state, work, u_table);
     next = *state;
-    next.step = -next.step; /* a new beginning on the same grid */
+    next.step = -next.step; /* negative: the step starts anew on the same time grid */
     status = active_vehicle_take_step(p, settings, &next, work, u_table);
     if (status == ACTIVE_VEHICLE_OK)
         *state = next;
@@ -1919,8 +1895,7 @@ static active_vehicle_status active_vehicle_first_step(const active_vehicle_para
 }
 
 active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, const active_vehicle_settings *settings,
-    active_vehicle_state *state,
-    active_vehicle_workspace *work, const real *u_table)
+    active_vehicle_state *state, active_vehicle_workspace *work, const real *u_table)
 {
     active_vehicle_status status;
     if (!active_vehicle_settings_are_good(settings) || state->t + settings->step == state->t)
@@ -1931,10 +1906,9 @@ active_vehicle_status active_vehicle_step(const active_vehicle_parameters *p, co
     return status;
 }
 
-/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
+/* Write a row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void active_vehicle_write_row(const active_vehicle_parameters *p, const active_vehicle_state *state,
-    const real *inputs,
-    active_vehicle_workspace *work, real *row)
+    const real *inputs, active_vehicle_workspace *work, real *row)
 {
     row[0] = state->t;
     memcpy(row + 1, state->q, sizeof state->q);
@@ -1956,12 +1930,11 @@ static const real *active_vehicle_rows_of_inputs(const real *u, const real *u_en
     return rows;
 }
 
-/* Steps with inputs from a table, or else from u to u_end; see active_vehicle_run and active_vehicle_run_inputs. */
+/* Take steps with inputs from a table, or else from u to u_end; see active_vehicle_run and
+ * active_vehicle_run_inputs. */
 static active_vehicle_status active_vehicle_loop(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings, active_vehicle_state *state,
-    active_vehicle_workspace *work, long steps, long record_every, const real *u_table, const real *u,
-        const real *u_end,
-    real *record, long *recorded)
+    const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work, long steps,
+    long record_every, const real *u_table, const real *u, const real *u_end, real *record, long *recorded)
 {
     long k, count = 0;
     const real *table = u_table;
@@ -1977,7 +1950,7 @@ static active_vehicle_status active_vehicle_loop(const active_vehicle_parameters
             table = u_table + k * 4;
         else if (u != NULL && (k == 0 || u_end != NULL))
             table = active_vehicle_rows_of_inputs(u, u_end, k, steps, rows);
-        /* later steps share rows and parameters */
+        /* inputs and parameters of later steps continue */
         status = k == 0 ? active_vehicle_first_step(p, settings, state, work, table)
             : active_vehicle_take_step(p, settings, state, work, table);
         if (status != ACTIVE_VEHICLE_OK)
@@ -2000,18 +1973,18 @@ static active_vehicle_status active_vehicle_loop(const active_vehicle_parameters
 }
 
 active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, const active_vehicle_settings *settings,
-    active_vehicle_state *state,
-    active_vehicle_workspace *work, long steps, long record_every, const real *u_table, real *record, long *recorded)
+    active_vehicle_state *state, active_vehicle_workspace *work, long steps, long record_every, const real *u_table,
+    real *record, long *recorded)
 {
     return active_vehicle_loop(p, settings, state, work, steps, record_every, u_table, NULL, NULL, record, recorded);
 }
 
 active_vehicle_status active_vehicle_run_inputs(const active_vehicle_parameters *p,
-    const active_vehicle_settings *settings, active_vehicle_state *state,
-    active_vehicle_workspace *work, long steps, const real *u, const real *u_end)
+    const active_vehicle_settings *settings, active_vehicle_state *state, active_vehicle_workspace *work, long steps,
+    const real *u, const real *u_end)
 {
     if (u != NULL && u_end != NULL && state->t == state->origin)
-        /* the start may have held its inputs: it is repeated with the rates of inputs */
+        /* the start may have assumed constant inputs: it is repeated with their rates */
         active_vehicle_remember_inputs(state, NULL);
     return active_vehicle_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
 }
@@ -2025,7 +1998,7 @@ void active_vehicle_simulator_default(active_vehicle_simulator *simulator)
     active_vehicle_default_state(&simulator->state);
 }
 
-/* Note the end of a start or a step, and the inputs there; NULL: formulas. */
+/* Store t, q and v after a start or a step, and the inputs u, NULL for formulas. */
 static void active_vehicle_note_simulator(active_vehicle_simulator *simulator, const real *u)
 {
     simulator->end.known = 1;
@@ -2037,7 +2010,7 @@ static void active_vehicle_note_simulator(active_vehicle_simulator *simulator, c
         memcpy(simulator->end.u, u, sizeof simulator->end.u);
 }
 
-/* Whether the state was changed by the caller since then. */
+/* Return 1 if the caller has changed the state since then. */
 static int active_vehicle_simulator_is_written(const active_vehicle_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
@@ -2053,8 +2026,7 @@ active_vehicle_status active_vehicle_simulator_start(active_vehicle_simulator *s
     if (u != NULL)
         table = active_vehicle_rows_of_inputs(u, NULL, 0, 1, rows);
     status = active_vehicle_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work,
-        table);
+        &simulator->work, table);
     if (status == ACTIVE_VEHICLE_OK)
         active_vehicle_note_simulator(simulator, u);
     return status;
@@ -2074,8 +2046,7 @@ active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *si
         return status;
     begin = simulator->state.t;
     status = active_vehicle_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work,
-        steps, u, u_end);
+        &simulator->work, steps, u, u_end);
     /* steps that fail, or end at an event, have covered only a part of the way from u to u_end */
     share = (simulator->state.t - begin) / (simulator->settings.step * (real)steps);
     if (status == ACTIVE_VEHICLE_OK && share > K(1.0) - K(0.5) / (real)steps)
@@ -2096,7 +2067,7 @@ active_vehicle_status active_vehicle_simulator_outputs(active_vehicle_simulator 
     real u[4];
     int i;
     if (!simulator->end.known || active_vehicle_simulator_is_written(simulator))
-        return ACTIVE_VEHICLE_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+        return ACTIVE_VEHICLE_BAD_ARGUMENT; /* the accelerations of this state are unknown */
     active_vehicle_write_row(p, state, given, &simulator->work, row);
     active_vehicle_inputs(p, state->t, u);
     for (i = 0; given != NULL && i < 4; ++i)

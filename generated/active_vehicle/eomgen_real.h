@@ -7,13 +7,13 @@
  *   -DEOMGEN_REAL_FLOAT   float
  *   -DEOMGEN_REAL_COMPLEX double complex, analytic in every function: for complex steps
  *   -DEOMGEN_REAL_LANES   EG_LANES doubles side by side (GCC or Clang vector extensions), one sample per lane, with the
- *                         bits that double has; -DEG_LANES=4, 8 or 16 says how many
+ *                         same bits as double; -DEG_LANES=4, 8 or 16 sets their number
  *
- * Nothing here has a name without the prefix eomgen_ or eg_, so that the headers go with any others. The files of a
- * model say EOMGEN_SHORT_NAMES first and write `real` and K(constant).
+ * All names have the prefix eomgen_ or eg_, so that the headers go with any others. The files of a model define
+ * EOMGEN_SHORT_NAMES first and write `real` and K(constant).
  *
- * Values are combined with + - * / and with the macros EG_..., never with ?:, if or <math.h>. Nothing here branches
- * on a value or depends on the sign of zero, and nothing here may be compiled with -ffast-math.
+ * Values are combined with + - * / and with the macros EG_..., never with ?:, if or <math.h>. Nothing here branches on
+ * a value or depends on the sign of zero, and nothing here may be compiled with -ffast-math.
  */
 #ifndef EOMGEN_REAL_H
 #define EOMGEN_REAL_H
@@ -29,7 +29,7 @@ typedef double _Complex eomgen_real;
 #define EG_LANES 1
 #define EG_REAL_NAME "complex"
 #elif defined(EOMGEN_REAL_LANES)
-#if !defined(EG_LANES) /* a vector register: with more, values wait in memory in place of registers */
+#if !defined(EG_LANES) /* one vector register: with more lanes, values are spilled to memory */
 #if defined(__AVX512F__)
 #define EG_LANES 8
 #else
@@ -93,8 +93,7 @@ static inline eg_wide eg_blend(eg_bits mask, eg_wide then, eg_wide otherwise)
     return eg_from_bits((mask & eg_to_bits(then)) | (~mask & eg_to_bits(otherwise)));
 }
 
-/* Result of a comparison: 1 or 0, and NaN if one of its operands is NaN, so that it does not
- * vanish in a choice. */
+/* Result of a comparison: 1 or 0, or NaN if an operand is NaN, so that NaN does not vanish in a choice. */
 static inline eg_wide eg_truth(eg_bits holds, eg_bits unordered)
 {
     return eg_from_bits((holds & eg_to_bits(EG_WIDE(1.0))) | unordered);
@@ -107,9 +106,9 @@ static inline eg_wide eg_choose(eg_wide c, eg_wide x, eg_wide y)
 /* Sine and cosine together, without branches.
  *
  * The argument is reduced by multiples of pi/2 in three pieces (20 + 20 + 53 bits, so that the first two products are
- * exact for multiples below 2^33), the rest of the reduction is carried to first order, and the quadrant is read from
+ * exact for multiples below 2^33), the rest of the reduction is carried to first order, and the quadrant is taken from
  * the bits of the rounded multiple. Absolute error below 1e-16 for |x| <= EG_LARGEST_ANGLE, with fused multiply-add or
- * without. Beyond (neighbouring numbers are 2e-6 and more apart), for NaN and for infinities both are NaN.
+ * without. Beyond (neighbouring numbers differ by 2e-6 and more), for NaN and for infinities both are NaN.
  */
 #define EG_LARGEST_ANGLE 10000000000.0
 static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
@@ -202,7 +201,7 @@ static inline eg_wide eg_split(eg_wide x, eg_wide *k)
 /* The natural logarithm, within 1 unit in the last place; NaN below zero, minus infinity at zero.
  *
  * log(x) = k ln(2) + log(1 + f), and log(1 + f) = 2 artanh(s), s = f / (2 + f), whose series is summed as
- * f - s (f - R),
+ *     f - s (f - R),
  * since 2 s = f - s f and f is exact; the rest of the series is below 1e-19.
  */
 static inline eg_wide eg_log(eg_wide x)
@@ -305,17 +304,17 @@ static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
     return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y)));
 }
 static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return eg_choose(c, x, y); }
-#define EG_SQRT(x) sqrt(x)
 #define EG_TAN(x) tan(x)
 #define EG_ASIN(x) asin(x)
 #define EG_ACOS(x) acos(x)
 #define EG_ATAN(x) atan(x)
-#define EG_ATAN2(y, x) atan2(y, x)
 #define EG_SINH(x) sinh(x)
 #define EG_COSH(x) cosh(x)
 #define EG_TANH(x) tanh(x)
 #define EG_EXP(x) eg_exp(x)
 #define EG_LOG(x) eg_log(x)
+#define EG_SQRT(x) sqrt(x)
+#define EG_ATAN2(y, x) atan2(y, x)
 #define EG_POW(x, y) eg_pow(x, y)
 #define EG_ABS(x) fabs(x)
 #define EG_LANE(x, lane) (x)
@@ -344,17 +343,17 @@ static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
 {
     return (float)eg_choose((double)c, (double)x, (double)y);
 }
-#define EG_SQRT(x) sqrtf(x)
 #define EG_TAN(x) tanf(x)
 #define EG_ASIN(x) asinf(x)
 #define EG_ACOS(x) acosf(x)
 #define EG_ATAN(x) atanf(x)
-#define EG_ATAN2(y, x) atan2f(y, x)
 #define EG_SINH(x) sinhf(x)
 #define EG_COSH(x) coshf(x)
 #define EG_TANH(x) tanhf(x)
 #define EG_EXP(x) expf(x)
 #define EG_LOG(x) logf(x)
+#define EG_SQRT(x) sqrtf(x)
+#define EG_ATAN2(y, x) atan2f(y, x)
 #define EG_POW(x, y) powf(x, y)
 #define EG_ABS(x) fabsf(x)
 #define EG_LANE(x, lane) (x)
@@ -413,17 +412,17 @@ static inline eomgen_real eg_pow(eomgen_real x, eomgen_real y)
     }
     return value;
 }
-#define EG_SQRT(x) csqrt(x)
 #define EG_TAN(x) ctan(x)
 #define EG_ASIN(x) casin(x)
 #define EG_ACOS(x) cacos(x)
 #define EG_ATAN(x) catan(x)
-#define EG_ATAN2(y, x) eg_atan2(y, x)
 #define EG_SINH(x) csinh(x)
 #define EG_COSH(x) ccosh(x)
 #define EG_TANH(x) ctanh(x)
 #define EG_EXP(x) cexp(x)
 #define EG_LOG(x) clog(x)
+#define EG_SQRT(x) csqrt(x)
+#define EG_ATAN2(y, x) eg_atan2(y, x)
 #define EG_POW(x, y) eg_pow(x, y)
 #define EG_ABS(x) eg_abs(x)
 #define EG_LANE(x, lane) (x)
@@ -484,17 +483,17 @@ EG_DEFINE_LANEWISE(eg_sinh, sinh)
 EG_DEFINE_LANEWISE(eg_cosh, cosh)
 EG_DEFINE_LANEWISE(eg_tanh, tanh)
 EG_DEFINE_LANEWISE_PAIR(eg_atan2, atan2)
-#define EG_SQRT(x) eg_sqrt(x)
 #define EG_TAN(x) eg_tan(x)
 #define EG_ASIN(x) eg_asin(x)
 #define EG_ACOS(x) eg_acos(x)
 #define EG_ATAN(x) eg_atan(x)
-#define EG_ATAN2(y, x) eg_atan2(y, x)
 #define EG_SINH(x) eg_sinh(x)
 #define EG_COSH(x) eg_cosh(x)
 #define EG_TANH(x) eg_tanh(x)
 #define EG_EXP(x) eg_exp(x)
 #define EG_LOG(x) eg_log(x)
+#define EG_SQRT(x) eg_sqrt(x)
+#define EG_ATAN2(y, x) eg_atan2(y, x)
 #define EG_POW(x, y) eg_pow(x, y)
 #define EG_ABS(x) eg_magnitude(x)
 #endif
@@ -520,7 +519,7 @@ static inline eomgen_real eg_min(eomgen_real x, eomgen_real y) { return eg_selec
 static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_select(eg_lt(x, y), y, x); }
 
 #define EG_SINCOS(x, sine, cosine) eg_sincos(x, sine, cosine)
-/* How many angles a loop takes: in lanes those there are, else up to the end of a vector register. */
+/* Number of angles in a loop: for lanes the given angles, else filled up to whole vector registers. */
 #if defined(EOMGEN_REAL_LANES)
 #define EG_ANGLES(there, filled) (there)
 #else
@@ -535,8 +534,8 @@ static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_selec
 #define EG_MIN(x, y) eg_min(x, y)
 #define EG_MAX(x, y) eg_max(x, y)
 
-/* Parts of a function stay apart in every type: within one function compilers fuse products with sums. GCC 12 leaves
- * calls out of parts that store by loops, if it may look into them: it addresses the workspace from a table. */
+/* Parts of a function are not inlined, for any type: within one function compilers fuse products with sums. GCC 12
+ * drops calls of parts that store in loops if it may look into them (it addresses the workspace from a table). */
 #if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 8
 #define EG_NOINLINE __attribute__((noipa))
 #elif defined(__GNUC__)

@@ -14,7 +14,7 @@
 #define PARAMETERS 4
 #define SETTINGS 8
 
-/* Names that name=value may set: tunable parameters, then inputs. */
+/* Names that arguments name=value set: tunable parameters, then inputs. */
 static const char *const setting_names[SETTINGS] = {
     "damper_front",
     "damper_rear",
@@ -26,7 +26,7 @@ static const char *const setting_names[SETTINGS] = {
     "other_rear",
 };
 
-/* Inputs that are held constant; the others follow the scene, or are zero. */
+/* 1: the input is held constant; 0: it follows the scene's formula, or is zero without one. */
 static int held[4];
 static real held_value[4];
 
@@ -42,7 +42,7 @@ static void fill_inputs(const active_vehicle_parameters *p, real t, real *u)
             u[i] = held_value[i];
 }
 
-/* Set a parameter, or hold an input constant, as name=value says. Returns 0, or 2 after a message. */
+/* Set a parameter, or hold an input constant, by an argument name=value. Returns 0, or 2 after a message. */
 static int set_by_name(const char *text, active_vehicle_parameters *p)
 {
     const char *equals = strchr(text, '=');
@@ -76,8 +76,8 @@ static int set_by_name(const char *text, active_vehicle_parameters *p)
     return 0;
 }
 
-/* The inputs over the next step, row after row; NULL if there are none, or the scene's formulas give them all.
- * Times are the grid's, so that a step's first row is to the bit the last one of the step before. */
+/* Rows of inputs for the next step; NULL if there are no inputs, or the scene's formulas give all of them. Times are
+ * points of the time grid, so that the first row of a step equals the last row of the previous step bit by bit. */
 static const real *inputs_over_step(const active_vehicle_parameters *p, const active_vehicle_state *state, real step)
 {
     static real rows[8];
@@ -114,10 +114,9 @@ static void print_row(const active_vehicle_state *state)
     printf("\n");
 }
 
-/* active_vehicle [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every
- * so
- * many steps, and at the end, t, q, v, vdot as CSV. A last step that would pass
- * the end is shortened to end there. */
+/* active_vehicle [duration [step [every]]] [name=value ...]: integrate from the scene's initial state; print t, q, v,
+ * vdot as CSV after each `every` steps and at the end. A last step that would pass the end is shortened to end
+ * there. */
 int main(int argc, char **argv)
 {
     static active_vehicle_workspace work;
@@ -155,7 +154,7 @@ int main(int argc, char **argv)
     steps = (long)(duration / (double)settings.step + 0.5);
     rest = duration - (double)settings.step * (double)steps;
     if (steps > 0 && fabs(rest) <= 1e-9 * (duration > (double)settings.step ? duration : (double)settings.step))
-        rest = 0.0; /* whole but for rounding */
+        rest = 0.0; /* a whole number of steps, but for rounding */
     else if (rest < 0.0)
         rest = duration - (double)settings.step * (double)--steps;
     status = active_vehicle_initialize(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
@@ -175,7 +174,7 @@ int main(int argc, char **argv)
         if (status == ACTIVE_VEHICLE_OK && (k % every == 0 || (k == steps && rest == 0.0)))
             print_row(&state);
     }
-    if (status == ACTIVE_VEHICLE_OK && rest > 0.0) { /* on a grid of its own */
+    if (status == ACTIVE_VEHICLE_OK && rest > 0.0) { /* the shortened step, on a time grid of its own */
         settings.step = (real)rest;
         state.origin = state.t;
         state.count = 0;

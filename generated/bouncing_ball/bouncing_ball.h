@@ -26,8 +26,8 @@ extern "C" {
 #define BOUNCING_BALL_NBASE 19 /* numbers in the state of the base */
 
 /* The configuration:
- *   q[0..0], v[0..0]  R  across
- *   q[1..1], v[1..1]  R  height
+ *   q[0], v[0]  R  across
+ *   q[1], v[1]  R  height
  */
 
 /* Tunable parameters. */
@@ -78,7 +78,7 @@ void bouncing_ball_forward_dynamics(const bouncing_ball_parameters *p, eomgen_re
 void bouncing_ball_residual(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *a, eomgen_real *r);
 
-/* its partials: K in q (left-trivialised), C in v, M in a
+/* partial derivatives of the residual: K in q (left-trivialised), C in v, M in a
  *   K [2 x 2]  d residual / dq, left-trivialised
  *   C [2 x 2]  d residual / dv
  *   M [2 x 2]  d residual / da
@@ -131,7 +131,7 @@ void bouncing_ball_energy(const bouncing_ball_parameters *p, eomgen_real t, cons
 
 /* ---- time integration: Taylor series of any order ---- */
 
-/* Status of a call. On anything but OK the state is the last good one. */
+/* Status of a call. On any status but OK the state holds the last valid values. */
 typedef enum bouncing_ball_status {
     BOUNCING_BALL_OK = 0,
     /* the Taylor series disagrees with the equations where it ends, however short the step */
@@ -158,36 +158,37 @@ typedef enum bouncing_ball_status {
 } bouncing_ball_status;
 
 typedef struct bouncing_ball_settings {
-    eomgen_real step; /* s, of the time grid */
-    /* of the local error, relative to the motion's angles, lengths and velocities; 0: steps of the grid */
+    eomgen_real step; /* step size of the time grid, s */
+    /* tolerance of the local error, relative to angles, lengths and velocities; 0: steps of the grid */
     eomgen_real tolerance;
-    long order; /* of the series, 2 to 40 */
-    eomgen_real largest_step; /* of the method's own, s, at most 256 steps of the grid; 0: these */
+    long order; /* order of the series, 2 to 40 */
+    /* largest step that the method chooses, s, at most 256 steps of the grid; 0: only this bound */
+    eomgen_real largest_step;
 } bouncing_ball_settings;
 
-/* Values of the functions of events, and values set by their actions. */
+/* Signs of the event functions, counts of events, and values set by their actions. */
 typedef struct bouncing_ball_event_state {
-    long known; /* 1 behind the first step */
-    long side[4]; /* signs of the functions: 1, -1, 0 on a root */
+    long known; /* 1: the signs are known */
+    long side[4]; /* signs of the event functions: 1, -1, 0 on a root */
     long count[4];
-    eomgen_real time[4]; /* of the last one of each, s */
+    eomgen_real time[4]; /* time of the last event of each kind, s */
     long last; /* number of the last event */
     eomgen_real mode[1]; /* values of the modes */
 } bouncing_ball_event_state;
 
-/* Counts and measures since the state was initialized. */
+/* Counts and largest values since the state was initialized. */
 typedef struct bouncing_ball_statistics {
-    long steps; /* of the time grid */
+    long steps; /* steps of the time grid */
     long newton_iterations;
     long factorizations;
-    long halvings; /* of steps that failed */
-    long evaluations; /* of the equations of motion */
-    eomgen_real max_residual; /* largest component of the residual at the last iterate that was evaluated in any step */
-    long expansions; /* series that were made */
-    long rejections; /* steps that were taken again because a series was trusted for too long */
+    long halvings; /* halvings of steps that failed */
+    long evaluations; /* evaluations of the equations of motion */
+    eomgen_real max_residual; /* largest residual component, over all steps, at the last iterate that was evaluated */
+    long expansions; /* number of series */
+    long rejections; /* steps that were repeated because a series was used for too long */
 } bouncing_ball_statistics;
 
-/* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
+/* All data on which later steps depend, except the settings: a copy is a checkpoint. */
 typedef struct bouncing_ball_state {
     eomgen_real t; /* s */
     eomgen_real q[2];
@@ -211,33 +212,33 @@ typedef enum bouncing_ball_event_number {
 /* Names of the events, by their numbers. */
 extern const char *const bouncing_ball_event_names[4];
 
-/* An event: the states before and behind it. work->found holds the events of the last call of
- * bouncing_ball_step or bouncing_ball_run.
- * The latter ends behind the step in which half of that log is used: state->count tells how far it came. Counts and
- * modes are in state->event_state, which is zero at the beginning of a new run. */
+/* An event with the states before and after it. work->found: log of the events in the last call of bouncing_ball_step
+ * or bouncing_ball_run.
+ * The latter ends after the step in which half of this log is used; state->count counts the steps. Counts and modes are
+ * in state->event_state, which is zero at the beginning of a new run. */
 typedef struct bouncing_ball_event {
-    long event; /* its number */
+    long event; /* number of the event */
     eomgen_real t; /* s */
     eomgen_real q_before[2], v_before[2];
     eomgen_real q[2], v[2];
-    eomgen_real mode[1]; /* behind it */
+    eomgen_real mode[1]; /* modes after the event */
 } bouncing_ball_event;
 
-/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static
- * one is). */
+/* Scratch memory; its content changes results by no more than the Newton tolerance. Set it to zero before the first
+ * call (static variables are zero). */
 typedef struct bouncing_ball_workspace {
     eomgen_real kept[2];      /* values at order 0 that coefficients of all orders need */
     eomgen_real q_row[82], v_row[82]; /* coefficients of the motion, order by order */
-    eomgen_real q_rate[2], v_rate[2];     /* at the start of the next series */
+    eomgen_real q_rate[2], v_rate[2];     /* rates at the start of the next series */
     eomgen_real followed[1];  /* 1 if an input follows the scene's formula, 0 if it is held */
     eomgen_real begin, begin_low;    /* time of order 0, in two parts */
     eomgen_real extent[2];           /* size of the machine, m, and of gravity, m/s^2 */
-    long order;               /* of the series, 0 when there is none */
+    long order;               /* order of the series, 0: none */
     bouncing_ball_parameters parameters;
-    eomgen_real length;              /* for which the series is good, s */
+    eomgen_real length;              /* time for which the series is accurate, s */
     eomgen_real verified_length;     /* time from the start up to which the series agrees with the equations */
-    eomgen_real previous_length;     /* length of the series before, 0 when there is none */
-    eomgen_real tolerance, spacing;  /* that it was made for; coefficients refer to the time in spacings */
+    eomgen_real previous_length;     /* length of the previous series, s; 0: none */
+    eomgen_real tolerance, spacing;  /* settings of the series; its variable is the time in spacings */
     /* error of the square of a quaternion's length at the last evaluation of the series */
     eomgen_real quaternion_error;
     eomgen_real u[1];
@@ -252,51 +253,46 @@ typedef struct bouncing_ball_workspace {
 /* English text of a status. */
 const char *bouncing_ball_status_text(bouncing_ball_status status);
 
-/* The method's defaults; the step is 0.01 s. */
+/* Set the method's default settings; the step is 0.01 s. */
 void bouncing_ball_default_settings(bouncing_ball_settings *settings);
 
-/* The scene's initial configuration and velocity at t = 0; the
- * rest is left to bouncing_ball_initialize. */
+/* Set t = 0 and the scene's initial configuration and velocity;
+ * bouncing_ball_initialize computes the other members. */
 void bouncing_ball_default_state(bouncing_ball_state *state);
 
-/* Take t, q and v from the state and make the rest of it consistent with them; count
- * and statistics restart.
- * u_table: 2 rows of inputs, the first held over the step; NULL: the scene's formulas. */
+/* Take t, q and v from the state and make its other members consistent with them; count and statistics restart at 0.
+ * u_table: 2 rows of inputs, the first one constant over the step; NULL: the scene's formulas. */
 bouncing_ball_status bouncing_ball_initialize(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings, bouncing_ball_state *state,
-    bouncing_ball_workspace *work, const eomgen_real *u_table);
+    const bouncing_ball_settings *settings, bouncing_ball_state *state, bouncing_ball_workspace *work,
+    const eomgen_real *u_table);
 
-/* One step. On any status but OK the state is the last good one. A state whose step is not the
- * settings' is made
- * consistent with them first, and its time grid starts anew. u_table as above.
- * Parameters may change
- * between two steps:
- * if a parameter is not the value that the last step
- * ended with, the step expands the motion anew; the time grid and the statistics go on.
- * After t, q or v of the state have been changed by hand, call bouncing_ball_initialize. */
+/* One step. On any status but OK the state holds the last valid values. If the state belongs to another step than the
+ * settings, it is made consistent with the settings first, and a new time grid starts. u_table: as above.
+ * Parameters may change between two steps:
+ * if a parameter differs from its value at the end of the last step, the step expands the motion anew; time grid and
+ * statistics continue.
+ * After changing t, q or v of the state, call bouncing_ball_initialize. */
 bouncing_ball_status bouncing_ball_step(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
-    bouncing_ball_state *state,
-    bouncing_ball_workspace *work, const eomgen_real *u_table);
+    bouncing_ball_state *state, bouncing_ball_workspace *work, const eomgen_real *u_table);
 
-/* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
- * 7 numbers is appended to record, and *recorded counts them; record may be NULL.
- * u_table: 1 * steps + 1 rows.
- * 0 steps: the row of the state as it is.
+/* Take up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of 7
+ * numbers is appended to record, and *recorded counts them; record may be NULL.
+ * u_table: steps + 1 rows.
+ * 0 steps: one row, of the present state.
  */
 bouncing_ball_status bouncing_ball_run(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
-    bouncing_ball_state *state,
-    bouncing_ball_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
-    long *recorded);
+    bouncing_ball_state *state, bouncing_ball_workspace *work, long steps, long record_every,
+    const eomgen_real *u_table, eomgen_real *record, long *recorded);
 
-/* Up to `steps` steps without a record.
+/* Take up to `steps` steps without a record.
  * The scene has no inputs: u and u_end are NULL.
- * It ends early, with BOUNCING_BALL_OK, if the log of events is half full: state->count tells.
+ * Ends early with BOUNCING_BALL_OK when the log of events is half full: state->count is the number of steps taken.
  */
 bouncing_ball_status bouncing_ball_run_inputs(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings, bouncing_ball_state *state,
-    bouncing_ball_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
+    const bouncing_ball_settings *settings, bouncing_ball_state *state, bouncing_ball_workspace *work, long steps,
+    const eomgen_real *u, const eomgen_real *u_end);
 
-/* The end of the last step of a simulator, or its start. */
+/* Values after the start or the last step of a simulator, by which changes by the caller are found. */
 typedef struct bouncing_ball_simulator_end {
     int known;
     eomgen_real t;
@@ -304,9 +300,9 @@ typedef struct bouncing_ball_simulator_end {
     eomgen_real v[2];
 } bouncing_ball_simulator_end;
 
-/* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps, and t, q or v of the
- * state: a step compares these with the end of the last one and starts again from the new values.
+/* Parameters, settings, state and workspace of a motion in one object without pointers: an assignment copies it, and
+ * the copy continues with the same bits. Parameters, and t, q or v of the state, may be written between two steps: a
+ * step compares the state with the end of the last step and restarts from new values.
  */
 typedef struct bouncing_ball_simulator {
     bouncing_ball_parameters parameters;
@@ -316,18 +312,19 @@ typedef struct bouncing_ball_simulator {
     bouncing_ball_simulator_end end;
 } bouncing_ball_simulator;
 
-/* The scene's parameters and initial state, and the method's settings. */
+/* Set the scene's parameters and initial state, and the method's default settings. */
 void bouncing_ball_simulator_default(bouncing_ball_simulator *simulator);
 
-/* Starts at t, q and v of the state. See bouncing_ball_initialize. */
+/* Start from t, q and v of the state. See bouncing_ball_initialize. */
 bouncing_ball_status bouncing_ball_simulator_start(bouncing_ball_simulator *simulator, const eomgen_real *u);
 
-/* See bouncing_ball_run_inputs. Fewer steps than one are a bad argument. */
+/* Take `steps` steps, at least 1, as bouncing_ball_run_inputs. */
 bouncing_ball_status bouncing_ball_simulator_step(bouncing_ball_simulator *simulator, long steps, const eomgen_real *u,
     const eomgen_real *u_end);
 
-/* The scene's outputs y[2] at the end of the last step, or at the start, as bouncing_ball_outputs has them.
- * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
+/* Outputs y[2] of the scene after the last step or the start; see bouncing_ball_outputs. Returns
+ * BOUNCING_BALL_BAD_ARGUMENT if the state was written since then: its accelerations are known after the next start or
+ * step. */
 bouncing_ball_status bouncing_ball_simulator_outputs(bouncing_ball_simulator *simulator, eomgen_real *y);
 
 #ifdef __cplusplus

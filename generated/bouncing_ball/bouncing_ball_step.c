@@ -10,8 +10,8 @@
 #define EOMGEN_SHORT_NAMES
 #include "bouncing_ball.h"
 
-/* Steppers branch on values, which lanes and complex numbers cannot; model functions serve
- * all of them. */
+/* Steppers branch on values, so they are compiled for real numbers only; model functions also for lanes and complex
+ * numbers. */
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
 
 #ifdef EOMGEN_REAL_FLOAT
@@ -55,7 +55,7 @@ static void bouncing_ball_update(const real *q, const real *increment, real step
 {
     int i;
     for (i = 0; i < 2; ++i)
-        out[0 + i] = q[0 + i] + step * increment[0 + i];
+        out[i] = q[i] + step * increment[i];
 }
 
 const char *bouncing_ball_status_text(bouncing_ball_status status)
@@ -101,7 +101,7 @@ void bouncing_ball_default_state(bouncing_ball_state *state)
     bouncing_ball_initial_state(state->q, state->v, NULL);
 }
 
-/* 1 when every component is finite. */
+/* Return 1 if every component is finite, else 0. */
 static int bouncing_ball_finite(const real *x, int size)
 {
     int i;
@@ -112,11 +112,10 @@ static int bouncing_ball_finite(const real *x, int size)
 }
 
 
-/* Order 0 at work->q, v and the time work->begin: accelerations, and values for the recurrence.
- * u: inputs that are held, NULL or not a number if an input follows the scene. */
+/* Evaluate order 0 of the series at work->q, v and the time work->begin: accelerations, and values for the recurrence.
+ * u: constant inputs, NULL or not a number for inputs that follow the scene's formulas. */
 static bouncing_ball_status bouncing_ball_evaluate(const bouncing_ball_parameters *p, bouncing_ball_workspace *work,
-    const real *u,
-    bouncing_ball_statistics *statistics)
+    const real *u, bouncing_ball_statistics *statistics)
 {
     bouncing_ball_series_start(p, work->q, work->v, work->kept, work->q_rate, work->v_rate);
     ++statistics->evaluations;
@@ -128,7 +127,7 @@ static real bouncing_ball_larger(real x, real y) { return x > y ? x : y; }
 
 /* Components of q and of v that are compared with each other: lengths. */
 
-/* Largest magnitude of a row. */
+/* Largest magnitude of the components of a row of coefficients. */
 static real bouncing_ball_largest(const real *x, int size)
 {
     real largest = K(0.0);
@@ -138,7 +137,7 @@ static real bouncing_ball_largest(const real *x, int size)
     return largest;
 }
 
-/* Brings quaternions to unit length, and tells how far the square of the worst one's length was from 1. */
+/* Normalize quaternions; return the largest distance of their squared lengths from 1 before. */
 static real bouncing_ball_normalize(real *q)
 {
     real stretch = K(0.0);
@@ -146,8 +145,8 @@ static real bouncing_ball_normalize(real *q)
     return stretch;
 }
 
-/* Scale of rounding of a kind: 1 rad, and the size of the machine, whose parameters must have been
- * seen. */
+/* work->extent: size of the machine, a scale for the rounding of lengths (1 rad for angles); its parameters must have
+ * been evaluated. */
 static void bouncing_ball_measure(const bouncing_ball_parameters *p, bouncing_ball_workspace *work)
 {
     bouncing_ball_extent(work->extent);
@@ -162,10 +161,10 @@ static int bouncing_ball_settings_are_good(const bouncing_ball_settings *s)
         && s->order >= 2 && s->order <= 40;
 }
 
-/* For how many spacings the series is good: neither of its last two terms exceeds the tolerance of the size that the
- * motion has within such a time, as it begins and as it accelerates, or the rounding of its position; velocities are
- * taken as ways over that time. A size belongs to its kind; less than a hundredth of 1 rad, or of the machine, is
- * none. Found by iteration, from the series before. */
+/* Return the length for which the series is accurate, in spacings: neither of its last two terms exceeds the tolerance
+ * times the size of the motion within this length, by its initial velocity and acceleration, plus the rounding of its
+ * position; velocities are taken as distances over this length. Angles and lengths have sizes of their own, at least
+ * 0.01 rad and 0.01 of the size of the machine. By iteration from the length of the previous series. */
 static real bouncing_ball_reach(const bouncing_ball_settings *settings, const bouncing_ball_workspace *work)
 {
     const int last = (int)settings->order;
@@ -181,7 +180,7 @@ static real bouncing_ball_reach(const bouncing_ball_settings *settings, const bo
     const real length_way_last = step * bouncing_ball_largest(work->v_row + last * 2, 2);
     const real length_before = bouncing_ball_largest(work->q_row + (last - 1) * 2, 2);
     const real length_way_before = step * bouncing_ball_largest(work->v_row + (last - 1) * 2, 2);
-    real reach = work->previous_length / step; /* of the first series 0: the size at its start */
+    real reach = work->previous_length / step; /* 0 for the first series: its size is taken at the start */
     int attempt;
     for (attempt = 0; attempt < 4; ++attempt) {
         const real guess = reach;
@@ -201,11 +200,10 @@ static real bouncing_ball_reach(const bouncing_ball_settings *settings, const bo
     return reach;
 }
 
-/* All coefficients from the start that was evaluated last, and the length for which they are good, but not many times
- * the length of the series before, which may have begun before a force is felt. */
+/* Compute all coefficients from the start that was evaluated last, and the time for which the series is accurate, at
+ * most a multiple of the length of the previous series, because a series may begin before a force acts. */
 static bouncing_ball_status bouncing_ball_expand(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings,
-    bouncing_ball_workspace *work, bouncing_ball_statistics *statistics)
+    const bouncing_ball_settings *settings, bouncing_ball_workspace *work, bouncing_ball_statistics *statistics)
 {
     const int last = (int)settings->order;
     const real step = settings->step;
@@ -239,8 +237,7 @@ static bouncing_ball_status bouncing_ball_expand(const bouncing_ball_parameters 
     return BOUNCING_BALL_OK;
 }
 
-/* The series at a time after its start: q, v into the workspace, rates to
- * v_rate. */
+/* Evaluate the series at a time after its start: q, v into the workspace, derivatives into v_rate. */
 static void bouncing_ball_at(const bouncing_ball_settings *settings, bouncing_ball_workspace *work, real time,
     real *v_rate)
 {
@@ -275,8 +272,8 @@ static void bouncing_ball_at(const bouncing_ball_settings *settings, bouncing_ba
 }
 
 bouncing_ball_status bouncing_ball_initialize(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings, bouncing_ball_state *state,
-    bouncing_ball_workspace *work, const real *u_table)
+    const bouncing_ball_settings *settings, bouncing_ball_state *state, bouncing_ball_workspace *work,
+    const real *u_table)
 {
     bouncing_ball_state start = *state;
     bouncing_ball_status status;
@@ -288,7 +285,7 @@ bouncing_ball_status bouncing_ball_initialize(const bouncing_ball_parameters *p,
     memset(&start.statistics, 0, sizeof start.statistics);
     for (i = 0; i < 2; ++i)
         work->v[i] = K(0.0);
-    bouncing_ball_update(state->q, work->v, K(0.0), start.q); /* brings quaternions to unit length */
+    bouncing_ball_update(state->q, work->v, K(0.0), start.q); /* normalizes quaternions */
     memcpy(work->q, start.q, sizeof work->q);
     memcpy(work->v, start.v, sizeof work->v);
     start.step = settings->step;
@@ -308,12 +305,12 @@ bouncing_ball_status bouncing_ball_initialize(const bouncing_ball_parameters *p,
     return status;
 }
 
-/* Moves to a time after the start of the series and evaluates accelerations there; *agrees: whether they equal the
- * accelerations of the series, within the tolerance. The coefficients only contain forces that act at the start, so
- * a series may have been used too long. */
+/* Move to a time after the start of the series and evaluate accelerations there; *agrees: 1 if they equal the
+ * accelerations of the series, within the tolerance. The coefficients only contain forces that act at the start, so a
+ * series may have been used too long. */
 static bouncing_ball_status bouncing_ball_move(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings,
-    bouncing_ball_workspace *work, real time, const real *u, bouncing_ball_statistics *statistics, int *agrees)
+    const bouncing_ball_settings *settings, bouncing_ball_workspace *work, real time, const real *u,
+    bouncing_ball_statistics *statistics, int *agrees)
 {
     const real begin = work->begin, high = begin + (work->begin_low + time);
     const real closest = bouncing_ball_larger(work->tolerance, K(450.0) * bouncing_ball_EPSILON);
@@ -344,19 +341,19 @@ static bouncing_ball_status bouncing_ball_move(const bouncing_ball_parameters *p
     return BOUNCING_BALL_OK;
 }
 
-/* A shorter length for a series that disagrees with the equations at a time: half of the length, or up to the last
- * row of agreement. */
+/* Shorten a series that disagrees with the equations at a time: to half of this time, or to the last row at which it
+ * agrees. */
 static void bouncing_ball_shorten(bouncing_ball_workspace *work, real time, bouncing_ball_statistics *statistics)
 {
     work->length = bouncing_ball_larger(K(0.5) * time, work->verified_length);
     ++statistics->rejections;
 }
 
-/* The next series, from the end of the previous series, or from an earlier time if the previous series is not valid
- * up to its end. */
+/* Start the next series from the end of the previous series, or from an earlier time if the previous series is not
+ * valid up to its end. */
 static bouncing_ball_status bouncing_ball_advance(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings,
-    bouncing_ball_workspace *work, const real *u, bouncing_ball_statistics *statistics)
+    const bouncing_ball_settings *settings, bouncing_ball_workspace *work, const real *u,
+    bouncing_ball_statistics *statistics)
 {
     const real begin = work->begin, begin_low = work->begin_low;
     bouncing_ball_status status = BOUNCING_BALL_OK;
@@ -379,11 +376,10 @@ static bouncing_ball_status bouncing_ball_advance(const bouncing_ball_parameters
     return status != BOUNCING_BALL_OK ? status : BOUNCING_BALL_NOT_CONVERGED;
 }
 
-/* Takes the state at a time within the series. The length of the series is reduced if it disagrees with the
- * equations there: a force that does not act at the start is missing in all coefficients. */
+/* Take the state at a time within the series. The length of the series is reduced if it disagrees with the equations
+ * there: a force that does not act at the start is missing in all coefficients. */
 static int bouncing_ball_take(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
-    bouncing_ball_workspace *work,
-    real time, const real *u, bouncing_ball_state *state)
+    bouncing_ball_workspace *work, real time, const real *u, bouncing_ball_state *state)
 {
     const real begin = work->begin, begin_low = work->begin_low;
     int agrees;
@@ -405,10 +401,9 @@ static int bouncing_ball_take(const bouncing_ball_parameters *p, const bouncing_
     return 1;
 }
 
-/* Whether the state was taken from the series in the workspace. */
+/* Return 1 if the state was taken from the series in the workspace. */
 static int bouncing_ball_goes_on(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
-    const bouncing_ball_state *state,
-    const bouncing_ball_workspace *work)
+    const bouncing_ball_state *state, const bouncing_ball_workspace *work)
 {
     return work->order == settings->order
         && work->tolerance == settings->tolerance && work->spacing == settings->step
@@ -418,8 +413,8 @@ static int bouncing_ball_goes_on(const bouncing_ball_parameters *p, const bounci
 }
 
 static bouncing_ball_status bouncing_ball_take_step(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings,
-    bouncing_ball_state *state, bouncing_ball_workspace *work, const real *u_table)
+    const bouncing_ball_settings *settings, bouncing_ball_state *state, bouncing_ball_workspace *work,
+    const real *u_table)
 {
     bouncing_ball_state next;
     bouncing_ball_status status = BOUNCING_BALL_OK;
@@ -481,8 +476,8 @@ const char *const bouncing_ball_event_names[4] = {
 #define bouncing_ball_EVENT_EPSILON K(2.220446049250313e-16)
 #endif
 
-/* Of each event: the sign of the rate at the roots that count, 0 for both; whether the rate is known; whether the
- * action changes the motion, sets the state itself, is an impact, stops the run, or is to count alone. */
+/* Properties of each event: sign of the rate at the roots that count, 0 for both; then flags: the rate is known; the
+ * action changes the motion, sets the state itself, is an impact, stops the run, or only counts. */
 static const int bouncing_ball_event_sign[4] = { -1, -1, -1, 0 };
 static const int bouncing_ball_event_has_rate[4] = { 1, 1, 1, 1 };
 static const int bouncing_ball_event_acts[4] = { 1, 0, 1, 0 };
@@ -491,18 +486,18 @@ static const int bouncing_ball_event_impacts[4] = { 1, 0, 0, 0 };
 static const int bouncing_ball_event_stops[4] = { 0, 0, 0, 0 };
 static const int bouncing_ball_event_counts[4] = { 0, 0, 0, 1 };
 
-/* Functions of the events and their rates at one state. */
+/* Values of the event functions and their time derivatives at one state. */
 typedef struct bouncing_ball_event_sample {
     real value[4], rate[4];
 } bouncing_ball_event_sample;
 
-/* Parameters with the values that the modes have now. */
+/* Set parameters to the present values of the modes. */
 static void bouncing_ball_take_modes(const bouncing_ball_state *state, bouncing_ball_parameters *p)
 {
     p->p_mode_caught = state->event_state.mode[0];
 }
 
-/* Rows of inputs for a part of a step between two shares of it. */
+/* Rows of inputs for the part of a step from `begin` to `end`, fractions of the step. */
 static const real *bouncing_ball_rows_of_part(const real *u_table, real begin, real end, real *part)
 {
     (void)begin; (void)end; (void)part;
@@ -510,8 +505,7 @@ static const real *bouncing_ball_rows_of_part(const real *u_table, real begin, r
 }
 
 static bouncing_ball_status bouncing_ball_sample_events(const bouncing_ball_parameters *p,
-    const bouncing_ball_state *state, const real *row,
-    bouncing_ball_event_sample *sample)
+    const bouncing_ball_state *state, const real *row, bouncing_ball_event_sample *sample)
 {
     bouncing_ball_events(p, state->t, state->q, state->v, state->vdot, sample->value, sample->rate);
     (void)p; (void)row;
@@ -519,18 +513,17 @@ static bouncing_ball_status bouncing_ball_sample_events(const bouncing_ball_para
         : BOUNCING_BALL_EVENT_WITHOUT_VALUE;
 }
 
-/* Limit of the value of a function at a root: the change within the rounding of time. */
+/* Largest magnitude of a function that counts as a root: its change within the rounding of time. */
 static real bouncing_ball_near_root(real t, real step, real rate)
 {
     return K(16.0) * bouncing_ball_EVENT_EPSILON * (EG_ABS(t) + step) * EG_ABS(rate);
 }
 
-/* The state after a part of a step, from a state at the share `begin` of it; *statistics goes on. A part too short to
- * be stepped is two terms of a Taylor series. */
+/* State *to a time `length` after the state `from`, which is at the fraction `begin` of a step; counts in *statistics.
+ * If the time is too short for a step: the first terms of a Taylor series. */
 static bouncing_ball_status bouncing_ball_part_of_step(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings,
-    const bouncing_ball_state *from, real begin, real length, bouncing_ball_workspace *work, const real *u_table,
-    bouncing_ball_statistics *statistics, bouncing_ball_state *to)
+    const bouncing_ball_settings *settings, const bouncing_ball_state *from, real begin, real length,
+    bouncing_ball_workspace *work, const real *u_table, bouncing_ball_statistics *statistics, bouncing_ball_state *to)
 {
     bouncing_ball_settings part = *settings;
     bouncing_ball_status status = BOUNCING_BALL_OK;
@@ -542,8 +535,7 @@ static bouncing_ball_status bouncing_ball_part_of_step(const bouncing_ball_param
         part.step = length;
         to->step = K(0.0); /* from the accelerations of the state, on a separate grid */
         status = bouncing_ball_take_step(p, &part, to, work, bouncing_ball_rows_of_part(u_table, begin, begin
-            + length / settings->step,
-            rows));
+            + length / settings->step, rows));
     } else {
         real mean[2];
         for (i = 0; i < 2; ++i) {
@@ -557,7 +549,7 @@ static bouncing_ball_status bouncing_ball_part_of_step(const bouncing_ball_param
     return status;
 }
 
-/* The cubic through values and rates at both ends of an interval, at a share x of it. */
+/* Cubic with values a, b and rates a_rate, b_rate at both ends of an interval, at the fraction x of the interval. */
 static real bouncing_ball_cubic(real a, real a_rate, real b, real b_rate, real length, real x)
 {
     const real y = K(1.0) - x;
@@ -565,8 +557,8 @@ static real bouncing_ball_cubic(real a, real a_rate, real b, real b_rate, real l
         + length * x * y * (a_rate * y - b_rate * x);
 }
 
-/* Position in an interval of the minimum of this cubic, for a cubic that begins above zero, or of the maximum, for a
- * cubic that begins at zero; sense: 1 or -1. By golden sections. */
+/* Return the fraction of an interval at which this cubic has its minimum, for a cubic that begins above zero (sense 1),
+ * or its maximum, for a cubic that begins at zero (sense -1), by golden section search. */
 static real bouncing_ball_extreme(real sense, real a, real a_rate, real b, real b_rate, real length)
 {
     real low = K(0.0), high = K(1.0);
@@ -582,7 +574,7 @@ static real bouncing_ball_extreme(real sense, real a, real a_rate, real b, real 
     return K(0.5) * (low + high);
 }
 
-/* Position in an interval of the first fall of this cubic from above to zero, by bisection. */
+/* Return the fraction of an interval at which this cubic first falls from above to zero, by bisection. */
 static real bouncing_ball_first_root(real a, real a_rate, real b, real b_rate, real length)
 {
     real low = K(0.0), high = K(1.0);
@@ -597,37 +589,34 @@ static real bouncing_ball_first_root(real a, real a_rate, real b, real b_rate, r
     return K(0.5) * (low + high);
 }
 
-/* A stretch of a step in the search for events: the state at the beginning, from which parts are stepped; the part
+/* A stretch of a step that is searched for events: the state at its beginning, from which parts are stepped; the time
  * examined so far, and the end. */
 typedef struct bouncing_ball_stretch {
     bouncing_ball_state from, end;
-    real begin; /* share of the step at the beginning of the stretch */
-    real seen, length; /* s, from there */
+    real begin; /* fraction of the step at the beginning of the stretch */
+    real seen, length; /* time examined so far, and length of the stretch, s */
     bouncing_ball_event_sample at_seen, at_end;
 } bouncing_ball_stretch;
 
-/* State and functions at a time of a stretch. */
+/* State and event functions at a time after the beginning of a stretch. */
 static bouncing_ball_status bouncing_ball_probe(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings,
-    const bouncing_ball_stretch *stretch, real time, bouncing_ball_workspace *work, const real *u_table,
-    bouncing_ball_statistics *statistics, bouncing_ball_state *to, bouncing_ball_event_sample *sample)
+    const bouncing_ball_settings *settings, const bouncing_ball_stretch *stretch, real time,
+    bouncing_ball_workspace *work, const real *u_table, bouncing_ball_statistics *statistics, bouncing_ball_state *to,
+    bouncing_ball_event_sample *sample)
 {
     const real share = stretch->begin + time / settings->step;
     bouncing_ball_status status = bouncing_ball_part_of_step(p, settings, &stretch->from, stretch->begin, time, work,
-        u_table,
-        statistics, to);
+        u_table, statistics, to);
     real *rows = NULL;
     if (status != BOUNCING_BALL_OK)
         return status;
     return bouncing_ball_sample_events(p, to, bouncing_ball_rows_of_part(u_table, share, share, rows), sample);
 }
 
-/* Shortens the stretch until no function has passed zero and returned within it, as far as values and rates at the
- * ends tell. */
+/* Shorten the stretch until no function has passed zero and returned within it, by values and rates at the ends. */
 static bouncing_ball_status bouncing_ball_shorten_stretch(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings,
-    bouncing_ball_stretch *stretch, const long *side, bouncing_ball_workspace *work, const real *u_table,
-    bouncing_ball_statistics *statistics)
+    const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch, const long *side,
+    bouncing_ball_workspace *work, const real *u_table, bouncing_ball_statistics *statistics)
 {
     bouncing_ball_state there;
     bouncing_ball_event_sample sample;
@@ -661,9 +650,8 @@ static bouncing_ball_status bouncing_ball_shorten_stretch(const bouncing_ball_pa
 /* The first root of a function in the rest of a stretch, to the rounding of time: regula falsi (Illinois), with a
  * bisection after three steps that have not halved the bracket. The stretch then ends at the root. */
 static bouncing_ball_status bouncing_ball_locate(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings,
-    bouncing_ball_stretch *stretch, int event, real s, bouncing_ball_workspace *work, const real *u_table,
-    bouncing_ball_statistics *statistics)
+    const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch, int event, real s,
+    bouncing_ball_workspace *work, const real *u_table, bouncing_ball_statistics *statistics)
 {
     const real length = stretch->length - stretch->seen;
     const real finest = K(0.25) * bouncing_ball_EVENT_EPSILON * (EG_ABS(stretch->from.t) + settings->step);
@@ -693,15 +681,14 @@ static bouncing_ball_status bouncing_ball_locate(const bouncing_ball_parameters 
             }
             time = K(0.25) * time;
         }
-        if (!(at_low > K(0.0))) { /* it goes on at once */
+        if (!(at_low > K(0.0))) { /* the function does not rise above zero: the root is at the beginning */
             stretch->length = high;
             return BOUNCING_BALL_OK;
         }
         time = high - at_high / (at_high - at_low) * (high - low);
     } else {
         time = low + length * (bouncing_ball_event_has_rate[event]
-            ? bouncing_ball_first_root(a, a_rate, b, b_rate, length)
-            : at_low / (at_low - at_high));
+            ? bouncing_ball_first_root(a, a_rate, b, b_rate, length) : at_low / (at_low - at_high));
     }
     width = high - low;
     for (k = 1; k < 200 && at_high != K(0.0) && high - low > finest; ++k) {
@@ -711,7 +698,7 @@ static bouncing_ball_status bouncing_ball_locate(const bouncing_ball_parameters 
         if (k % 4 == 0)
             width = high - low;
         if (!(time > low && time < high))
-            break; /* neighbours */
+            break; /* neighbouring numbers */
         status = bouncing_ball_probe(p, settings, stretch, time, work, u_table, statistics, &there, &sample);
         if (status != BOUNCING_BALL_OK)
             return status;
@@ -737,13 +724,14 @@ static bouncing_ball_status bouncing_ball_locate(const bouncing_ball_parameters 
     return BOUNCING_BALL_OK;
 }
 
-/* Whether a function has passed zero between a side and a value. */
+/* Return 1 if a function that had the sign `side` has a value at zero or beyond. */
 static int bouncing_ball_has_passed(long side, real value)
 {
     return (side > 0 && value <= K(0.0)) || (side < 0 && value >= K(0.0));
 }
 
-/* Whether an event is at a state: its function has passed zero, or is within the rounding of time of doing so. */
+/* Return 1 if an event is due at a state: its function has passed zero, or is within the rounding of time of doing
+ * so. */
 static int bouncing_ball_is_due(int event, long side, const bouncing_ball_event_sample *sample, real t, real step)
 {
     const real s = (real)side, value = s * sample->value[event], rate = s * sample->rate[event];
@@ -753,9 +741,9 @@ static int bouncing_ball_is_due(int event, long side, const bouncing_ball_event_
         || (bouncing_ball_event_has_rate[event] && rate < K(0.0) && value <= bouncing_ball_near_root(t, step, rate));
 }
 
-/* v := v + dv, the change with the least dv . M dv for which C dv = d (Gauss): M dv + C^T s = 0, s impulses. C:
- * count rows. 0 if M or the rows are singular. Elimination with partial pivoting; velocities are scaled by inertia
- * and rows by their largest coefficient, so that the test for zero pivots is independent of units. */
+/* v := v + dv, with the dv of least dv . M dv for which C dv = d (Gauss): M dv + C^T s = 0 with impulses s. C has
+ * `count` rows. Returns 0 if M or the rows are singular, else 1. Elimination with partial pivoting; velocities are
+ * scaled by inertia and rows by their largest coefficient, so that the test for zero pivots is independent of units. */
 static int bouncing_ball_impulse(const real *M, const real *C, const real *d, int count, real *v)
 {
     real A[12], unit[2]; /* rows of 4 */
@@ -815,7 +803,7 @@ static int bouncing_ball_impulse(const real *M, const real *C, const real *d, in
     return 1;
 }
 
-/* The action of an event on a state with its accelerations; rate: of its function. */
+/* Apply the action of an event to a state with known accelerations. rate: time derivative of the event function. */
 static bouncing_ball_status bouncing_ball_act(const bouncing_ball_parameters *p, int event, real rate, const real *row,
     bouncing_ball_state *state)
 {
@@ -830,7 +818,7 @@ static bouncing_ball_status bouncing_ball_act(const bouncing_ball_parameters *p,
         bouncing_ball_event_impulse(p, state->t, state->q, M, gradient);
     }
     if (event == 0) { /* bounce */
-        memcpy(C + 0, gradient + 0, 2 * sizeof *C);
+        memcpy(C, gradient, 2 * sizeof *C);
         d[count++] = -(K(1.0) + action[0]) * rate;
         if (!bouncing_ball_finite(d, count))
             return BOUNCING_BALL_EVENT_NOT_FINITE;
@@ -849,7 +837,7 @@ static bouncing_ball_status bouncing_ball_act(const bouncing_ball_parameters *p,
         : BOUNCING_BALL_EVENT_NOT_FINITE;
 }
 
-/* Counts an event at a state; returns the place in the log, -1 for an event that is only counted. */
+/* Count an event at a state; return its place in the log, -1 for an event that is only counted. */
 static long bouncing_ball_count_event(int event, bouncing_ball_state *state, bouncing_ball_workspace *work)
 {
     long place = -1;
@@ -869,7 +857,7 @@ static long bouncing_ball_count_event(int event, bouncing_ball_state *state, bou
     return place;
 }
 
-/* The state after an event, at its place in the log; -1: no place. */
+/* Store the state after an event at its place in the log; -1: no place. */
 static void bouncing_ball_complete_entry(const bouncing_ball_state *state, long place, bouncing_ball_workspace *work)
 {
     int i;
@@ -883,7 +871,8 @@ static void bouncing_ball_complete_entry(const bouncing_ball_state *state, long 
         work->found[place].mode[i] = state->event_state.mode[i];
 }
 
-/* The sign of a function; at a root, or within `near` of a root, the sign of the rate, or the last sign. */
+/* Return the sign of an event function, 1 or -1; at a root, or if its magnitude is below `near`, the sign of its rate,
+ * or `otherwise` if the rate is unknown or 0. */
 static long bouncing_ball_side_of(int event, const bouncing_ball_event_sample *sample, real t, real step, real near,
     long otherwise)
 {
@@ -895,15 +884,12 @@ static long bouncing_ball_side_of(int event, const bouncing_ball_event_sample *s
     return otherwise;
 }
 
-/* The events at the end of a stretch, in the order of the scene: the known event, and all other events due at this
- * time. *acted: whether an event has changed the motion; rest: of the step after the event, s. On
- * BOUNCING_BALL_EVENT_STOP
- * the state is the state after the event. */
+/* Process the events at the end of a stretch in the order of the scene: the located event `known`, and all others that
+ * are due at this time. *acted: 1 if an event has changed the motion; rest: time from the event to the end of the step,
+ * s. On BOUNCING_BALL_EVENT_STOP the state is the state after the event. */
 static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings,
-    bouncing_ball_stretch *stretch, int known, real rest, long *here, bouncing_ball_workspace *work,
-        const real *u_table,
-    int *acted)
+    const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch, int known, real rest, long *here,
+    bouncing_ball_workspace *work, const real *u_table, int *acted)
 {
     static const double least[4] = {
         0.0, 0.0, 0.0, 0.0
@@ -943,7 +929,7 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
             stopped = stopped || bouncing_ball_event_stops[i];
         }
         bouncing_ball_complete_entry(state, place, work);
-        if (bouncing_ball_event_acts[i]) { /* start of the next event */
+        if (bouncing_ball_event_acts[i]) { /* values from which the next event starts */
             status = bouncing_ball_sample_events(p, state, row, &stretch->at_end);
             if (status != BOUNCING_BALL_OK)
                 return status;
@@ -977,7 +963,7 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
     return stopped ? BOUNCING_BALL_EVENT_STOP : BOUNCING_BALL_OK;
 }
 
-/* The event whose function passes zero first in a stretch, by cubics through the ends; -1 without such an event. */
+/* Return the event whose function passes zero first in a stretch, by cubics through both ends; -1: there is none. */
 static int bouncing_ball_first_event(const bouncing_ball_stretch *stretch, const long *side)
 {
     real first = K(2.0);
@@ -987,7 +973,7 @@ static int bouncing_ball_first_event(const bouncing_ball_stretch *stretch, const
         const real a = s * stretch->at_seen.value[i], b = s * stretch->at_end.value[i];
         real share = K(0.0);
         if (side[i] == bouncing_ball_event_sign[i] || !bouncing_ball_has_passed(side[i], stretch->at_end.value[i])
-            || (a == K(0.0) && b == K(0.0))) /* it rests there */
+            || (a == K(0.0) && b == K(0.0))) /* the function rests at zero */
             continue;
         if (a > K(0.0))
             share = bouncing_ball_event_has_rate[i] ? bouncing_ball_first_root(a, s * stretch->at_seen.rate[i], b,
@@ -1000,11 +986,10 @@ static int bouncing_ball_first_event(const bouncing_ball_stretch *stretch, const
     return found;
 }
 
-/* Ends a stretch at its first event; *event: first by the cubics, then confirmed by the motion. */
+/* End a stretch at its first event; *event: the first by the cubics, replaced by the first of the motion. */
 static bouncing_ball_status bouncing_ball_locate_first(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings,
-    bouncing_ball_stretch *stretch, real t, int *event, bouncing_ball_workspace *work, const real *u_table,
-    bouncing_ball_statistics *statistics)
+    const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch, real t, int *event,
+    bouncing_ball_workspace *work, const real *u_table, bouncing_ball_statistics *statistics)
 {
     const long *sides = stretch->from.event_state.side;
     bouncing_ball_status status = bouncing_ball_locate(p, settings, stretch, *event, (real)sides[*event], work, u_table,
@@ -1014,7 +999,7 @@ static bouncing_ball_status bouncing_ball_locate_first(const bouncing_ball_param
         const real near = bouncing_ball_near_root(t, settings->step, stretch->at_end.rate[i]);
         if (i == *event || sides[i] == bouncing_ball_event_sign[i]
             || !bouncing_ball_has_passed(sides[i], stretch->at_end.value[i])
-                || EG_ABS(stretch->at_end.value[i]) <= near)
+            || EG_ABS(stretch->at_end.value[i]) <= near)
             continue; /* otherwise it precedes the event that was first by the cubics */
         status = bouncing_ball_locate(p, settings, stretch, i, (real)sides[i], work, u_table, statistics);
         *event = i;
@@ -1022,8 +1007,8 @@ static bouncing_ball_status bouncing_ball_locate_first(const bouncing_ball_param
     return status;
 }
 
-/* Signs of functions after a stretch without events: some functions have passed zero in the direction that does not
- * count, or have left a root. */
+/* Update the signs of event functions after a stretch without events: some have passed zero in the direction that does
+ * not count, or have left a root. */
 static void bouncing_ball_note_sides(const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch)
 {
     long *side = stretch->from.event_state.side;
@@ -1036,7 +1021,8 @@ static void bouncing_ball_note_sides(const bouncing_ball_settings *settings, bou
     }
 }
 
-/* Signs at the start of a run. A function that leaves a root is no event, except an impact. */
+/* Set the signs of event functions at the start of a run. A function that leaves a root is not an event, except an
+ * impact. */
 static void bouncing_ball_find_sides(const bouncing_ball_settings *settings, const bouncing_ball_event_sample *sample,
     bouncing_ball_state *state)
 {
@@ -1055,8 +1041,8 @@ static void bouncing_ball_find_sides(const bouncing_ball_settings *settings, con
 /* One step of the grid with events. Events that only count or record do not change the step; after an event that
  * changes the motion a separate part of the step begins. */
 static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_parameters *given,
-    const bouncing_ball_settings *settings,
-    bouncing_ball_state *state, bouncing_ball_workspace *work, const real *u_table)
+    const bouncing_ball_settings *settings, bouncing_ball_state *state, bouncing_ball_workspace *work,
+    const real *u_table)
 {
     const int ours = state->step == settings->step || state->step == -settings->step;
     const real origin = ours ? state->origin : state->t;
@@ -1126,8 +1112,7 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
                 break;
             }
             status = bouncing_ball_probe(p, settings, &stretch, stretch.length, work, u_table, &statistics,
-                &stretch.end,
-                &stretch.at_end);
+                &stretch.end, &stretch.at_end);
             if (status != BOUNCING_BALL_OK)
                 break;
             whole = stretch;
@@ -1172,8 +1157,7 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
 }
 
 bouncing_ball_status bouncing_ball_step(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
-    bouncing_ball_state *state,
-    bouncing_ball_workspace *work, const real *u_table)
+    bouncing_ball_state *state, bouncing_ball_workspace *work, const real *u_table)
 {
     bouncing_ball_parameters present = *p;
     if (state->event_state.known)
@@ -1185,10 +1169,9 @@ bouncing_ball_status bouncing_ball_step(const bouncing_ball_parameters *p, const
     return bouncing_ball_step_with_events(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
+/* Write a row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void bouncing_ball_write_row(const bouncing_ball_parameters *p, const bouncing_ball_state *state,
-    const real *inputs,
-    bouncing_ball_workspace *work, real *row)
+    const real *inputs, bouncing_ball_workspace *work, real *row)
 {
     row[0] = state->t;
     memcpy(row + 1, state->q, sizeof state->q);
@@ -1197,11 +1180,10 @@ static void bouncing_ball_write_row(const bouncing_ball_parameters *p, const bou
     (void)p; (void)inputs; (void)work;
 }
 
-/* Steps with inputs from a table, or else from u to u_end; see bouncing_ball_run and bouncing_ball_run_inputs. */
+/* Take steps with inputs from a table, or else from u to u_end; see bouncing_ball_run and bouncing_ball_run_inputs. */
 static bouncing_ball_status bouncing_ball_loop(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings, bouncing_ball_state *state,
-    bouncing_ball_workspace *work, long steps, long record_every, const real *u_table, const real *u, const real *u_end,
-    real *record, long *recorded)
+    const bouncing_ball_settings *settings, bouncing_ball_state *state, bouncing_ball_workspace *work, long steps,
+    long record_every, const real *u_table, const real *u, const real *u_end, real *record, long *recorded)
 {
     long k, count = 0;
     const real *table = u_table;
@@ -1233,15 +1215,15 @@ static bouncing_ball_status bouncing_ball_loop(const bouncing_ball_parameters *p
 }
 
 bouncing_ball_status bouncing_ball_run(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
-    bouncing_ball_state *state,
-    bouncing_ball_workspace *work, long steps, long record_every, const real *u_table, real *record, long *recorded)
+    bouncing_ball_state *state, bouncing_ball_workspace *work, long steps, long record_every, const real *u_table,
+    real *record, long *recorded)
 {
     return bouncing_ball_loop(p, settings, state, work, steps, record_every, u_table, NULL, NULL, record, recorded);
 }
 
 bouncing_ball_status bouncing_ball_run_inputs(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings, bouncing_ball_state *state,
-    bouncing_ball_workspace *work, long steps, const real *u, const real *u_end)
+    const bouncing_ball_settings *settings, bouncing_ball_state *state, bouncing_ball_workspace *work, long steps,
+    const real *u, const real *u_end)
 {
     return bouncing_ball_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
 }
@@ -1255,7 +1237,7 @@ void bouncing_ball_simulator_default(bouncing_ball_simulator *simulator)
     bouncing_ball_default_state(&simulator->state);
 }
 
-/* Note the end of a start or a step. */
+/* Store t, q and v after a start or a step. */
 static void bouncing_ball_note_simulator(bouncing_ball_simulator *simulator)
 {
     simulator->end.known = 1;
@@ -1264,7 +1246,7 @@ static void bouncing_ball_note_simulator(bouncing_ball_simulator *simulator)
     memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
 }
 
-/* Whether the state was changed by the caller since then. */
+/* Return 1 if the caller has changed the state since then. */
 static int bouncing_ball_simulator_is_written(const bouncing_ball_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
@@ -1308,7 +1290,7 @@ bouncing_ball_status bouncing_ball_simulator_outputs(bouncing_ball_simulator *si
     const real *given = NULL;
     real row[7];
     if (!simulator->end.known || bouncing_ball_simulator_is_written(simulator))
-        return BOUNCING_BALL_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+        return BOUNCING_BALL_BAD_ARGUMENT; /* the accelerations of this state are unknown */
     if (state->event_state.known)
         bouncing_ball_take_modes(state, &present);
     bouncing_ball_write_row(p, state, given, &simulator->work, row);

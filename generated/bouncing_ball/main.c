@@ -14,14 +14,14 @@
 #define PARAMETERS 3
 #define SETTINGS 3
 
-/* Names that name=value may set: tunable parameters, then inputs. */
+/* Names that arguments name=value set: tunable parameters, then inputs. */
 static const char *const setting_names[SETTINGS] = {
     "restitution",
     "shake",
     "mode_caught",
 };
 
-/* Set a parameter, or hold an input constant, as name=value says. Returns 0, or 2 after a message. */
+/* Set a parameter, or hold an input constant, by an argument name=value. Returns 0, or 2 after a message. */
 static int set_by_name(const char *text, bouncing_ball_parameters *p)
 {
     const char *equals = strchr(text, '=');
@@ -52,8 +52,8 @@ static int set_by_name(const char *text, bouncing_ball_parameters *p)
     return 0;
 }
 
-/* The inputs over the next step, row after row; NULL if there are none, or the scene's formulas give them all.
- * Times are the grid's, so that a step's first row is to the bit the last one of the step before. */
+/* Rows of inputs for the next step; NULL if there are no inputs, or the scene's formulas give all of them. Times are
+ * points of the time grid, so that the first row of a step equals the last row of the previous step bit by bit. */
 static const real *inputs_over_step(const bouncing_ball_parameters *p, const bouncing_ball_state *state, real step)
 {
     (void)p;
@@ -83,7 +83,7 @@ static void print_row(const bouncing_ball_state *state)
     printf("\n");
 }
 
-/* The events of the last step, to stderr. */
+/* Print the events of the last step to stderr. */
 static void print_events(const bouncing_ball_workspace *work)
 {
     long k;
@@ -91,10 +91,9 @@ static void print_events(const bouncing_ball_workspace *work)
         fprintf(stderr, "%s at t = %.17g\n", bouncing_ball_event_names[work->found[k].event], (double)work->found[k].t);
 }
 
-/* bouncing_ball [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and prints every
- * so
- * many steps, and at the end, t, q, v, vdot as CSV. A last step that would pass
- * the end is shortened to end there. */
+/* bouncing_ball [duration [step [every]]] [name=value ...]: integrate from the scene's initial state; print t, q, v,
+ * vdot as CSV after each `every` steps and at the end. A last step that would pass the end is shortened to end
+ * there. */
 int main(int argc, char **argv)
 {
     static bouncing_ball_workspace work;
@@ -132,7 +131,7 @@ int main(int argc, char **argv)
     steps = (long)(duration / (double)settings.step + 0.5);
     rest = duration - (double)settings.step * (double)steps;
     if (steps > 0 && fabs(rest) <= 1e-9 * (duration > (double)settings.step ? duration : (double)settings.step))
-        rest = 0.0; /* whole but for rounding */
+        rest = 0.0; /* a whole number of steps, but for rounding */
     else if (rest < 0.0)
         rest = duration - (double)settings.step * (double)--steps;
     status = bouncing_ball_initialize(&p, &settings, &state, &work, inputs_over_step(&p, &state, settings.step));
@@ -153,7 +152,7 @@ int main(int argc, char **argv)
         if (status == BOUNCING_BALL_OK && (k % every == 0 || (k == steps && rest == 0.0)))
             print_row(&state);
     }
-    if (status == BOUNCING_BALL_OK && rest > 0.0) { /* on a grid of its own */
+    if (status == BOUNCING_BALL_OK && rest > 0.0) { /* the shortened step, on a time grid of its own */
         settings.step = (real)rest;
         state.origin = state.t;
         state.count = 0;

@@ -71,7 +71,7 @@ void free_spinning_body_forward_dynamics(const eomgen_real *q, const eomgen_real
  *   11 additions, 16 multiplications, 0 divisions, 0 function calls */
 void free_spinning_body_residual(const eomgen_real *q, const eomgen_real *v, const eomgen_real *a, eomgen_real *r);
 
-/* its partials: K in q (left-trivialised), C in v, M in a
+/* partial derivatives of the residual: K in q (left-trivialised), C in v, M in a
  *   K [6 x 6]  d residual / dq, left-trivialised
  *   C [6 x 6]  d residual / dv
  *   M [6 x 6]  d residual / da
@@ -101,7 +101,7 @@ void free_spinning_body_energy(const eomgen_real *q, const eomgen_real *v, eomge
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
 
-/* Status of a call. On anything but OK the state is the last good one. */
+/* Status of a call. On any status but OK the state holds the last valid values. */
 typedef enum free_spinning_body_status {
     FREE_SPINNING_BODY_OK = 0,
     /* the Newton iteration did not converge, also with a fresh matrix and the smallest sub-steps */
@@ -115,44 +115,44 @@ typedef enum free_spinning_body_status {
 } free_spinning_body_status;
 
 typedef struct free_spinning_body_settings {
-    eomgen_real step; /* s, of the time grid */
+    eomgen_real step; /* step size of the time grid, s */
     eomgen_real rho_inf; /* spectral radius at infinite frequency, 0 to 1 */
-    /* of the Newton increment of the mean velocity over a step, weighted RMS, relative to each component */
-    eomgen_real rtol;
-    eomgen_real atol; /* of the same, relative to the size that the whole motion has in such components */
-    long max_iterations; /* per attempt */
-    long max_halvings; /* of a step that fails with a fresh matrix */
-    long reuse; /* 1: keep a factorization as long as it converges well; 0: one per step */
+    eomgen_real rtol; /* tolerance of Newton increments of mean velocity: weighted RMS, relative to each component */
+    /* tolerance of the same increments, relative to the size of the whole motion in such components */
+    eomgen_real atol;
+    long max_iterations; /* Newton iterations per attempt at most */
+    long max_halvings; /* halvings at most of a step that fails with a fresh matrix */
+    long reuse; /* 1: reuse a factorization as long as iterations converge well; 0: one per step */
 } free_spinning_body_settings;
 
-/* Counts and measures since the state was initialized. */
+/* Counts and largest values since the state was initialized. */
 typedef struct free_spinning_body_statistics {
-    long steps; /* of the time grid */
+    long steps; /* steps of the time grid */
     long newton_iterations;
     long factorizations;
-    long halvings; /* of steps that failed */
-    long evaluations; /* of the equations of motion */
-    eomgen_real max_residual; /* largest component of the residual at the last iterate that was evaluated in any step */
+    long halvings; /* halvings of steps that failed */
+    long evaluations; /* evaluations of the equations of motion */
+    eomgen_real max_residual; /* largest residual component, over all steps, at the last iterate that was evaluated */
 } free_spinning_body_statistics;
 
-/* Everything that a later step depends on, the settings aside: copy it to make a checkpoint. */
+/* All data on which later steps depend, except the settings: a copy is a checkpoint. */
 typedef struct free_spinning_body_state {
     eomgen_real t; /* s */
     eomgen_real q[7];
     eomgen_real v[6];
     eomgen_real vdot[6];
     eomgen_real a[6]; /* algorithmic acceleration */
-    eomgen_real a_before[12]; /* that of the last two steps, newest first, for predictions */
-    long history; /* how many steps there are to predict from, at most 3; -1: none, and the first is damped */
-    long predictor_order; /* of the polynomial that would have predicted the last step best */
-    eomgen_real rho_inf; /* of the method, with which a was made */
+    eomgen_real a_before[12]; /* algorithmic accelerations of the last two steps, newest first, for predictions */
+    long history; /* number of steps for predictions, at most 3; -1: none, and the first step is damped */
+    long predictor_order; /* order of the polynomial with the best prediction of the last step */
+    eomgen_real rho_inf; /* coefficient with which a was computed */
     eomgen_real step; /* t = origin + count * step */
     eomgen_real origin;
     long count;
     free_spinning_body_statistics statistics;
 } free_spinning_body_state;
 
-/* Coefficients for a spectral radius at infinite frequency. */
+/* Coefficients of the method for one spectral radius rho_inf at infinite frequency. */
 typedef struct free_spinning_body_coefficients {
     eomgen_real rho_inf;
     eomgen_real alpha_m, alpha_f, beta, gamma;
@@ -161,28 +161,27 @@ typedef struct free_spinning_body_coefficients {
     eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } free_spinning_body_coefficients;
 
-/* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static
- * one is). */
+/* Scratch memory; its content changes results by no more than the Newton tolerance. Set it to zero before the first
+ * call (static variables are zero). */
 typedef struct free_spinning_body_workspace {
     eomgen_real unknown[6];      /* E, step lam */
-    eomgen_real increment[6];     /* the exponent is step * increment */
+    eomgen_real increment[6];     /* q = q_n o exp(step * increment) */
     eomgen_real right[6], solution[6], per_tolerance[6];
-    int units_valid;          /* unit and per_unit have been computed */
+    int units_valid;          /* 1: unit and per_unit have been computed */
     int tolerance_steps_left; /* steps of the size tolerance_step until tolerances are computed again */
     eomgen_real tolerance_step;
-    /* for each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, and 1 by this value; 0: no
-     * inertia */
+    /* unit of each unknown, the value that alone makes a kinetic energy of 1/2, and 1 / unit; 0: no inertia */
     eomgen_real unit[6], per_unit[6];
     /* observed rounding of each unknown, and its decay factor */
     eomgen_real rounding[6], rounding_decay;
-    /* of the step, in these units */
+    /* size of the velocities of the step in these units */
     eomgen_real speed[1];
-    /* of the partials, and their products with T */
+    /* nonzeros of the partial derivatives, then their products with T */
     eomgen_real numbers[108];
     eomgen_real tangents[1];
     eomgen_real entries[24];     /* nonzeros of the iteration matrix */
     eomgen_real factors[26];
-    int whole;                /* the factors in use belong to the whole matrix */
+    int whole;                /* 1: factors of the whole (dense) matrix are in use */
     int pivot[6];
     eomgen_real matrix[36];
     free_spinning_body_coefficients coefficients;
@@ -205,46 +204,43 @@ typedef struct free_spinning_body_workspace {
 /* English text of a status. */
 const char *free_spinning_body_status_text(free_spinning_body_status status);
 
-/* The method's defaults; the step is 0.001 s. */
+/* Set the method's default settings; the step is 0.001 s. */
 void free_spinning_body_default_settings(free_spinning_body_settings *settings);
 
-/* The scene's initial configuration and velocity at t = 0; the
- * rest is left to free_spinning_body_initialize. */
+/* Set t = 0 and the scene's initial configuration and velocity;
+ * free_spinning_body_initialize computes the other members. */
 void free_spinning_body_default_state(free_spinning_body_state *state);
 
-/* Take t, q and v from the state and make the rest of it consistent with them; count
- * and statistics restart.
+/* Take t, q and v from the state and make its other members consistent with them; count and statistics restart at 0.
  * u_table: 2 rows of inputs, at t and t + step; NULL: the scene's formulas. */
 free_spinning_body_status free_spinning_body_initialize(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings, free_spinning_body_state *state,
-    free_spinning_body_workspace *work, const eomgen_real *u_table);
+    const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
+    const eomgen_real *u_table);
 
-/* One step. On any status but OK the state is the last good one. A state whose step or rho_inf is not the
- * settings' is made
- * consistent with them first, and its time grid starts anew. u_table as above.
- * After t, q or v of the state have been changed by hand, call free_spinning_body_initialize. */
+/* One step. On any status but OK the state holds the last valid values. If the state belongs to another step or rho_inf
+ * than the settings, it is made consistent with the settings first, and a new time grid starts. u_table: as above.
+ * After changing t, q or v of the state, call free_spinning_body_initialize. */
 free_spinning_body_status free_spinning_body_step(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings, free_spinning_body_state *state,
-    free_spinning_body_workspace *work, const eomgen_real *u_table);
+    const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
+    const eomgen_real *u_table);
 
-/* Up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of
- * 20 numbers is appended to record, and *recorded counts them; record may be NULL.
- * u_table: 1 * steps + 1 rows.
- * 0 steps: the row of the state as it is.
+/* Take up to `steps` steps. After every step whose count is a multiple of record_every, a row (t, q, v, vdot) of 20
+ * numbers is appended to record, and *recorded counts them; record may be NULL.
+ * u_table: steps + 1 rows.
+ * 0 steps: one row, of the present state.
  */
 free_spinning_body_status free_spinning_body_run(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings, free_spinning_body_state *state,
-    free_spinning_body_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
-    long *recorded);
+    const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
+    long steps, long record_every, const eomgen_real *u_table, eomgen_real *record, long *recorded);
 
-/* Up to `steps` steps without a record.
+/* Take up to `steps` steps without a record.
  * The scene has no inputs: u and u_end are NULL.
  */
 free_spinning_body_status free_spinning_body_run_inputs(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings, free_spinning_body_state *state,
-    free_spinning_body_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
+    const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
+    long steps, const eomgen_real *u, const eomgen_real *u_end);
 
-/* The end of the last step of a simulator, or its start. */
+/* Values after the start or the last step of a simulator, by which changes by the caller are found. */
 typedef struct free_spinning_body_simulator_end {
     int known;
     eomgen_real t;
@@ -252,9 +248,9 @@ typedef struct free_spinning_body_simulator_end {
     eomgen_real v[6];
 } free_spinning_body_simulator_end;
 
-/* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
- * same bits. Parameters may be written between two steps, and t, q or v of the
- * state: a step compares these with the end of the last one and starts again from the new values.
+/* Parameters, settings, state and workspace of a motion in one object without pointers: an assignment copies it, and
+ * the copy continues with the same bits. Parameters, and t, q or v of the state, may be written between two steps: a
+ * step compares the state with the end of the last step and restarts from new values.
  */
 typedef struct free_spinning_body_simulator {
     free_spinning_body_parameters parameters;
@@ -264,20 +260,20 @@ typedef struct free_spinning_body_simulator {
     free_spinning_body_simulator_end end;
 } free_spinning_body_simulator;
 
-/* The scene's parameters and initial state, and the method's settings. */
+/* Set the scene's parameters and initial state, and the method's default settings. */
 void free_spinning_body_simulator_default(free_spinning_body_simulator *simulator);
 
-/* Starts at t, q and v of the state. See free_spinning_body_initialize. */
+/* Start from t, q and v of the state. See free_spinning_body_initialize. */
 free_spinning_body_status free_spinning_body_simulator_start(free_spinning_body_simulator *simulator,
     const eomgen_real *u);
 
-/* See free_spinning_body_run_inputs. Fewer steps than one are a bad argument. */
+/* Take `steps` steps, at least 1, as free_spinning_body_run_inputs. */
 free_spinning_body_status free_spinning_body_simulator_step(free_spinning_body_simulator *simulator, long steps,
-    const eomgen_real *u,
-    const eomgen_real *u_end);
+    const eomgen_real *u, const eomgen_real *u_end);
 
-/* The scene's outputs y[7] at the end of the last step, or at the start, as free_spinning_body_outputs has them.
- * A state that was written since then is a bad argument: its accelerations are not known before it is started. */
+/* Outputs y[7] of the scene after the last step or the start; see free_spinning_body_outputs. Returns
+ * FREE_SPINNING_BODY_BAD_ARGUMENT if the state was written since then: its accelerations are known after the next start
+ * or step. */
 free_spinning_body_status free_spinning_body_simulator_outputs(free_spinning_body_simulator *simulator, eomgen_real *y);
 
 #ifdef __cplusplus

@@ -10,8 +10,8 @@
 #define EOMGEN_SHORT_NAMES
 #include "free_spinning_body.h"
 
-/* Steppers branch on values, which lanes and complex numbers cannot; model functions serve
- * all of them. */
+/* Steppers branch on values, so they are compiled for real numbers only; model functions also for lanes and complex
+ * numbers. */
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
 
 #ifdef EOMGEN_REAL_FLOAT
@@ -21,7 +21,7 @@
 #else
 #define free_spinning_body_EPSILON K(2.220446049250313e-16)
 #define free_spinning_body_TINY K(1e-300) /* keeps quotients finite */
-#define free_spinning_body_PROBE_FAR K(4096.0) /* far and near distances in the search for rounding */
+#define free_spinning_body_PROBE_FAR K(4096.0) /* far and near trial distances, in corrections */
 #endif
 #define free_spinning_body_PROBE_NEAR K(0.015625)
 
@@ -112,7 +112,7 @@ static void free_spinning_body_update(const real *q, const real *increment, real
     theta[3] = step * increment[3];
     theta[4] = step * increment[4];
     theta[5] = step * increment[5];
-    free_spinning_body_update_se3(q + 0, theta, out + 0);
+    free_spinning_body_update_se3(q, theta, out);
 }
 
 const char *free_spinning_body_status_text(free_spinning_body_status status)
@@ -156,7 +156,7 @@ void free_spinning_body_default_state(free_spinning_body_state *state)
     free_spinning_body_initial_state(state->q, state->v, NULL);
 }
 
-/* 1 when every component is finite. */
+/* Return 1 if every component is finite, else 0. */
 static int free_spinning_body_finite(const real *x, int size)
 {
     int i;
@@ -166,28 +166,26 @@ static int free_spinning_body_finite(const real *x, int size)
     return 1;
 }
 
-/* Inputs and base at time t, stored in the workspace. first and last are rows of inputs, between which u is linear;
- * fraction: position between the rows. NULL: formulas of the scene. */
+/* Store inputs and base at time t in the workspace: u = first + fraction (last - first) between two rows of inputs, or
+ * the scene's formulas if first is NULL. */
 static free_spinning_body_status free_spinning_body_prepare(const free_spinning_body_parameters *p, real t,
-    const real *first, const real *last,
-    real fraction, free_spinning_body_workspace *work)
+    const real *first, const real *last, real fraction, free_spinning_body_workspace *work)
 {
     (void)first; (void)last; (void)fraction;
     (void)p; (void)t; (void)work;
     return FREE_SPINNING_BODY_OK;
 }
 
-/* Weights of the matrices in the iteration matrix: m M + c C + k K T, and b B + z Z T of the rates of the
- * constraints. */
+/* Weights of the matrices in the iteration matrix: m M + c C + k K T for the equations of motion, b B + z Z T for the
+ * rates of the constraints. */
 typedef struct free_spinning_body_weights {
     real M, C, K, B, Z;
 } free_spinning_body_weights;
 
-/* Nonzeros of the iteration matrix. w: numbers of the partials, behind them room for their products with T; jacobian:
- * B at the start. */
+/* S := nonzeros of the iteration matrix. w: nonzeros of the partial derivatives, followed by room for their products
+ * with T; jacobian: B at the start of the step. */
 static void free_spinning_body_assemble(const free_spinning_body_weights *c, const real *restrict T,
-    const real *restrict jacobian,
-    real *restrict w, real *restrict S)
+    const real *restrict jacobian, real *restrict w, real *restrict S)
 {
     S[0] = c->M * w[72];
     S[1] = c->C * w[37];
@@ -216,7 +214,8 @@ static void free_spinning_body_assemble(const free_spinning_body_weights *c, con
     (void)c; (void)T; (void)jacobian; (void)w;
 }
 
-/* LU factorization with partial pivoting, in place, row-major; 0 when a pivot vanishes or is not finite. */
+/* LU factorization of A (row-major) with partial pivoting, in place. Returns 0 if a pivot is 0 or not finite, else
+ * 1. */
 static int free_spinning_body_factor(real *A, int *pivot)
 {
     int i, j, k;
@@ -262,36 +261,32 @@ static void free_spinning_body_solve(const real *A, const int *pivot, real *x)
     for (i = 1; i < 6; ++i)
         for (j = 0; j < i; ++j)
             x[i] = x[i] - A[i * 6 + j] * x[j];
-    for (i = 6 - 1; i >= 0; --i) {
+    for (i = 5; i >= 0; --i) {
         for (j = i + 1; j < 6; ++j)
             x[i] = x[i] - A[i * 6 + j] * x[j];
         x[i] = x[i] / A[i * 6 + i];
     }
 }
 
-/* Factor of a row of the matrix in comparisons of rows. */
-#define free_spinning_body_ROW_UNIT(row) \
-    unit[row]
-
-/* The whole matrix from its nonzeros, rows in units that can be compared. */
+/* A := the whole matrix (row-major) from its nonzeros S; rows are multiplied by their units and so can be compared. */
 static void free_spinning_body_spread(const real *S, const real *unit, real *A)
 {
     static const int place[24] = {
-0, 1, 2, 6, 7, 8, 12, 13, 14, 19, 20, 21, 22, 23, 24, 26, 
-27, 28, 29, 30, 31, 33, 34, 35, 
+        0, 1, 2, 6, 7, 8, 12, 13, 14, 19, 20, 21, 22, 23, 24, 26,
+        27, 28, 29, 30, 31, 33, 34, 35,
     };
     int i;
     memset(A, 0, 36 * sizeof *A);
     for (i = 0; i < 24; ++i)
-        A[place[i]] = S[i] * free_spinning_body_ROW_UNIT(place[i] / 6);
+        A[place[i]] = S[i] * unit[place[i] / 6];
 }
 
-/* A pivot smaller than this part of its row has lost all digits to
- * cancellation; entries are compared in the units of their unknowns. */
+/* A pivot smaller than this part of its row has lost all digits to cancellation; entries are compared in the units of
+ * their unknowns. */
 #define free_spinning_body_SMALLEST_PIVOT K(1e-12)
 
-/* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of
- * ones; 0 when a pivot is too small. 17 multiply-subtracts. */
+/* Factor S = L D U, L and U with unit diagonals, in 17 multiply-subtracts. F: L, 1/D and U, row by row in the order of
+ * elimination. Returns 0 if a pivot is too small (see free_spinning_body_SMALLEST_PIVOT), else 1. */
 static int free_spinning_body_eliminate(const real *restrict S, const real *restrict unit, real *restrict F)
 {
     { /* row 0, column 0 */
@@ -398,9 +393,8 @@ static int free_spinning_body_eliminate(const real *restrict S, const real *rest
     return 1;
 }
 
-/* Factors of the assembled
- * matrix: pivots chosen beforehand, then, if they break down, by size.
- * 0: singular, or not finite. */
+/* Factor the assembled matrix, with pivots chosen when this code was generated, or by size if one of them is too small.
+ * Returns 0 if it is singular or not finite, else 1. */
 static int free_spinning_body_factorize(free_spinning_body_workspace *work)
 {
     work->whole = 0;
@@ -411,15 +405,15 @@ static int free_spinning_body_factorize(free_spinning_body_workspace *work)
     return free_spinning_body_factor(work->matrix, work->pivot);
 }
 
-/* Factors that scale the rows of the equations before the solution for a correction, and factors of the correction's
- * parts in v, vdot and lam. */
+/* Factors of the rows r, Phi and w of the right side of a correction, and factors by which a correction of the unknowns
+ * changes v, vdot and lam. */
 typedef struct free_spinning_body_scale {
     real r, phi, w;
     real v, vdot, lam;
 } free_spinning_body_scale;
 
-/* As below, with the pivots chosen beforehand. Values computed last come last in every sum, so that they are not
- * waited for. */
+/* As free_spinning_body_correct, with the order of elimination that was chosen when this code was generated. In each
+ * sum the values computed last stand last, so that the processor does not wait for them. */
 static real free_spinning_body_correct_quickly(const free_spinning_body_scale *scale,
     free_spinning_body_workspace *work)
 {
@@ -477,7 +471,7 @@ static real free_spinning_body_correct_quickly(const free_spinning_body_scale *s
     return error[0] + error[1];
 }
 
-/* Weighted sum of squares of the correction of the unknowns. */
+/* Sum of squares of the correction of the unknowns, each divided by its tolerance. */
 static real free_spinning_body_size_of_correction(const free_spinning_body_workspace *work)
 {
     real sum = K(0.0);
@@ -489,8 +483,7 @@ static real free_spinning_body_size_of_correction(const free_spinning_body_works
     return sum;
 }
 
-/* Add a part of a correction to the unknowns, with the changes of v,
- * vdot and lam. */
+/* Add part * correction to the unknowns, and its effects to v, vdot and lam. */
 static void free_spinning_body_add(const free_spinning_body_scale *scale, const real *correction, real part,
     free_spinning_body_workspace *work)
 {
@@ -503,8 +496,8 @@ static void free_spinning_body_add(const free_spinning_body_scale *scale, const 
     }
 }
 
-/* solution = S^-1 (scaled right), added to the unknowns, and its effect to v,
- * vdot and lam; returns its size. */
+/* Newton correction: work->solution = S^-1 (scaled work->right) is added to the unknowns, and its effects to v, vdot
+ * and lam. Returns the sum of squares of the correction, each component divided by its tolerance. */
 static real free_spinning_body_correct(const free_spinning_body_scale *scale, free_spinning_body_workspace *work)
 {
     int i;
@@ -515,24 +508,23 @@ static real free_spinning_body_correct(const free_spinning_body_scale *scale, fr
     {
         const real *unit = work->unit;
         for (i = 0; i < 6; ++i)
-            work->solution[i] = work->right[i] * free_spinning_body_ROW_UNIT(i);
+            work->solution[i] = work->right[i] * unit[i];
         free_spinning_body_solve(work->matrix, work->pivot, work->solution);
     }
     free_spinning_body_add(scale, work->solution, K(1.0), work);
     return free_spinning_body_size_of_correction(work);
 }
 
-/* Numbers of the partials at work->q, v, vdot, lam. */
+/* Evaluate the nonzeros of the partial derivatives at the state in work. */
 static void free_spinning_body_partial_numbers(const free_spinning_body_parameters *p, real t,
     free_spinning_body_workspace *work)
 {
-    free_spinning_body_partials(work->q, work->v, work->vdot, work->numbers + 0, work->numbers + 36, work->numbers
-        + 72);
+    free_spinning_body_partials(work->q, work->v, work->vdot, work->numbers, work->numbers + 36, work->numbers + 72);
     (void)p; (void)t; (void)work;
 }
 
-/* For each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, by the diagonal of
- * M at the state prepared in work. */
+/* Units of the unknowns: the value of each that alone makes a kinetic energy of 1/2, as 1/sqrt(M_ii) for a velocity,
+ * from the diagonal of M at the state in work. */
 static void free_spinning_body_measure(const free_spinning_body_parameters *p, real t,
     free_spinning_body_workspace *work)
 {
@@ -554,8 +546,8 @@ static void free_spinning_body_measure(const free_spinning_body_parameters *p, r
     }
 }
 
-/* Size of a configuration in the same units: the scale of its changes. For angles 1 rad, for lengths the distance
- * from the origin. */
+/* Magnitude of the numbers in a configuration in the units of free_spinning_body_size: 1 rad for each angle, the
+ * distance from the origin for each length. */
 static real free_spinning_body_extent(const real *q, const free_spinning_body_workspace *work)
 {
     static const int angular[6] = { 1, 1, 1, 0, 0, 0 };
@@ -572,7 +564,7 @@ static real free_spinning_body_extent(const real *q, const free_spinning_body_wo
     return EG_SQRT(sum);
 }
 
-/* Size of a change of the configuration, or of a velocity, by kinetic energy. */
+/* Norm of a velocity, or of a change of the configuration: sqrt(sum_i (x_i / unit_i)^2), with 1 / unit_i^2 = M_ii. */
 static real free_spinning_body_size(const real *x, const free_spinning_body_workspace *work)
 {
     real sum = K(0.0);
@@ -582,10 +574,9 @@ static real free_spinning_body_size(const real *x, const free_spinning_body_work
     return EG_SQRT(sum);
 }
 
-/* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
+/* Solve the equations of motion at work->q and v for work->vdot; inputs and base must have been prepared. */
 static free_spinning_body_status free_spinning_body_solve_accelerations(const free_spinning_body_parameters *p, real t,
-    free_spinning_body_workspace *work,
-    free_spinning_body_statistics *statistics)
+    free_spinning_body_workspace *work, free_spinning_body_statistics *statistics)
 {
     free_spinning_body_forward_dynamics(work->q, work->v, work->vdot);
     ++statistics->evaluations;
@@ -593,7 +584,7 @@ static free_spinning_body_status free_spinning_body_solve_accelerations(const fr
     return free_spinning_body_finite(work->vdot, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
 }
 
-/* Coefficients for a spectral radius rho at infinite frequency. */
+/* Coefficients of the method for the spectral radius rho at infinite frequency. */
 static free_spinning_body_coefficients free_spinning_body_coefficients_of(real rho)
 {
     free_spinning_body_coefficients c;
@@ -609,7 +600,7 @@ static free_spinning_body_coefficients free_spinning_body_coefficients_of(real r
     return c;
 }
 
-/* Coefficients of implicit Euler: v' = v + step vdot', q' = q o exp(step v') at a = vdot = 0. */
+/* Coefficients of implicit Euler, v' = v + step vdot', q' = q o exp(step v'), if a = vdot = 0 at the start. */
 static free_spinning_body_coefficients free_spinning_body_implicit_euler(const free_spinning_body_coefficients *method)
 {
     free_spinning_body_coefficients c = *method;
@@ -626,7 +617,7 @@ static int free_spinning_body_settings_are_good(const free_spinning_body_setting
         && s->max_halvings >= 0 && s->max_halvings <= 30;
 }
 
-/* sqrt(x . M x) about the state in work: the residual is linear in vdot. */
+/* Return sqrt(x . M x) at the state in work, by two evaluations of the residual, which is linear in vdot. */
 static real free_spinning_body_size_by_inertia(const free_spinning_body_parameters *p, real t, const real *x,
     free_spinning_body_workspace *work)
 {
@@ -643,17 +634,17 @@ static real free_spinning_body_size_by_inertia(const free_spinning_body_paramete
     return EG_SQRT(free_spinning_body_larger(sum, K(0.0)));
 }
 
-/* Largest ratio of changes of the accelerations of a start within a step: 4 for a damping c with step c/m = 4, or
- * for a spring k with step^2 k/m = 8. */
+/* Largest change of the initial accelerations within a step, relative to these accelerations: 4 for a damper c with
+ * step c/m = 4, or for a spring k with step^2 k/m = 8. */
 #define free_spinning_body_CHANGE_OF_START K(4.0)
 
-/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: these
- * accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
+/* Return 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step:
+ * these accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
  * predicted position within the step. Examples are overdamped joints in motion, and stiff springs away from rest.
  * Methods without numerical damping keep such oscillations. */
 static int free_spinning_body_too_fast(const free_spinning_body_parameters *p,
-    const free_spinning_body_coefficients *c, free_spinning_body_state *state, real step,
-    const real *vdot, free_spinning_body_workspace *work)
+    const free_spinning_body_coefficients *c, free_spinning_body_state *state, real step, const real *vdot,
+    free_spinning_body_workspace *work)
 {
     real change[6], size;
     free_spinning_body_status status;
@@ -677,18 +668,18 @@ static int free_spinning_body_too_fast(const free_spinning_body_parameters *p,
 }
 
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
- * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
- * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
- * forward, because forces may jump at t. fraction and length place the step between the input rows.
- * Motions too fast for the step have no such derivative: if the accelerations change by more than step vddot when
- * the state is moved by half a step, it is left out. If they excite such motions, and `damp`
- * allows it, history becomes -1: the first step is to be damped.
- * state->vdot becomes that of f(0). */
+ *     step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
+ *     f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
+ * forward differences, because forces may jump at t. fraction, length: position and length of the step between the rows
+ * of inputs.
+ * Motions too fast for the step have no such derivative: step vddot is left out if the accelerations change by more
+ * than it when the state moves by half a step. If the accelerations only excite such motions, and `damp` is 1,
+ * state->history becomes -1: the first step is damped.
+ * state->vdot = f(0). */
 static free_spinning_body_status free_spinning_body_start(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings,
-    const free_spinning_body_coefficients *c, free_spinning_body_state *state, real step, const real *first,
-        const real *last,
-    real fraction, real length, int damp, free_spinning_body_workspace *work)
+    const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c,
+    free_spinning_body_state *state, real step, const real *first, const real *last, real fraction, real length,
+    int damp, free_spinning_body_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
     real vdot[6], slope[6], increment[6];
@@ -747,10 +738,9 @@ static free_spinning_body_status free_spinning_body_start(const free_spinning_bo
     return free_spinning_body_finite(state->a, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
 }
 
-/* Compute the units of the unknowns at a state, unless known. */
+/* Compute the units of the unknowns at a state, unless they are known. */
 static free_spinning_body_status free_spinning_body_know_units(const free_spinning_body_parameters *p,
-    free_spinning_body_state *state, const real *first,
-    const real *last, free_spinning_body_workspace *work)
+    free_spinning_body_state *state, const real *first, const real *last, free_spinning_body_workspace *work)
 {
     free_spinning_body_status status = FREE_SPINNING_BODY_OK;
     if (work->units_valid)
@@ -763,21 +753,19 @@ static free_spinning_body_status free_spinning_body_know_units(const free_spinni
     return status;
 }
 
-/* Start of a step beside q and v:
- * accelerations, with the parameters and inputs of the step. */
+/* Compute accelerations of a state for a step, with the parameters and inputs of the step. */
 static free_spinning_body_status free_spinning_body_renew(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings, free_spinning_body_state *state,
-    free_spinning_body_workspace *work, const real *u_table)
+    const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
+    const real *u_table)
 {
-    const real *last = u_table == NULL ? NULL : u_table + 0;
+    const real *last = u_table == NULL ? NULL : u_table;
     free_spinning_body_state next = *state;
     free_spinning_body_status status;
     next.step = settings->step;
     status = free_spinning_body_know_units(p, &next, u_table, last, work);
     if (status == FREE_SPINNING_BODY_OK)
         status = free_spinning_body_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0),
-            K(1.0), 1,
-            work);
+            K(1.0), 1, work);
     if (status != FREE_SPINNING_BODY_OK)
         return status;
     *state = next;
@@ -785,8 +773,8 @@ static free_spinning_body_status free_spinning_body_renew(const free_spinning_bo
 }
 
 free_spinning_body_status free_spinning_body_initialize(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings,
-    free_spinning_body_state *state, free_spinning_body_workspace *work, const real *u_table)
+    const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
+    const real *u_table)
 {
     free_spinning_body_state start;
     free_spinning_body_status status;
@@ -802,7 +790,7 @@ free_spinning_body_status free_spinning_body_initialize(const free_spinning_body
     memset(&start.statistics, 0, sizeof start.statistics);
     for (i = 0; i < 6; ++i)
         still[i] = K(0.0);
-    free_spinning_body_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
+    free_spinning_body_update(state->q, still, K(0.0), start.q); /* normalizes quaternions */
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
@@ -815,11 +803,10 @@ free_spinning_body_status free_spinning_body_initialize(const free_spinning_body
     return status;
 }
 
-/* Matrix of Newton's iteration at work->q, v, vdot for the exponent step * increment, and its
- * factors. */
+/* Form and factor the matrix of Newton's iteration at work->q, v, vdot and the exponent step * increment. Returns 0 if
+ * it is singular or not finite, else 1. */
 static int free_spinning_body_iteration_matrix(const free_spinning_body_parameters *p,
-    const free_spinning_body_coefficients *c, real t, real step,
-    free_spinning_body_workspace *work)
+    const free_spinning_body_coefficients *c, real t, real step, free_spinning_body_workspace *work)
 {
     free_spinning_body_weights weights;
     weights.M = c->b;
@@ -833,7 +820,7 @@ static int free_spinning_body_iteration_matrix(const free_spinning_body_paramete
     return free_spinning_body_factorize(work);
 }
 
-/* q = q_n o exp(step D) with D = E - W B_n^T eta. */
+/* work->q = q_n o exp(step D), D = E. */
 static void free_spinning_body_move(const free_spinning_body_state *from, real step, free_spinning_body_workspace *work)
 {
     work->increment[0] = work->unknown[0];
@@ -846,27 +833,27 @@ static void free_spinning_body_move(const free_spinning_body_state *from, real s
     (void)from;
 }
 
-/* 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
+/* Return 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
 static int free_spinning_body_rotation_too_large(real step, const free_spinning_body_workspace *work)
 {
     const real *w;
     const real limit = K(0.9) * K(6.283185307179586) / step;
-    w = work->unknown + 0;
+    w = work->unknown;
     if (w[0] * w[0] + w[1] * w[1] + w[2] * w[2] > limit * limit)
         return 1;
     return 0;
 }
 
-/* Cost of forming and factoring the matrix, in iterations. */
+/* Cost of forming and factoring the matrix, as a number of iterations. */
 #define free_spinning_body_FACTORS_COST K(0.5401929260450161)
 
-/* Scales of the increments of the unknowns, for some steps: a weighted RMS of 1 is small enough.
- * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
- * the value of each if they share the kinetic energy of the step and of its changes.
+/* Compute the tolerance of each unknown's increment, for this step and some more; increments with a weighted RMS of 1
+ * are small enough. A tolerance is rtol times the unknown plus atol times the size of the motion; this size is, for
+ * velocities, the velocity of each component at an equal part of the kinetic energy of the step and of its changes.
  * No tolerance is below the observed rounding. */
 static void free_spinning_body_tolerances(const free_spinning_body_settings *settings,
-    const free_spinning_body_coefficients *c,
-    const free_spinning_body_state *from, real step, free_spinning_body_workspace *work)
+    const free_spinning_body_coefficients *c, const free_spinning_body_state *from, real step,
+    free_spinning_body_workspace *work)
 {
     const real least = settings->atol + K(4.0) * free_spinning_body_EPSILON;
     real energy = K(0.0);
@@ -876,7 +863,7 @@ static void free_spinning_body_tolerances(const free_spinning_body_settings *set
         const real more = work->per_unit[i] * (work->unknown[i] - from->v[i]);
         energy = energy + moves * moves + more * more;
     }
-    work->speed[0] = EG_SQRT(energy * K(0.16666666666666666)); /* as if all had the same part of it */
+    work->speed[0] = EG_SQRT(energy * K(0.16666666666666666)); /* root mean square over the components */
     for (i = 0; i < 6; ++i)
         work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
     (void)c;
@@ -888,9 +875,9 @@ static void free_spinning_body_tolerances(const free_spinning_body_settings *set
     work->tolerance_step = step;
 }
 
-/* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then.
- * Velocities alone do not tell: if all of them are prescribed,
- * the others would be free to grow. */
+/* Return 1 if no component of the increment exceeds rounding: an iteration that does not contract any more has then
+ * converged. All unknowns are compared, not velocities alone: if all velocities are prescribed, other unknowns could
+ * still grow. */
 static int free_spinning_body_only_rounding(const free_spinning_body_workspace *work)
 {
     int i;
@@ -901,13 +888,12 @@ static int free_spinning_body_only_rounding(const free_spinning_body_workspace *
     return 1;
 }
 
-/* Distance between the end of a correction from an iterate moved by a part of `moved`, and the end of the correction
- * from the iterate. */
+/* Move the iterate by part * moved and correct it again. error: difference of the result from the result without the
+ * move; returns its weighted norm. */
 static real free_spinning_body_correction_error(const free_spinning_body_parameters *p,
-    const free_spinning_body_scale *scale,
-    const free_spinning_body_state *from, real t, real step, const real *correction, const real *moved, real part,
-        real *error,
-    free_spinning_body_workspace *work, free_spinning_body_statistics *statistics)
+    const free_spinning_body_scale *scale, const free_spinning_body_state *from, real t, real step,
+    const real *correction, const real *moved, real part, real *error, free_spinning_body_workspace *work,
+    free_spinning_body_statistics *statistics)
 {
     int i;
     (void)p; (void)t;
@@ -925,15 +911,14 @@ static real free_spinning_body_correction_error(const free_spinning_body_paramet
     return EG_SQRT(free_spinning_body_size_of_correction(work));
 }
 
-/* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near.
- * A smooth equation contracts from both, and at a kink of a law the matrix is exact near by. So no scale is needed:
- * coordinates far from the origin, balanced large forces and stiff elements are rounded more than the numbers in q
- * and v show. If the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
- * all, and no conclusion is drawn from near by. The observed rounding is stored. */
+/* Return 1 if rounding keeps the iteration from contracting: it contracts from a start far away, but not from one close
+ * by. For smooth equations it contracts from both, and at a kink of a force law the matrix is exact close by. The test
+ * needs no estimate of rounding, which is larger than the numbers in q and v show for coordinates far from the origin,
+ * large balanced forces and stiff elements. If the correction moves q by a few floating-point spacings only, a smaller
+ * move would not change q, and the start close by is not considered. The observed rounding is stored. */
 static int free_spinning_body_learn_rounding(const free_spinning_body_parameters *p,
-    const free_spinning_body_coefficients *c,
-    const free_spinning_body_scale *scale, const free_spinning_body_state *from, real t, real step,
-        free_spinning_body_workspace *work,
+    const free_spinning_body_coefficients *c, const free_spinning_body_scale *scale,
+    const free_spinning_body_state *from, real t, real step, free_spinning_body_workspace *work,
     free_spinning_body_statistics *statistics)
 {
     real correction[6], moved[6], near[6], far[6], q[7];
@@ -964,11 +949,9 @@ static int free_spinning_body_learn_rounding(const free_spinning_body_parameters
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(free_spinning_body_size_of_correction(work));
     size_near = free_spinning_body_correction_error(p, scale, from, t, step, correction, moved,
-        free_spinning_body_PROBE_NEAR, near, work,
-        statistics);
+        free_spinning_body_PROBE_NEAR, near, work, statistics);
     size_far = free_spinning_body_correction_error(p, scale, from, t, step, correction, moved,
-        free_spinning_body_PROBE_FAR, far,
-        work, statistics);
+        free_spinning_body_PROBE_FAR, far, work, statistics);
     free_spinning_body_add(scale, correction, K(1.0), work);
     if (!((within_spacing || size_near >= K(0.125) * free_spinning_body_PROBE_NEAR * size)
             && size_far <= K(0.125) * free_spinning_body_PROBE_FAR * size))
@@ -990,13 +973,12 @@ static int free_spinning_body_learn_rounding(const free_spinning_body_parameters
  *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,
  *                  vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0
- * Factors serve until one more step with them would cost more than the average step since they were made, their
- * making included; one iteration more is chance. If they do not even serve the next step, they are made in every
- * step, and reuse is tried again ever more rarely. */
+ * Factors are reused until one more step with them would cost more than the average step since the factorization, its
+ * cost included; a single additional iteration does not count. If reuse does not even pay in the next step, the matrix
+ * is factored in every step, and reuse is tried again at growing intervals. */
 static free_spinning_body_status free_spinning_body_advance(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings,
-    const free_spinning_body_coefficients *c, const free_spinning_body_state *from, real t, real step, int refresh,
-        free_spinning_body_workspace *work,
+    const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c,
+    const free_spinning_body_state *from, real t, real step, int refresh, free_spinning_body_workspace *work,
     free_spinning_body_statistics *statistics)
 {
     const real per_step = K(1.0) / step;
@@ -1014,7 +996,7 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
     scale.v = c->g;
     scale.vdot = c->b * per_step;
     scale.lam = per_step;
-    /* predictor: a and lam by a polynomial through their last values */
+    /* predictor: extrapolate a and lam by a polynomial through their last values */
     for (i = 0; i < 6; ++i) {
         const real a = from->a[i];
         real next = a;
@@ -1079,7 +1061,7 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
                 const real wasted = (real)(iteration + 1 - since);
                 if (work->refactor_steps_left > 0)
                     --work->refactor_steps_left;
-                /* did reuse cost less than factors at every step? */
+                /* did reuse cost less than a factorization in every step? */
                 if (work->reused_factorizations > 0 || wasted > K(0.0)) {
                     const real own = (real)(work->reused_factorizations + 1)
                         * ((real)work->fresh_iterations + free_spinning_body_FACTORS_COST);
@@ -1116,11 +1098,11 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
     return FREE_SPINNING_BODY_NOT_CONVERGED;
 }
 
-/* The state at the end of the step that is in work. */
+/* Update the state by the step that is in work. */
 static void free_spinning_body_accept(const free_spinning_body_coefficients *c, real t,
     free_spinning_body_state *state, const free_spinning_body_workspace *work)
 {
-    /* of polynomials of order 0, 1, 2, squared, by kinetic energy */
+    /* squared errors of predictions of a by polynomials of order 0, 1 and 2, weighted by M_ii */
     real prediction_error[3] = { K(0.0), K(0.0), K(0.0) };
     int i;
     for (i = 0; i < 6; ++i) {
@@ -1148,12 +1130,11 @@ static void free_spinning_body_accept(const free_spinning_body_coefficients *c, 
     state->t = t;
 }
 
-/* One step of any size to t: state becomes its end. Statistics are counted in any case. */
+/* One step of size `step` to time t: state becomes its end. Statistics are counted on failures, too. */
 static free_spinning_body_status free_spinning_body_part(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings,
-    const free_spinning_body_coefficients *c, free_spinning_body_state *state, real t, real step, const real *first,
-        const real *last,
-    real fraction, int refresh, free_spinning_body_workspace *work)
+    const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c,
+    free_spinning_body_state *state, real t, real step, const real *first, const real *last, real fraction,
+    int refresh, free_spinning_body_workspace *work)
 {
     free_spinning_body_status status;
     status = free_spinning_body_prepare(p, t, first, last, fraction, work);
@@ -1164,16 +1145,16 @@ static free_spinning_body_status free_spinning_body_part(const free_spinning_bod
     return status;
 }
 
-/* A step as four of implicit Euler (Rannacher 1984): motions too fast for the step that a start excites are damped,
- * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and belong to a motion that the steps
- * can follow. If the velocity behind them is of the size that the accelerations of the start make, these are no
- * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
- * and length place the step between the input rows. */
+/* First step after a start, as four steps of implicit Euler (Rannacher 1984): each reduces motions of a frequency w too
+ * high for the step, which a start excites, by a factor 4/(step w). Their accelerations w^2 q are then small at the
+ * end, too, and later steps start from a motion that they can follow. If the velocity at the end is as large as the
+ * initial accelerations make it, these are not an excitation but the motion itself, as of a machine released from rest:
+ * then the step is taken like any other. fraction, length: position and length of the step between the rows of
+ * inputs. */
 static free_spinning_body_status free_spinning_body_damped_step(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings,
-    const free_spinning_body_coefficients *c, free_spinning_body_state *state, real t, real step, const real *first,
-        const real *last,
-    real fraction, real length, free_spinning_body_workspace *work)
+    const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c,
+    free_spinning_body_state *state, real t, real step, const real *first, const real *last, real fraction,
+    real length, free_spinning_body_workspace *work)
 {
     const free_spinning_body_coefficients euler = free_spinning_body_implicit_euler(c);
     const free_spinning_body_state start = *state;
@@ -1188,7 +1169,7 @@ static free_spinning_body_status free_spinning_body_damped_step(const free_spinn
         status = free_spinning_body_part(p, settings, &euler, state, end, part, first, last, fraction + share * length,
             quarter == 1, work);
     }
-    work->factored_step = K(0.0); /* these factors are implicit Euler's */
+    work->factored_step = K(0.0); /* the factors are for implicit Euler */
     if (status == FREE_SPINNING_BODY_OK) {
         const real behind = free_spinning_body_size_by_inertia(p, t, state->v, work);
         const real before = free_spinning_body_size_by_inertia(p, t, start.v, work);
@@ -1208,11 +1189,10 @@ static free_spinning_body_status free_spinning_body_damped_step(const free_spinn
     return status;
 }
 
-/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
+/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted on failures, too. */
 static free_spinning_body_status free_spinning_body_substeps(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings,
-    const free_spinning_body_coefficients *c, free_spinning_body_state *state, const real *first, const real *last,
-        long level, int refresh,
+    const free_spinning_body_settings *settings, const free_spinning_body_coefficients *c,
+    free_spinning_body_state *state, const real *first, const real *last, long level, int refresh,
     free_spinning_body_workspace *work)
 {
     const long parts = 1L << level;
@@ -1225,8 +1205,7 @@ static free_spinning_body_status free_spinning_body_substeps(const free_spinning
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
         if (state->history < 0)
             status = free_spinning_body_damped_step(p, settings, c, state, t, step, first, last,
-                (real)(part - 1) / (real)parts,
-                length, work);
+                (real)(part - 1) / (real)parts, length, work);
         else
             status = free_spinning_body_part(p, settings, c, state, t, step, first, last, (real)part / (real)parts,
                 refresh, work);
@@ -1236,12 +1215,12 @@ static free_spinning_body_status free_spinning_body_substeps(const free_spinning
     return status;
 }
 
-/* One step with good settings. */
+/* One step; settings have been checked. */
 static free_spinning_body_status free_spinning_body_take_step(const free_spinning_body_parameters *p,
     const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
-        const real *u_table)
+    const real *u_table)
 {
-    const real *last = u_table == NULL ? NULL : u_table + 0;
+    const real *last = u_table == NULL ? NULL : u_table;
     free_spinning_body_status status;
     long level;
     if (state->step != settings->step
@@ -1262,8 +1241,7 @@ static free_spinning_body_status free_spinning_body_take_step(const free_spinnin
         && status != FREE_SPINNING_BODY_ROTATION_TOO_LARGE)
         status = free_spinning_body_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
     for (level = 1; level <= settings->max_halvings && status != FREE_SPINNING_BODY_OK
-        && status != FREE_SPINNING_BODY_BAD_ARGUMENT
-        && status != FREE_SPINNING_BODY_ROTATION_TOO_LARGE; ++level) {
+        && status != FREE_SPINNING_BODY_BAD_ARGUMENT && status != FREE_SPINNING_BODY_ROTATION_TOO_LARGE; ++level) {
         free_spinning_body_state next = *state;
         ++next.statistics.halvings;
         status = free_spinning_body_substeps(p, settings, &work->coefficients, &next, u_table, last, level, 0, work);
@@ -1281,18 +1259,17 @@ static free_spinning_body_status free_spinning_body_take_step(const free_spinnin
 }
 
 free_spinning_body_status free_spinning_body_step(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings, free_spinning_body_state *state,
-    free_spinning_body_workspace *work, const real *u_table)
+    const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
+    const real *u_table)
 {
     if (!free_spinning_body_settings_are_good(settings) || state->t + settings->step == state->t)
         return FREE_SPINNING_BODY_BAD_ARGUMENT;
     return free_spinning_body_take_step(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
+/* Write a row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void free_spinning_body_write_row(const free_spinning_body_parameters *p, const free_spinning_body_state *state,
-    const real *inputs,
-    free_spinning_body_workspace *work, real *row)
+    const real *inputs, free_spinning_body_workspace *work, real *row)
 {
     row[0] = state->t;
     memcpy(row + 1, state->q, sizeof state->q);
@@ -1301,13 +1278,11 @@ static void free_spinning_body_write_row(const free_spinning_body_parameters *p,
     (void)p; (void)inputs; (void)work;
 }
 
-/* Steps with inputs from a table, or else from u to u_end; see free_spinning_body_run and
+/* Take steps with inputs from a table, or else from u to u_end; see free_spinning_body_run and
  * free_spinning_body_run_inputs. */
 static free_spinning_body_status free_spinning_body_loop(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings, free_spinning_body_state *state,
-    free_spinning_body_workspace *work, long steps, long record_every, const real *u_table, const real *u,
-        const real *u_end,
-    real *record, long *recorded)
+    const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
+    long steps, long record_every, const real *u_table, const real *u, const real *u_end, real *record, long *recorded)
 {
     long k, count = 0;
     const real *table = u_table;
@@ -1333,17 +1308,16 @@ static free_spinning_body_status free_spinning_body_loop(const free_spinning_bod
 }
 
 free_spinning_body_status free_spinning_body_run(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings, free_spinning_body_state *state,
-    free_spinning_body_workspace *work, long steps, long record_every, const real *u_table, real *record,
-        long *recorded)
+    const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
+    long steps, long record_every, const real *u_table, real *record, long *recorded)
 {
     return free_spinning_body_loop(p, settings, state, work, steps, record_every, u_table, NULL, NULL, record,
         recorded);
 }
 
 free_spinning_body_status free_spinning_body_run_inputs(const free_spinning_body_parameters *p,
-    const free_spinning_body_settings *settings, free_spinning_body_state *state,
-    free_spinning_body_workspace *work, long steps, const real *u, const real *u_end)
+    const free_spinning_body_settings *settings, free_spinning_body_state *state, free_spinning_body_workspace *work,
+    long steps, const real *u, const real *u_end)
 {
     return free_spinning_body_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
 }
@@ -1357,7 +1331,7 @@ void free_spinning_body_simulator_default(free_spinning_body_simulator *simulato
     free_spinning_body_default_state(&simulator->state);
 }
 
-/* Note the end of a start or a step. */
+/* Store t, q and v after a start or a step. */
 static void free_spinning_body_note_simulator(free_spinning_body_simulator *simulator)
 {
     simulator->end.known = 1;
@@ -1366,7 +1340,7 @@ static void free_spinning_body_note_simulator(free_spinning_body_simulator *simu
     memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
 }
 
-/* Whether the state was changed by the caller since then. */
+/* Return 1 if the caller has changed the state since then. */
 static int free_spinning_body_simulator_is_written(const free_spinning_body_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
@@ -1380,8 +1354,7 @@ free_spinning_body_status free_spinning_body_simulator_start(free_spinning_body_
     const real *table = NULL;
     (void)u;
     status = free_spinning_body_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work,
-        table);
+        &simulator->work, table);
     if (status == FREE_SPINNING_BODY_OK)
         free_spinning_body_note_simulator(simulator);
     return status;
@@ -1398,8 +1371,7 @@ free_spinning_body_status free_spinning_body_simulator_step(free_spinning_body_s
     if (status != FREE_SPINNING_BODY_OK)
         return status;
     status = free_spinning_body_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work,
-        steps, u, u_end);
+        &simulator->work, steps, u, u_end);
     free_spinning_body_note_simulator(simulator);
     return status;
 }
@@ -1411,7 +1383,7 @@ free_spinning_body_status free_spinning_body_simulator_outputs(free_spinning_bod
     const real *given = NULL;
     real row[20];
     if (!simulator->end.known || free_spinning_body_simulator_is_written(simulator))
-        return FREE_SPINNING_BODY_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+        return FREE_SPINNING_BODY_BAD_ARGUMENT; /* the accelerations of this state are unknown */
     free_spinning_body_write_row(p, state, given, &simulator->work, row);
     free_spinning_body_outputs(row + 1, row + 8, y);
     return FREE_SPINNING_BODY_OK;

@@ -10,8 +10,8 @@
 #define EOMGEN_SHORT_NAMES
 #include "heavy_top_r3xso3.h"
 
-/* Steppers branch on values, which lanes and complex numbers cannot; model functions serve
- * all of them. */
+/* Steppers branch on values, so they are compiled for real numbers only; model functions also for lanes and complex
+ * numbers. */
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
 
 #ifdef EOMGEN_REAL_FLOAT
@@ -21,7 +21,7 @@
 #else
 #define heavy_top_r3xso3_EPSILON K(2.220446049250313e-16)
 #define heavy_top_r3xso3_TINY K(1e-300) /* keeps quotients finite */
-#define heavy_top_r3xso3_PROBE_FAR K(4096.0) /* far and near distances in the search for rounding */
+#define heavy_top_r3xso3_PROBE_FAR K(4096.0) /* far and near trial distances, in corrections */
 #endif
 #define heavy_top_r3xso3_PROBE_NEAR K(0.015625)
 
@@ -120,7 +120,7 @@ static void heavy_top_r3xso3_update(const real *q, const real *increment, real s
     theta[0] = step * increment[0];
     theta[1] = step * increment[1];
     theta[2] = step * increment[2];
-    heavy_top_r3xso3_update_so3(q + 0, theta, out + 0);
+    heavy_top_r3xso3_update_so3(q, theta, out);
 }
 
 const char *heavy_top_r3xso3_status_text(heavy_top_r3xso3_status status)
@@ -166,7 +166,7 @@ void heavy_top_r3xso3_default_state(heavy_top_r3xso3_state *state)
     heavy_top_r3xso3_initial_state(state->q, state->v, NULL);
 }
 
-/* 1 when every component is finite. */
+/* Return 1 if every component is finite, else 0. */
 static int heavy_top_r3xso3_finite(const real *x, int size)
 {
     int i;
@@ -176,28 +176,26 @@ static int heavy_top_r3xso3_finite(const real *x, int size)
     return 1;
 }
 
-/* Inputs and base at time t, stored in the workspace. first and last are rows of inputs, between which u is linear;
- * fraction: position between the rows. NULL: formulas of the scene. */
+/* Store inputs and base at time t in the workspace: u = first + fraction (last - first) between two rows of inputs, or
+ * the scene's formulas if first is NULL. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_prepare(const heavy_top_r3xso3_parameters *p, real t,
-    const real *first, const real *last,
-    real fraction, heavy_top_r3xso3_workspace *work)
+    const real *first, const real *last, real fraction, heavy_top_r3xso3_workspace *work)
 {
     (void)first; (void)last; (void)fraction;
     (void)p; (void)t; (void)work;
     return HEAVY_TOP_R3XSO3_OK;
 }
 
-/* Weights of the matrices in the iteration matrix: m M + c C + k K T, and b B + z Z T of the rates of the
- * constraints. */
+/* Weights of the matrices in the iteration matrix: m M + c C + k K T for the equations of motion, b B + z Z T for the
+ * rates of the constraints. */
 typedef struct heavy_top_r3xso3_weights {
     real M, C, K, B, Z;
 } heavy_top_r3xso3_weights;
 
-/* Nonzeros of the iteration matrix. w: numbers of the partials, behind them room for their products with T; jacobian:
- * B at the start. */
+/* S := nonzeros of the iteration matrix. w: nonzeros of the partial derivatives, followed by room for their products
+ * with T; jacobian: B at the start of the step. */
 static void heavy_top_r3xso3_assemble(const heavy_top_r3xso3_weights *c, const real *restrict T,
-    const real *restrict jacobian,
-    real *restrict w, real *restrict S)
+    const real *restrict jacobian, real *restrict w, real *restrict S)
 {
     w[72] = w[0] * T[0] + w[1] * T[3] + w[2] * T[6];
     w[73] = w[0] * T[1] + w[1] * T[4] + w[2] * T[7];
@@ -357,7 +355,8 @@ static void heavy_top_r3xso3_assemble(const heavy_top_r3xso3_weights *c, const r
     (void)c; (void)T; (void)jacobian; (void)w;
 }
 
-/* LU factorization with partial pivoting, in place, row-major; 0 when a pivot vanishes or is not finite. */
+/* LU factorization of A (row-major) with partial pivoting, in place. Returns 0 if a pivot is 0 or not finite, else
+ * 1. */
 static int heavy_top_r3xso3_factor(real *A, int *pivot)
 {
     int i, j, k;
@@ -403,28 +402,27 @@ static void heavy_top_r3xso3_solve(const real *A, const int *pivot, real *x)
     for (i = 1; i < 12; ++i)
         for (j = 0; j < i; ++j)
             x[i] = x[i] - A[i * 12 + j] * x[j];
-    for (i = 12 - 1; i >= 0; --i) {
+    for (i = 11; i >= 0; --i) {
         for (j = i + 1; j < 12; ++j)
             x[i] = x[i] - A[i * 12 + j] * x[j];
         x[i] = x[i] / A[i * 12 + i];
     }
 }
 
-/* Factor of a row of the matrix in comparisons of rows. */
-#define heavy_top_r3xso3_ROW_UNIT(row) \
-    unit[(row) < 9 || (row) >= 12 ? (row) : (row) - 3]
+/* Unit of a row: rows of w have the units of the rows of Phi before them. */
+#define heavy_top_r3xso3_ROW_UNIT(row) unit[(row) < 9 ? (row) : (row) - 3]
 
-/* The whole matrix from its nonzeros, rows in units that can be compared. */
+/* A := the whole matrix (row-major) from its nonzeros S; rows are multiplied by their units and so can be compared. */
 static void heavy_top_r3xso3_spread(const real *S, const real *unit, real *A)
 {
     static const int place[101] = {
-55, 56, 54, 49, 50, 52, 48, 67, 68, 66, 65, 61, 62, 60, 31, 32, 
-30, 29, 25, 27, 26, 28, 24, 7, 8, 6, 5, 1, 3, 2, 4, 0, 
-20, 18, 17, 13, 15, 14, 16, 12, 43, 44, 42, 37, 39, 38, 36, 77, 
-73, 75, 81, 82, 83, 74, 76, 72, 89, 85, 87, 93, 94, 95, 86, 88, 
-84, 101, 97, 99, 105, 106, 107, 98, 100, 96, 113, 109, 111, 117, 118, 119, 
-110, 112, 108, 125, 121, 123, 129, 130, 131, 122, 124, 120, 137, 133, 135, 141, 
-142, 143, 134, 136, 132, 
+        55, 56, 54, 49, 50, 52, 48, 67, 68, 66, 65, 61, 62, 60, 31, 32,
+        30, 29, 25, 27, 26, 28, 24, 7, 8, 6, 5, 1, 3, 2, 4, 0,
+        20, 18, 17, 13, 15, 14, 16, 12, 43, 44, 42, 37, 39, 38, 36, 77,
+        73, 75, 81, 82, 83, 74, 76, 72, 89, 85, 87, 93, 94, 95, 86, 88,
+        84, 101, 97, 99, 105, 106, 107, 98, 100, 96, 113, 109, 111, 117, 118, 119,
+        110, 112, 108, 125, 121, 123, 129, 130, 131, 122, 124, 120, 137, 133, 135, 141,
+        142, 143, 134, 136, 132,
     };
     int i;
     memset(A, 0, 144 * sizeof *A);
@@ -432,12 +430,12 @@ static void heavy_top_r3xso3_spread(const real *S, const real *unit, real *A)
         A[place[i]] = S[i] * heavy_top_r3xso3_ROW_UNIT(place[i] / 12);
 }
 
-/* A pivot smaller than this part of its row has lost all digits to
- * cancellation; entries are compared in the units of their unknowns. */
+/* A pivot smaller than this part of its row has lost all digits to cancellation; entries are compared in the units of
+ * their unknowns. */
 #define heavy_top_r3xso3_SMALLEST_PIVOT K(1e-12)
 
-/* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of
- * ones; 0 when a pivot is too small. 207 multiply-subtracts. */
+/* Factor S = L D U, L and U with unit diagonals, in 207 multiply-subtracts. F: L, 1/D and U, row by row in the order of
+ * elimination. Returns 0 if a pivot is too small (see heavy_top_r3xso3_SMALLEST_PIVOT), else 1. */
 static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restrict unit, real *restrict F)
 {
     { /* row 4, column 7 */
@@ -929,9 +927,8 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
     return 1;
 }
 
-/* Factors of the assembled
- * matrix: pivots chosen beforehand, then, if they break down, by size.
- * 0: singular, or not finite. */
+/* Factor the assembled matrix, with pivots chosen when this code was generated, or by size if one of them is too small.
+ * Returns 0 if it is singular or not finite, else 1. */
 static int heavy_top_r3xso3_factorize(heavy_top_r3xso3_workspace *work)
 {
     work->whole = 0;
@@ -942,15 +939,15 @@ static int heavy_top_r3xso3_factorize(heavy_top_r3xso3_workspace *work)
     return heavy_top_r3xso3_factor(work->matrix, work->pivot);
 }
 
-/* Factors that scale the rows of the equations before the solution for a correction, and factors of the correction's
- * parts in v, vdot and lam. */
+/* Factors of the rows r, Phi and w of the right side of a correction, and factors by which a correction of the unknowns
+ * changes v, vdot and lam. */
 typedef struct heavy_top_r3xso3_scale {
     real r, phi, w;
     real v, vdot, lam;
 } heavy_top_r3xso3_scale;
 
-/* As below, with the pivots chosen beforehand. Values computed last come last in every sum, so that they are not
- * waited for. */
+/* As heavy_top_r3xso3_correct, with the order of elimination that was chosen when this code was generated. In each sum
+ * the values computed last stand last, so that the processor does not wait for them. */
 static real heavy_top_r3xso3_correct_quickly(const heavy_top_r3xso3_scale *scale, heavy_top_r3xso3_workspace *work)
 {
     const real *F = work->factors, *r = work->right, *weight = work->per_tolerance;
@@ -1048,7 +1045,7 @@ static real heavy_top_r3xso3_correct_quickly(const heavy_top_r3xso3_scale *scale
     return error[0] + error[1];
 }
 
-/* Weighted sum of squares of the correction of the unknowns. */
+/* Sum of squares of the correction of the unknowns, each divided by its tolerance. */
 static real heavy_top_r3xso3_size_of_correction(const heavy_top_r3xso3_workspace *work)
 {
     real sum = K(0.0);
@@ -1060,8 +1057,7 @@ static real heavy_top_r3xso3_size_of_correction(const heavy_top_r3xso3_workspace
     return sum;
 }
 
-/* Add a part of a correction to the unknowns, with the changes of v,
- * vdot and lam. */
+/* Add part * correction to the unknowns, and its effects to v, vdot and lam. */
 static void heavy_top_r3xso3_add(const heavy_top_r3xso3_scale *scale, const real *correction, real part,
     heavy_top_r3xso3_workspace *work)
 {
@@ -1076,8 +1072,8 @@ static void heavy_top_r3xso3_add(const heavy_top_r3xso3_scale *scale, const real
         work->lam[i] = scale->lam * work->unknown[6 + i];
 }
 
-/* solution = S^-1 (scaled right), added to the unknowns, and its effect to v,
- * vdot and lam; returns its size. */
+/* Newton correction: work->solution = S^-1 (scaled work->right) is added to the unknowns, and its effects to v, vdot
+ * and lam. Returns the sum of squares of the correction, each component divided by its tolerance. */
 static real heavy_top_r3xso3_correct(const heavy_top_r3xso3_scale *scale, heavy_top_r3xso3_workspace *work)
 {
     int i;
@@ -1099,16 +1095,17 @@ static real heavy_top_r3xso3_correct(const heavy_top_r3xso3_scale *scale, heavy_
     return heavy_top_r3xso3_size_of_correction(work);
 }
 
-/* Numbers of the partials at work->q, v, vdot, lam. */
+/* Evaluate the nonzeros of the partial derivatives at the state in work. */
 static void heavy_top_r3xso3_partial_numbers(const heavy_top_r3xso3_parameters *p, real t,
     heavy_top_r3xso3_workspace *work)
 {
-    heavy_top_r3xso3_iteration(work->q, work->v, work->vdot, work->lam, work->numbers + 0, work->numbers + 27,
+    heavy_top_r3xso3_iteration(work->q, work->v, work->vdot, work->lam, work->numbers, work->numbers + 27,
         work->numbers + 31, work->numbers + 37, work->numbers + 54);
     (void)p; (void)t; (void)work;
 }
 
-/* Sum of magnitudes of each row of Phi at work->q, and the largest of these as a distance by kinetic energy. */
+/* work->size: sum of the magnitudes of the summands of each row of Phi at work->q; work->largest_size: the largest of
+ * these sums in the units of its multiplier. */
 static void heavy_top_r3xso3_measure_rows(const heavy_top_r3xso3_parameters *p, real t,
     heavy_top_r3xso3_workspace *work)
 {
@@ -1121,10 +1118,10 @@ static void heavy_top_r3xso3_measure_rows(const heavy_top_r3xso3_parameters *p, 
     (void)p; (void)t; (void)extent;
 }
 
-/* For each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, by the diagonal of
- * M and the rows of B at the state prepared in work. */
-static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real t,
-    const real *inverse_inertia, heavy_top_r3xso3_workspace *work)
+/* Units of the unknowns: the value of each that alone makes a kinetic energy of 1/2, as 1/sqrt(M_ii) for a velocity,
+ * from the diagonal of M and the rows of B at the state in work. */
+static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real t, const real *inverse_inertia,
+    heavy_top_r3xso3_workspace *work)
 {
     static const int diagonal[6] = { 31, 32, 33, 34, 35, 36 };
     int i;
@@ -1166,8 +1163,8 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
     heavy_top_r3xso3_measure_rows(p, t, work);
 }
 
-/* Size of a configuration in the same units: the scale of its changes. For angles 1 rad, for lengths the distance
- * from the origin. */
+/* Magnitude of the numbers in a configuration in the units of heavy_top_r3xso3_size: 1 rad for each angle, the distance
+ * from the origin for each length. */
 static real heavy_top_r3xso3_extent(const real *q, const heavy_top_r3xso3_workspace *work)
 {
     static const int angular[6] = { 1, 1, 1, 0, 0, 0 };
@@ -1184,7 +1181,7 @@ static real heavy_top_r3xso3_extent(const real *q, const heavy_top_r3xso3_worksp
     return EG_SQRT(sum);
 }
 
-/* Size of a change of the configuration, or of a velocity, by kinetic energy. */
+/* Norm of a velocity, or of a change of the configuration: sqrt(sum_i (x_i / unit_i)^2), with 1 / unit_i^2 = M_ii. */
 static real heavy_top_r3xso3_size(const real *x, const heavy_top_r3xso3_workspace *work)
 {
     real sum = K(0.0);
@@ -1194,8 +1191,8 @@ static real heavy_top_r3xso3_size(const real *x, const heavy_top_r3xso3_workspac
     return EG_SQRT(sum);
 }
 
-/* Weights of the columns of B at the start of a step, by the change of positions per eta: 1/M_ii, so that results
- * are independent of the unit of length. */
+/* Multiply the columns of B at the start of a step by 1/M_ii, the change of positions per eta; results are then
+ * independent of the unit of length. */
 static void heavy_top_r3xso3_weigh_jacobian(heavy_top_r3xso3_workspace *work)
 {
     {
@@ -1208,11 +1205,10 @@ static void heavy_top_r3xso3_weigh_jacobian(heavy_top_r3xso3_workspace *work)
     }
 }
 
-/* Places of constraint rows among the equations of a step: w of every row at velocity level, and Phi of every
- * holonomic one. */
+/* Index of constraint row i at velocity level, w, among the equations of a step. */
 #define heavy_top_r3xso3_RATE_ROW(i) (9 + (i))
 
-/* solution = S^-1 right. */
+/* work->solution = S^-1 work->right with the factors of S. */
 static void heavy_top_r3xso3_solve_step(heavy_top_r3xso3_workspace *work)
 {
     static const heavy_top_r3xso3_scale plain = { 1.0, 1.0, 1.0, 0.0, 0.0, 0.0 };
@@ -1220,7 +1216,7 @@ static void heavy_top_r3xso3_solve_step(heavy_top_r3xso3_workspace *work)
     heavy_top_r3xso3_correct(&plain, work);
 }
 
-/* Factors of [M B^T; B 0] at work->q. work->vdot and lam must be finite. */
+/* Factor [M B^T; B 0] at work->q. work->vdot and lam must be finite. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_factor_inertia(const heavy_top_r3xso3_parameters *p, real t,
     heavy_top_r3xso3_workspace *work)
 {
@@ -1240,7 +1236,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_factor_inertia(const heavy_top_r
     return HEAVY_TOP_R3XSO3_OK;
 }
 
-/* solution = (x, y) of M x + B^T y = 0, B x = rate, with the factors of the above. */
+/* Solve M x + B^T y = 0, B x = rate for work->solution = (x, y), with the factors of [M B^T; B 0]. */
 static void heavy_top_r3xso3_solve_rates(const real *rate, heavy_top_r3xso3_workspace *work)
 {
     int i;
@@ -1253,7 +1249,7 @@ static void heavy_top_r3xso3_solve_rates(const real *rate, heavy_top_r3xso3_work
     heavy_top_r3xso3_solve_step(work);
 }
 
-/* Largest of |Phi| and of |w| at work->q, v; w goes to work->rate. */
+/* Largest |Phi| and largest |w| of all rows at work->q, v; work->rate = w. */
 static void heavy_top_r3xso3_violation(const heavy_top_r3xso3_parameters *p, real t, real *position, real *velocity,
     heavy_top_r3xso3_workspace *work)
 {
@@ -1269,8 +1265,8 @@ static void heavy_top_r3xso3_violation(const heavy_top_r3xso3_parameters *p, rea
     (void)p; (void)t;
 }
 
-/* Bring q and v of a state onto the constraints by the nearest change in the metric of M; a state that meets them is
- * left as it is. */
+/* Project q and v of a state onto the constraints by the smallest change in the metric of M; a state that satisfies the
+ * constraints does not change. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_project(const heavy_top_r3xso3_parameters *p,
     heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work)
 {
@@ -1286,7 +1282,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_project(const heavy_top_r3xso3_p
     for (attempt = 0;; ++attempt) {
         heavy_top_r3xso3_violation(p, state->t, &position, &velocity, work);
         heavy_top_r3xso3_measure_rows(p, state->t, work);
-        position = K(0.0); /* in units of the rounding of each row */
+        position = K(0.0); /* largest |Phi| as a multiple of the rounding of its row */
         for (i = 0; i < 3; ++i)
             position = heavy_top_r3xso3_larger(position,
                 EG_ABS(work->right[6 + i]) / (heavy_top_r3xso3_EPSILON * work->size[i] + heavy_top_r3xso3_TINY));
@@ -1320,10 +1316,9 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_project(const heavy_top_r3xso3_p
     return HEAVY_TOP_R3XSO3_OK;
 }
 
-/* work->vdot and lam that are consistent with work->q and v; inputs and base must have been prepared. */
+/* Solve the equations of motion at work->q and v for work->vdot and lam; inputs and base must have been prepared. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_solve_accelerations(const heavy_top_r3xso3_parameters *p, real t,
-    heavy_top_r3xso3_workspace *work,
-    heavy_top_r3xso3_statistics *statistics)
+    heavy_top_r3xso3_workspace *work, heavy_top_r3xso3_statistics *statistics)
 {
     heavy_top_r3xso3_status status;
     int i;
@@ -1348,7 +1343,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_solve_accelerations(const heavy_
     return heavy_top_r3xso3_finite(work->vdot, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
 }
 
-/* Coefficients for a spectral radius rho at infinite frequency. */
+/* Coefficients of the method for the spectral radius rho at infinite frequency. */
 static heavy_top_r3xso3_coefficients heavy_top_r3xso3_coefficients_of(real rho)
 {
     heavy_top_r3xso3_coefficients c;
@@ -1364,7 +1359,7 @@ static heavy_top_r3xso3_coefficients heavy_top_r3xso3_coefficients_of(real rho)
     return c;
 }
 
-/* Coefficients of implicit Euler: v' = v + step vdot', q' = q o exp(step v') at a = vdot = 0. */
+/* Coefficients of implicit Euler, v' = v + step vdot', q' = q o exp(step v'), if a = vdot = 0 at the start. */
 static heavy_top_r3xso3_coefficients heavy_top_r3xso3_implicit_euler(const heavy_top_r3xso3_coefficients *method)
 {
     heavy_top_r3xso3_coefficients c = *method;
@@ -1381,7 +1376,7 @@ static int heavy_top_r3xso3_settings_are_good(const heavy_top_r3xso3_settings *s
         && s->max_halvings >= 0 && s->max_halvings <= 30;
 }
 
-/* sqrt(x . M x) about the state in work: the residual is linear in vdot. */
+/* Return sqrt(x . M x) at the state in work, by two evaluations of the residual, which is linear in vdot. */
 static real heavy_top_r3xso3_size_by_inertia(const heavy_top_r3xso3_parameters *p, real t, const real *x,
     heavy_top_r3xso3_workspace *work)
 {
@@ -1398,17 +1393,16 @@ static real heavy_top_r3xso3_size_by_inertia(const heavy_top_r3xso3_parameters *
     return EG_SQRT(heavy_top_r3xso3_larger(sum, K(0.0)));
 }
 
-/* Largest ratio of changes of the accelerations of a start within a step: 4 for a damping c with step c/m = 4, or
- * for a spring k with step^2 k/m = 8. */
+/* Largest change of the initial accelerations within a step, relative to these accelerations: 4 for a damper c with
+ * step c/m = 4, or for a spring k with step^2 k/m = 8. */
 #define heavy_top_r3xso3_CHANGE_OF_START K(4.0)
 
-/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: these
- * accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
+/* Return 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step:
+ * these accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
  * predicted position within the step. Examples are overdamped joints in motion, and stiff springs away from rest.
  * Methods without numerical damping keep such oscillations. */
 static int heavy_top_r3xso3_too_fast(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_coefficients *c,
-    heavy_top_r3xso3_state *state, real step,
-    const real *vdot, heavy_top_r3xso3_workspace *work)
+    heavy_top_r3xso3_state *state, real step, const real *vdot, heavy_top_r3xso3_workspace *work)
 {
     real change[6], size;
     heavy_top_r3xso3_status status;
@@ -1431,18 +1425,18 @@ static int heavy_top_r3xso3_too_fast(const heavy_top_r3xso3_parameters *p, const
 }
 
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
- * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
- * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
- * forward, because forces may jump at t. fraction and length place the step between the input rows.
- * Motions too fast for the step have no such derivative: if the accelerations change by more than step vddot when
- * the state is moved by half a step, it is left out. If they excite such motions, and `damp`
- * allows it, history becomes -1: the first step is to be damped.
- * state->vdot and lam become those of f(0). */
+ *     step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
+ *     f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
+ * forward differences, because forces may jump at t. fraction, length: position and length of the step between the rows
+ * of inputs.
+ * Motions too fast for the step have no such derivative: step vddot is left out if the accelerations change by more
+ * than it when the state moves by half a step. If the accelerations only excite such motions, and `damp` is 1,
+ * state->history becomes -1: the first step is damped.
+ * state->vdot = f(0), with its multipliers state->lam. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_settings *settings,
-    const heavy_top_r3xso3_coefficients *c, heavy_top_r3xso3_state *state, real step, const real *first,
-        const real *last,
-    real fraction, real length, int damp, heavy_top_r3xso3_workspace *work)
+    const heavy_top_r3xso3_settings *settings, const heavy_top_r3xso3_coefficients *c, heavy_top_r3xso3_state *state,
+    real step, const real *first, const real *last, real fraction, real length, int damp,
+    heavy_top_r3xso3_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
     real vdot[6], slope[6], increment[6];
@@ -1502,10 +1496,9 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_par
     return heavy_top_r3xso3_finite(state->a, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
 }
 
-/* Compute the units of the unknowns at a state, unless known. */
+/* Compute the units of the unknowns at a state, unless they are known. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_know_units(const heavy_top_r3xso3_parameters *p,
-    heavy_top_r3xso3_state *state, const real *first,
-    const real *last, heavy_top_r3xso3_workspace *work)
+    heavy_top_r3xso3_state *state, const real *first, const real *last, heavy_top_r3xso3_workspace *work)
 {
     heavy_top_r3xso3_status status = HEAVY_TOP_R3XSO3_OK;
     int i;
@@ -1521,13 +1514,13 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_know_units(const heavy_top_r3xso
     return status;
 }
 
-/* Start of a step beside q and v, which are brought onto the constraints first:
- * accelerations, multipliers, with the parameters and inputs of the step. */
+/* Compute accelerations, multipliers of a state for a step, with the parameters and inputs of the step; q and v are
+ * projected onto the constraints first. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_renew(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
-    heavy_top_r3xso3_workspace *work, const real *u_table)
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
+    const real *u_table)
 {
-    const real *last = u_table == NULL ? NULL : u_table + 0;
+    const real *last = u_table == NULL ? NULL : u_table;
     heavy_top_r3xso3_state next = *state;
     heavy_top_r3xso3_status status;
     next.step = settings->step;
@@ -1538,8 +1531,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_renew(const heavy_top_r3xso3_par
         status = heavy_top_r3xso3_project(p, &next, work);
     if (status == HEAVY_TOP_R3XSO3_OK)
         status = heavy_top_r3xso3_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0),
-            K(1.0), 1,
-            work);
+            K(1.0), 1, work);
     if (status != HEAVY_TOP_R3XSO3_OK)
         return status;
     *state = next;
@@ -1547,8 +1539,8 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_renew(const heavy_top_r3xso3_par
 }
 
 heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_settings *settings,
-    heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work, const real *u_table)
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
+    const real *u_table)
 {
     heavy_top_r3xso3_state start;
     heavy_top_r3xso3_status status;
@@ -1564,7 +1556,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_param
     memset(&start.statistics, 0, sizeof start.statistics);
     for (i = 0; i < 6; ++i)
         still[i] = K(0.0);
-    heavy_top_r3xso3_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
+    heavy_top_r3xso3_update(state->q, still, K(0.0), start.q); /* normalizes quaternions */
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
@@ -1578,18 +1570,17 @@ heavy_top_r3xso3_status heavy_top_r3xso3_initialize(const heavy_top_r3xso3_param
     return status;
 }
 
-/* Matrix of Newton's iteration at work->q, v, vdot, lam for the exponent step * increment, and its
- * factors. */
+/* Form and factor the matrix of Newton's iteration at work->q, v, vdot, lam and the exponent step * increment. Returns
+ * 0 if it is singular or not finite, else 1. */
 static int heavy_top_r3xso3_iteration_matrix(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_coefficients *c, real t, real step,
-    heavy_top_r3xso3_workspace *work)
+    const heavy_top_r3xso3_coefficients *c, real t, real step, heavy_top_r3xso3_workspace *work)
 {
     heavy_top_r3xso3_weights weights;
     real theta[6];
     int i;
     for (i = 0; i < 3; ++i)
-        theta[i] = step * work->increment[0 + i];
-    heavy_top_r3xso3_tangent_so3(theta, work->tangents + 0);
+        theta[i] = step * work->increment[i];
+    heavy_top_r3xso3_tangent_so3(theta, work->tangents);
     weights.M = c->b;
     weights.C = step * c->g;
     weights.K = step * step;
@@ -1601,7 +1592,7 @@ static int heavy_top_r3xso3_iteration_matrix(const heavy_top_r3xso3_parameters *
     return heavy_top_r3xso3_factorize(work);
 }
 
-/* q = q_n o exp(step D) with D = E - W B_n^T eta. */
+/* work->q = q_n o exp(step D), D = E - W B_n^T eta. */
 static void heavy_top_r3xso3_move(const heavy_top_r3xso3_state *from, real step, heavy_top_r3xso3_workspace *work)
 {
     work->increment[0] = work->unknown[0] - work->jacobian[0] * work->unknown[9]
@@ -1620,28 +1611,28 @@ static void heavy_top_r3xso3_move(const heavy_top_r3xso3_state *from, real step,
     (void)from;
 }
 
-/* 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
+/* Return 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
 static int heavy_top_r3xso3_rotation_too_large(real step, const heavy_top_r3xso3_workspace *work)
 {
     const real *w;
     const real limit = K(0.9) * K(6.283185307179586) / step;
-    w = work->unknown + 0;
+    w = work->unknown;
     if (w[0] * w[0] + w[1] * w[1] + w[2] * w[2] > limit * limit)
         return 1;
     return 0;
 }
 
-/* Cost of forming and factoring the matrix, in iterations. */
+/* Cost of forming and factoring the matrix, as a number of iterations. */
 #define heavy_top_r3xso3_FACTORS_COST K(2.0235571260306244)
 
-/* Scales of the increments of the unknowns, for some steps: a weighted RMS of 1 is small enough.
- * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
- * the value of each if they share the kinetic energy of the step and of its changes; of step lam, all of these impulses
- * together; of eta, its effect on velocities.
+/* Compute the tolerance of each unknown's increment, for this step and some more; increments with a weighted RMS of 1
+ * are small enough. A tolerance is rtol times the unknown plus atol times the size of the motion; this size is, for
+ * velocities, the velocity of each component at an equal part of the kinetic energy of the step and of its changes; for
+ * step lam, the norm of all these impulses; for eta, its effect on velocities.
  * No tolerance is below the observed rounding. */
 static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *settings,
-    const heavy_top_r3xso3_coefficients *c,
-    const heavy_top_r3xso3_state *from, real step, heavy_top_r3xso3_workspace *work)
+    const heavy_top_r3xso3_coefficients *c, const heavy_top_r3xso3_state *from, real step,
+    heavy_top_r3xso3_workspace *work)
 {
     const real least = settings->atol + K(4.0) * heavy_top_r3xso3_EPSILON;
     real energy = K(0.0), changed = K(0.0), impulse;
@@ -1652,7 +1643,7 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
         energy = energy + moves * moves + more * more;
         changed = changed + more * more;
     }
-    work->speed[0] = EG_SQRT(energy * K(0.16666666666666666)); /* as if all had the same part of it */
+    work->speed[0] = EG_SQRT(energy * K(0.16666666666666666)); /* root mean square over the components */
     work->position_rounding = K(2.0) * heavy_top_r3xso3_EPSILON
         * heavy_top_r3xso3_larger(heavy_top_r3xso3_extent(work->q, work), work->largest_size) / step;
     for (i = 0; i < 6; ++i)
@@ -1680,9 +1671,9 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
     work->tolerance_step = step;
 }
 
-/* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then.
- * Velocities alone do not tell: if all of them are prescribed,
- * multipliers and eta would be free to grow. */
+/* Return 1 if no component of the increment exceeds rounding: an iteration that does not contract any more has then
+ * converged. All unknowns are compared, not velocities alone: if all velocities are prescribed, multipliers and eta
+ * could still grow. */
 static int heavy_top_r3xso3_only_rounding(const heavy_top_r3xso3_coefficients *c,
     const heavy_top_r3xso3_workspace *work)
 {
@@ -1703,12 +1694,11 @@ static int heavy_top_r3xso3_only_rounding(const heavy_top_r3xso3_coefficients *c
     return 1;
 }
 
-/* Reduce w(q, v, t) to the requested size at the configuration of the iterate, with the present factors: the
- * weighted RMS does not contain w, and velocities within their tolerance may still violate the constraints by 1e-10.
- * 0: a full iteration is required. */
+/* Reduce the violation w(q, v, t) of the velocity constraints below work->velocity_tolerance at the configuration of
+ * the iterate, with the present factors: the weighted RMS does not contain w, and velocities within their tolerance may
+ * still violate the constraints by 1e-10. Returns 1, or 0 if a full iteration is required. */
 static int heavy_top_r3xso3_keep_rates(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_scale *scale,
-    const heavy_top_r3xso3_state *from,
-    real t, real step, heavy_top_r3xso3_workspace *work)
+    const heavy_top_r3xso3_state *from, real t, real step, heavy_top_r3xso3_workspace *work)
 {
     real before = K(0.0);
     int attempt, i;
@@ -1719,7 +1709,7 @@ static int heavy_top_r3xso3_keep_rates(const heavy_top_r3xso3_parameters *p, con
         heavy_top_r3xso3_constraint_velocity(work->q, work->v, work->rate);
         for (i = 0; i < 3; ++i)
             violation = heavy_top_r3xso3_larger(violation, EG_ABS(work->unit[6 + i] * work->rate[i]));
-        /* there, or down to rounding */
+        /* small enough, or down to rounding */
         if (!(violation > work->velocity_tolerance) || (attempt > 0 && violation > K(0.3) * before))
             return attempt == 0 || violation <= K(4.0) * before;
         if (attempt == 2)
@@ -1732,12 +1722,12 @@ static int heavy_top_r3xso3_keep_rates(const heavy_top_r3xso3_parameters *p, con
     }
 }
 
-/* Distance between the end of a correction from an iterate moved by a part of `moved`, and the end of the correction
- * from the iterate. */
-static real heavy_top_r3xso3_correction_error(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_scale *scale,
-    const heavy_top_r3xso3_state *from, real t, real step, const real *correction, const real *moved, real part,
-        real *error,
-    heavy_top_r3xso3_workspace *work, heavy_top_r3xso3_statistics *statistics)
+/* Move the iterate by part * moved and correct it again. error: difference of the result from the result without the
+ * move; returns its weighted norm. */
+static real heavy_top_r3xso3_correction_error(const heavy_top_r3xso3_parameters *p,
+    const heavy_top_r3xso3_scale *scale, const heavy_top_r3xso3_state *from, real t, real step, const real *correction,
+    const real *moved, real part, real *error, heavy_top_r3xso3_workspace *work,
+    heavy_top_r3xso3_statistics *statistics)
 {
     int i;
     (void)p; (void)t;
@@ -1755,15 +1745,14 @@ static real heavy_top_r3xso3_correction_error(const heavy_top_r3xso3_parameters 
     return EG_SQRT(heavy_top_r3xso3_size_of_correction(work));
 }
 
-/* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near.
- * A smooth equation contracts from both, and at a kink of a law the matrix is exact near by. So no scale is needed:
- * coordinates far from the origin, balanced large forces and stiff elements are rounded more than the numbers in q
- * and v show. If the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
- * all, and no conclusion is drawn from near by. The observed rounding is stored. */
-static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_coefficients *c,
-    const heavy_top_r3xso3_scale *scale, const heavy_top_r3xso3_state *from, real t, real step,
-        heavy_top_r3xso3_workspace *work,
-    heavy_top_r3xso3_statistics *statistics)
+/* Return 1 if rounding keeps the iteration from contracting: it contracts from a start far away, but not from one close
+ * by. For smooth equations it contracts from both, and at a kink of a force law the matrix is exact close by. The test
+ * needs no estimate of rounding, which is larger than the numbers in q and v show for coordinates far from the origin,
+ * large balanced forces and stiff elements. If the correction moves q by a few floating-point spacings only, a smaller
+ * move would not change q, and the start close by is not considered. The observed rounding is stored. */
+static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
+    const heavy_top_r3xso3_coefficients *c, const heavy_top_r3xso3_scale *scale, const heavy_top_r3xso3_state *from,
+    real t, real step, heavy_top_r3xso3_workspace *work, heavy_top_r3xso3_statistics *statistics)
 {
     real correction[12], moved[12], near[12], far[12], q[7];
     real size, size_near, size_far, largest = K(0.0);
@@ -1799,11 +1788,9 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
             moved[i] = work->solution[i] = K(0.0);
     size = EG_SQRT(heavy_top_r3xso3_size_of_correction(work));
     size_near = heavy_top_r3xso3_correction_error(p, scale, from, t, step, correction, moved,
-        heavy_top_r3xso3_PROBE_NEAR, near, work,
-        statistics);
+        heavy_top_r3xso3_PROBE_NEAR, near, work, statistics);
     size_far = heavy_top_r3xso3_correction_error(p, scale, from, t, step, correction, moved,
-        heavy_top_r3xso3_PROBE_FAR, far,
-        work, statistics);
+        heavy_top_r3xso3_PROBE_FAR, far, work, statistics);
     heavy_top_r3xso3_add(scale, correction, K(1.0), work);
     if (!((within_spacing || size_near >= K(0.125) * heavy_top_r3xso3_PROBE_NEAR * size)
             && size_far <= K(0.125) * heavy_top_r3xso3_PROBE_FAR * size))
@@ -1829,13 +1816,12 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
  *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,
  *                  vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0,  Phi(q, t)/step = 0,  w(q, v, t) = 0
- * Factors serve until one more step with them would cost more than the average step since they were made, their
- * making included; one iteration more is chance. If they do not even serve the next step, they are made in every
- * step, and reuse is tried again ever more rarely. */
+ * Factors are reused until one more step with them would cost more than the average step since the factorization, its
+ * cost included; a single additional iteration does not count. If reuse does not even pay in the next step, the matrix
+ * is factored in every step, and reuse is tried again at growing intervals. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_settings *settings,
-    const heavy_top_r3xso3_coefficients *c, const heavy_top_r3xso3_state *from, real t, real step, int refresh,
-        heavy_top_r3xso3_workspace *work,
+    const heavy_top_r3xso3_settings *settings, const heavy_top_r3xso3_coefficients *c,
+    const heavy_top_r3xso3_state *from, real t, real step, int refresh, heavy_top_r3xso3_workspace *work,
     heavy_top_r3xso3_statistics *statistics)
 {
     const real per_step = K(1.0) / step;
@@ -1853,7 +1839,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
     scale.v = c->g;
     scale.vdot = c->b * per_step;
     scale.lam = per_step;
-    /* predictor: a and lam by a polynomial through their last values */
+    /* predictor: extrapolate a and lam by a polynomial through their last values */
     for (i = 0; i < 6; ++i) {
         const real a = from->a[i];
         real next = a;
@@ -1933,7 +1919,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
                 const real wasted = (real)(iteration + 1 - since);
                 if (work->refactor_steps_left > 0)
                     --work->refactor_steps_left;
-                /* did reuse cost less than factors at every step? */
+                /* did reuse cost less than a factorization in every step? */
                 if (work->reused_factorizations > 0 || wasted > K(0.0)) {
                     const real own = (real)(work->reused_factorizations + 1)
                         * ((real)work->fresh_iterations + heavy_top_r3xso3_FACTORS_COST);
@@ -1970,11 +1956,11 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
     return HEAVY_TOP_R3XSO3_NOT_CONVERGED;
 }
 
-/* The state at the end of the step that is in work. */
+/* Update the state by the step that is in work. */
 static void heavy_top_r3xso3_accept(const heavy_top_r3xso3_coefficients *c, real t, heavy_top_r3xso3_state *state,
     const heavy_top_r3xso3_workspace *work)
 {
-    /* of polynomials of order 0, 1, 2, squared, by kinetic energy */
+    /* squared errors of predictions of a by polynomials of order 0, 1 and 2, weighted by M_ii */
     real prediction_error[3] = { K(0.0), K(0.0), K(0.0) };
     int i;
     for (i = 0; i < 6; ++i) {
@@ -2006,12 +1992,11 @@ static void heavy_top_r3xso3_accept(const heavy_top_r3xso3_coefficients *c, real
     state->t = t;
 }
 
-/* One step of any size to t: state becomes its end. Statistics are counted in any case. */
+/* One step of size `step` to time t: state becomes its end. Statistics are counted on failures, too. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_part(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_settings *settings,
-    const heavy_top_r3xso3_coefficients *c, heavy_top_r3xso3_state *state, real t, real step, const real *first,
-        const real *last,
-    real fraction, int refresh, heavy_top_r3xso3_workspace *work)
+    const heavy_top_r3xso3_settings *settings, const heavy_top_r3xso3_coefficients *c, heavy_top_r3xso3_state *state,
+    real t, real step, const real *first, const real *last, real fraction, int refresh,
+    heavy_top_r3xso3_workspace *work)
 {
     heavy_top_r3xso3_status status;
     heavy_top_r3xso3_jacobian_values(state->q, work->jacobian);
@@ -2024,16 +2009,16 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_part(const heavy_top_r3xso3_para
     return status;
 }
 
-/* A step as four of implicit Euler (Rannacher 1984): motions too fast for the step that a start excites are damped,
- * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and belong to a motion that the steps
- * can follow. If the velocity behind them is of the size that the accelerations of the start make, these are no
- * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
- * and length place the step between the input rows. */
+/* First step after a start, as four steps of implicit Euler (Rannacher 1984): each reduces motions of a frequency w too
+ * high for the step, which a start excites, by a factor 4/(step w). Their accelerations w^2 q are then small at the
+ * end, too, and later steps start from a motion that they can follow. If the velocity at the end is as large as the
+ * initial accelerations make it, these are not an excitation but the motion itself, as of a machine released from rest:
+ * then the step is taken like any other. fraction, length: position and length of the step between the rows of
+ * inputs. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_damped_step(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_settings *settings,
-    const heavy_top_r3xso3_coefficients *c, heavy_top_r3xso3_state *state, real t, real step, const real *first,
-        const real *last,
-    real fraction, real length, heavy_top_r3xso3_workspace *work)
+    const heavy_top_r3xso3_settings *settings, const heavy_top_r3xso3_coefficients *c, heavy_top_r3xso3_state *state,
+    real t, real step, const real *first, const real *last, real fraction, real length,
+    heavy_top_r3xso3_workspace *work)
 {
     const heavy_top_r3xso3_coefficients euler = heavy_top_r3xso3_implicit_euler(c);
     const heavy_top_r3xso3_state start = *state;
@@ -2048,7 +2033,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_damped_step(const heavy_top_r3xs
         status = heavy_top_r3xso3_part(p, settings, &euler, state, end, part, first, last, fraction + share * length,
             quarter == 1, work);
     }
-    work->factored_step = K(0.0); /* these factors are implicit Euler's */
+    work->factored_step = K(0.0); /* the factors are for implicit Euler */
     if (status == HEAVY_TOP_R3XSO3_OK) {
         const real behind = heavy_top_r3xso3_size_by_inertia(p, t, state->v, work);
         const real before = heavy_top_r3xso3_size_by_inertia(p, t, start.v, work);
@@ -2068,12 +2053,10 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_damped_step(const heavy_top_r3xs
     return status;
 }
 
-/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
+/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted on failures, too. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_substeps(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_settings *settings,
-    const heavy_top_r3xso3_coefficients *c, heavy_top_r3xso3_state *state, const real *first, const real *last,
-        long level, int refresh,
-    heavy_top_r3xso3_workspace *work)
+    const heavy_top_r3xso3_settings *settings, const heavy_top_r3xso3_coefficients *c, heavy_top_r3xso3_state *state,
+    const real *first, const real *last, long level, int refresh, heavy_top_r3xso3_workspace *work)
 {
     const long parts = 1L << level;
     const real step = settings->step / (real)parts, length = K(1.0) / (real)parts;
@@ -2085,8 +2068,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_substeps(const heavy_top_r3xso3_
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
         if (state->history < 0)
             status = heavy_top_r3xso3_damped_step(p, settings, c, state, t, step, first, last,
-                (real)(part - 1) / (real)parts,
-                length, work);
+                (real)(part - 1) / (real)parts, length, work);
         else
             status = heavy_top_r3xso3_part(p, settings, c, state, t, step, first, last, (real)part / (real)parts,
                 refresh, work);
@@ -2096,12 +2078,12 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_substeps(const heavy_top_r3xso3_
     return status;
 }
 
-/* One step with good settings. */
+/* One step; settings have been checked. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_take_step(const heavy_top_r3xso3_parameters *p,
     const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
-        const real *u_table)
+    const real *u_table)
 {
-    const real *last = u_table == NULL ? NULL : u_table + 0;
+    const real *last = u_table == NULL ? NULL : u_table;
     heavy_top_r3xso3_status status;
     long level;
     if (state->step != settings->step
@@ -2122,8 +2104,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_take_step(const heavy_top_r3xso3
         && status != HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE)
         status = heavy_top_r3xso3_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
     for (level = 1; level <= settings->max_halvings && status != HEAVY_TOP_R3XSO3_OK
-        && status != HEAVY_TOP_R3XSO3_BAD_ARGUMENT
-        && status != HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE; ++level) {
+        && status != HEAVY_TOP_R3XSO3_BAD_ARGUMENT && status != HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE; ++level) {
         heavy_top_r3xso3_state next = *state;
         ++next.statistics.halvings;
         status = heavy_top_r3xso3_substeps(p, settings, &work->coefficients, &next, u_table, last, level, 0, work);
@@ -2140,7 +2121,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_take_step(const heavy_top_r3xso3
     return HEAVY_TOP_R3XSO3_OK;
 }
 
-/* How well a state meets the constraints. */
+/* Update the statistics of constraint violations and of rounding by a state. */
 static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work)
 {
@@ -2153,7 +2134,7 @@ static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy
     state->statistics.max_constraint = heavy_top_r3xso3_larger(state->statistics.max_constraint, position);
     state->statistics.max_constraint_velocity = heavy_top_r3xso3_larger(state->statistics.max_constraint_velocity,
         velocity);
-    /* at rest impulses are zero and no reference */
+    /* at rest the impulses are zero, and rounding has no relative size */
     if (work->speed[0] > K(4.0) * work->position_rounding)
         state->statistics.max_rounding = heavy_top_r3xso3_larger(state->statistics.max_rounding,
             work->rounding_share < K(1.0) ? work->rounding_share : K(1.0));
@@ -2174,7 +2155,7 @@ static real heavy_top_r3xso3_pivot_ratio(const heavy_top_r3xso3_workspace *work)
     return largest / smallest;
 }
 
-/* The same at the end of a run, with the ratio of pivots. */
+/* As heavy_top_r3xso3_observe, at the end of a run, with the ratio of pivots. */
 static void heavy_top_r3xso3_finish(const heavy_top_r3xso3_parameters *p, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work)
 {
@@ -2184,18 +2165,17 @@ static void heavy_top_r3xso3_finish(const heavy_top_r3xso3_parameters *p, heavy_
 }
 
 heavy_top_r3xso3_status heavy_top_r3xso3_step(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
-    heavy_top_r3xso3_workspace *work, const real *u_table)
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
+    const real *u_table)
 {
     if (!heavy_top_r3xso3_settings_are_good(settings) || state->t + settings->step == state->t)
         return HEAVY_TOP_R3XSO3_BAD_ARGUMENT;
     return heavy_top_r3xso3_take_step(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
+/* Write a row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void heavy_top_r3xso3_write_row(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_state *state,
-    const real *inputs,
-    heavy_top_r3xso3_workspace *work, real *row)
+    const real *inputs, heavy_top_r3xso3_workspace *work, real *row)
 {
     row[0] = state->t;
     memcpy(row + 1, state->q, sizeof state->q);
@@ -2205,12 +2185,11 @@ static void heavy_top_r3xso3_write_row(const heavy_top_r3xso3_parameters *p, con
     (void)p; (void)inputs; (void)work;
 }
 
-/* Steps with inputs from a table, or else from u to u_end; see heavy_top_r3xso3_run and heavy_top_r3xso3_run_inputs. */
+/* Take steps with inputs from a table, or else from u to u_end; see heavy_top_r3xso3_run and
+ * heavy_top_r3xso3_run_inputs. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_loop(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
-    heavy_top_r3xso3_workspace *work, long steps, long record_every, const real *u_table, const real *u,
-        const real *u_end,
-    real *record, long *recorded)
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
+    long steps, long record_every, const real *u_table, const real *u, const real *u_end, real *record, long *recorded)
 {
     long k, count = 0;
     const real *table = u_table;
@@ -2237,19 +2216,18 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_loop(const heavy_top_r3xso3_para
 }
 
 heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
-    heavy_top_r3xso3_workspace *work, long steps, long record_every, const real *u_table, real *record, long *recorded)
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
+    long steps, long record_every, const real *u_table, real *record, long *recorded)
 {
     const heavy_top_r3xso3_status status = heavy_top_r3xso3_loop(p, settings, state, work, steps, record_every,
-        u_table, NULL, NULL,
-        record, recorded);
+        u_table, NULL, NULL, record, recorded);
     heavy_top_r3xso3_finish(p, state, work);
     return status;
 }
 
 heavy_top_r3xso3_status heavy_top_r3xso3_run_inputs(const heavy_top_r3xso3_parameters *p,
-    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
-    heavy_top_r3xso3_workspace *work, long steps, const real *u, const real *u_end)
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state, heavy_top_r3xso3_workspace *work,
+    long steps, const real *u, const real *u_end)
 {
     return heavy_top_r3xso3_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
 }
@@ -2263,7 +2241,7 @@ void heavy_top_r3xso3_simulator_default(heavy_top_r3xso3_simulator *simulator)
     heavy_top_r3xso3_default_state(&simulator->state);
 }
 
-/* Note the end of a start or a step. */
+/* Store t, q and v after a start or a step. */
 static void heavy_top_r3xso3_note_simulator(heavy_top_r3xso3_simulator *simulator)
 {
     simulator->end.known = 1;
@@ -2272,7 +2250,7 @@ static void heavy_top_r3xso3_note_simulator(heavy_top_r3xso3_simulator *simulato
     memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
 }
 
-/* Whether the state was changed by the caller since then. */
+/* Return 1 if the caller has changed the state since then. */
 static int heavy_top_r3xso3_simulator_is_written(const heavy_top_r3xso3_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
@@ -2286,8 +2264,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_simulator_start(heavy_top_r3xso3_simula
     const real *table = NULL;
     (void)u;
     status = heavy_top_r3xso3_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work,
-        table);
+        &simulator->work, table);
     if (status == HEAVY_TOP_R3XSO3_OK)
         heavy_top_r3xso3_note_simulator(simulator);
     return status;
@@ -2304,8 +2281,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_simulator_step(heavy_top_r3xso3_simulat
     if (status != HEAVY_TOP_R3XSO3_OK)
         return status;
     status = heavy_top_r3xso3_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work,
-        steps, u, u_end);
+        &simulator->work, steps, u, u_end);
     heavy_top_r3xso3_note_simulator(simulator);
     return status;
 }
@@ -2317,7 +2293,7 @@ heavy_top_r3xso3_status heavy_top_r3xso3_simulator_outputs(heavy_top_r3xso3_simu
     const real *given = NULL;
     real row[23];
     if (!simulator->end.known || heavy_top_r3xso3_simulator_is_written(simulator))
-        return HEAVY_TOP_R3XSO3_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+        return HEAVY_TOP_R3XSO3_BAD_ARGUMENT; /* the accelerations of this state are unknown */
     heavy_top_r3xso3_write_row(p, state, given, &simulator->work, row);
     heavy_top_r3xso3_outputs(row + 1, row + 8, y);
     return HEAVY_TOP_R3XSO3_OK;

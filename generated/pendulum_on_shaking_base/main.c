@@ -11,7 +11,7 @@
 #include "pendulum_on_shaking_base.h"
 
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
-/* Set a parameter, or hold an input constant, as name=value says. Returns 0, or 2 after a message. */
+/* Set a parameter, or hold an input constant, by an argument name=value. Returns 0, or 2 after a message. */
 static int set_by_name(const char *text, pendulum_on_shaking_base_parameters *p)
 {
     const char *equals = strchr(text, '=');
@@ -21,8 +21,8 @@ static int set_by_name(const char *text, pendulum_on_shaking_base_parameters *p)
     return 2;
 }
 
-/* The inputs over the next step, row after row; NULL if there are none, or the scene's formulas give them all.
- * Times are the grid's, so that a step's first row is to the bit the last one of the step before. */
+/* Rows of inputs for the next step; NULL if there are no inputs, or the scene's formulas give all of them. Times are
+ * points of the time grid, so that the first row of a step equals the last row of the previous step bit by bit. */
 static const real *inputs_over_step(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_state *state, real step)
 {
@@ -53,10 +53,9 @@ static void print_row(const pendulum_on_shaking_base_state *state)
     printf("\n");
 }
 
-/* pendulum_on_shaking_base [duration [step [every]]] [name=value ...]: integrates from the scene's initial state and
- * prints every so
- * many steps, and at the end, t, q, v, vdot as CSV. A last step that would pass
- * the end is shortened to end there. */
+/* pendulum_on_shaking_base [duration [step [every]]] [name=value ...]: integrate from the scene's initial state; print
+ * t, q, v, vdot as CSV after each `every` steps and at the end. A last step that would pass the end is shortened to end
+ * there. */
 int main(int argc, char **argv)
 {
     static pendulum_on_shaking_base_workspace work;
@@ -94,7 +93,7 @@ int main(int argc, char **argv)
     steps = (long)(duration / (double)settings.step + 0.5);
     rest = duration - (double)settings.step * (double)steps;
     if (steps > 0 && fabs(rest) <= 1e-9 * (duration > (double)settings.step ? duration : (double)settings.step))
-        rest = 0.0; /* whole but for rounding */
+        rest = 0.0; /* a whole number of steps, but for rounding */
     else if (rest < 0.0)
         rest = duration - (double)settings.step * (double)--steps;
     status = pendulum_on_shaking_base_initialize(&p, &settings, &state, &work,
@@ -116,7 +115,7 @@ int main(int argc, char **argv)
         if (status == PENDULUM_ON_SHAKING_BASE_OK && (k % every == 0 || (k == steps && rest == 0.0)))
             print_row(&state);
     }
-    if (status == PENDULUM_ON_SHAKING_BASE_OK && rest > 0.0) { /* on a grid of its own */
+    if (status == PENDULUM_ON_SHAKING_BASE_OK && rest > 0.0) { /* the shortened step, on a time grid of its own */
         settings.step = (real)rest;
         state.origin = state.t;
         state.count = 0;

@@ -10,8 +10,8 @@
 #define EOMGEN_SHORT_NAMES
 #include "pendulum_on_shaking_base.h"
 
-/* Steppers branch on values, which lanes and complex numbers cannot; model functions serve
- * all of them. */
+/* Steppers branch on values, so they are compiled for real numbers only; model functions also for lanes and complex
+ * numbers. */
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
 
 #ifdef EOMGEN_REAL_FLOAT
@@ -21,7 +21,7 @@
 #else
 #define pendulum_on_shaking_base_EPSILON K(2.220446049250313e-16)
 #define pendulum_on_shaking_base_TINY K(1e-300) /* keeps quotients finite */
-#define pendulum_on_shaking_base_PROBE_FAR K(4096.0) /* far and near distances in the search for rounding */
+#define pendulum_on_shaking_base_PROBE_FAR K(4096.0) /* far and near trial distances, in corrections */
 #endif
 #define pendulum_on_shaking_base_PROBE_NEAR K(0.015625)
 
@@ -74,7 +74,7 @@ void pendulum_on_shaking_base_default_state(pendulum_on_shaking_base_state *stat
     pendulum_on_shaking_base_initial_state(state->q, state->v, NULL);
 }
 
-/* 1 when every component is finite. */
+/* Return 1 if every component is finite, else 0. */
 static int pendulum_on_shaking_base_finite(const real *x, int size)
 {
     int i;
@@ -84,7 +84,7 @@ static int pendulum_on_shaking_base_finite(const real *x, int size)
     return 1;
 }
 
-/* Components of the base state at time t that the equations of a step read, stored in the workspace. */
+/* Store the components of the base state at time t that the equations of a step read in the workspace. */
 static void pendulum_on_shaking_base_base_of_step(const pendulum_on_shaking_base_parameters *p, real t,
     pendulum_on_shaking_base_workspace *work)
 {
@@ -92,11 +92,10 @@ static void pendulum_on_shaking_base_base_of_step(const pendulum_on_shaking_base
     work->base.velocity_dot[2] = -(K(450.0) * EG_COS(K(150.0) * t));
 }
 
-/* Inputs and base at time t, stored in the workspace. first and last are rows of inputs, between which u is linear;
- * fraction: position between the rows. NULL: formulas of the scene. */
+/* Store inputs and base at time t in the workspace: u = first + fraction (last - first) between two rows of inputs, or
+ * the scene's formulas if first is NULL. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_prepare(const pendulum_on_shaking_base_parameters *p,
-    real t, const real *first, const real *last,
-    real fraction, pendulum_on_shaking_base_workspace *work)
+    real t, const real *first, const real *last, real fraction, pendulum_on_shaking_base_workspace *work)
 {
     (void)first; (void)last; (void)fraction;
     pendulum_on_shaking_base_base_of_step(p, t, work);
@@ -104,23 +103,23 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_prepare(const pe
     return PENDULUM_ON_SHAKING_BASE_OK;
 }
 
-/* Weights of the matrices in the iteration matrix: m M + c C + k K T, and b B + z Z T of the rates of the
- * constraints. */
+/* Weights of the matrices in the iteration matrix: m M + c C + k K T for the equations of motion, b B + z Z T for the
+ * rates of the constraints. */
 typedef struct pendulum_on_shaking_base_weights {
     real M, C, K, B, Z;
 } pendulum_on_shaking_base_weights;
 
-/* Nonzeros of the iteration matrix. w: numbers of the partials, behind them room for their products with T; jacobian:
- * B at the start. */
+/* S := nonzeros of the iteration matrix. w: nonzeros of the partial derivatives, followed by room for their products
+ * with T; jacobian: B at the start of the step. */
 static void pendulum_on_shaking_base_assemble(const pendulum_on_shaking_base_weights *c, const real *restrict T,
-    const real *restrict jacobian,
-    real *restrict w, real *restrict S)
+    const real *restrict jacobian, real *restrict w, real *restrict S)
 {
     S[0] = c->M * w[2] + c->K * w[0];
     (void)c; (void)T; (void)jacobian; (void)w;
 }
 
-/* LU factorization with partial pivoting, in place, row-major; 0 when a pivot vanishes or is not finite. */
+/* LU factorization of A (row-major) with partial pivoting, in place. Returns 0 if a pivot is 0 or not finite, else
+ * 1. */
 static int pendulum_on_shaking_base_factor(real *A, int *pivot)
 {
     int i, j, k;
@@ -166,35 +165,31 @@ static void pendulum_on_shaking_base_solve(const real *A, const int *pivot, real
     for (i = 1; i < 1; ++i)
         for (j = 0; j < i; ++j)
             x[i] = x[i] - A[i * 1 + j] * x[j];
-    for (i = 1 - 1; i >= 0; --i) {
+    for (i = 0; i >= 0; --i) {
         for (j = i + 1; j < 1; ++j)
             x[i] = x[i] - A[i * 1 + j] * x[j];
         x[i] = x[i] / A[i * 1 + i];
     }
 }
 
-/* Factor of a row of the matrix in comparisons of rows. */
-#define pendulum_on_shaking_base_ROW_UNIT(row) \
-    unit[row]
-
-/* The whole matrix from its nonzeros, rows in units that can be compared. */
+/* A := the whole matrix (row-major) from its nonzeros S; rows are multiplied by their units and so can be compared. */
 static void pendulum_on_shaking_base_spread(const real *S, const real *unit, real *A)
 {
     static const int place[1] = {
-0, 
+        0,
     };
     int i;
     memset(A, 0, 1 * sizeof *A);
     for (i = 0; i < 1; ++i)
-        A[place[i]] = S[i] * pendulum_on_shaking_base_ROW_UNIT(place[i] / 1);
+        A[place[i]] = S[i] * unit[place[i] / 1];
 }
 
-/* A pivot smaller than this part of its row has lost all digits to
- * cancellation; entries are compared in the units of their unknowns. */
+/* A pivot smaller than this part of its row has lost all digits to cancellation; entries are compared in the units of
+ * their unknowns. */
 #define pendulum_on_shaking_base_SMALLEST_PIVOT K(1e-12)
 
-/* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of
- * ones; 0 when a pivot is too small. 0 multiply-subtracts. */
+/* Factor S = L D U, L and U with unit diagonals, in 0 multiply-subtracts. F: L, 1/D and U, row by row in the order of
+ * elimination. Returns 0 if a pivot is too small (see pendulum_on_shaking_base_SMALLEST_PIVOT), else 1. */
 static int pendulum_on_shaking_base_eliminate(const real *restrict S, const real *restrict unit, real *restrict F)
 {
     { /* row 0, column 0 */
@@ -208,9 +203,8 @@ static int pendulum_on_shaking_base_eliminate(const real *restrict S, const real
     return 1;
 }
 
-/* Factors of the assembled
- * matrix: pivots chosen beforehand, then, if they break down, by size.
- * 0: singular, or not finite. */
+/* Factor the assembled matrix, with pivots chosen when this code was generated, or by size if one of them is too small.
+ * Returns 0 if it is singular or not finite, else 1. */
 static int pendulum_on_shaking_base_factorize(pendulum_on_shaking_base_workspace *work)
 {
     work->whole = 0;
@@ -221,15 +215,15 @@ static int pendulum_on_shaking_base_factorize(pendulum_on_shaking_base_workspace
     return pendulum_on_shaking_base_factor(work->matrix, work->pivot);
 }
 
-/* Factors that scale the rows of the equations before the solution for a correction, and factors of the correction's
- * parts in v, vdot and lam. */
+/* Factors of the rows r, Phi and w of the right side of a correction, and factors by which a correction of the unknowns
+ * changes v, vdot and lam. */
 typedef struct pendulum_on_shaking_base_scale {
     real r, phi, w;
     real v, vdot, lam;
 } pendulum_on_shaking_base_scale;
 
-/* As below, with the pivots chosen beforehand. Values computed last come last in every sum, so that they are not
- * waited for. */
+/* As pendulum_on_shaking_base_correct, with the order of elimination that was chosen when this code was generated. In
+ * each sum the values computed last stand last, so that the processor does not wait for them. */
 static real pendulum_on_shaking_base_correct_quickly(const pendulum_on_shaking_base_scale *scale,
     pendulum_on_shaking_base_workspace *work)
 {
@@ -247,7 +241,7 @@ static real pendulum_on_shaking_base_correct_quickly(const pendulum_on_shaking_b
     return error[0] + error[1];
 }
 
-/* Weighted sum of squares of the correction of the unknowns. */
+/* Sum of squares of the correction of the unknowns, each divided by its tolerance. */
 static real pendulum_on_shaking_base_size_of_correction(const pendulum_on_shaking_base_workspace *work)
 {
     real sum = K(0.0);
@@ -259,8 +253,7 @@ static real pendulum_on_shaking_base_size_of_correction(const pendulum_on_shakin
     return sum;
 }
 
-/* Add a part of a correction to the unknowns, with the changes of v,
- * vdot and lam. */
+/* Add part * correction to the unknowns, and its effects to v, vdot and lam. */
 static void pendulum_on_shaking_base_add(const pendulum_on_shaking_base_scale *scale, const real *correction,
     real part, pendulum_on_shaking_base_workspace *work)
 {
@@ -273,8 +266,8 @@ static void pendulum_on_shaking_base_add(const pendulum_on_shaking_base_scale *s
     }
 }
 
-/* solution = S^-1 (scaled right), added to the unknowns, and its effect to v,
- * vdot and lam; returns its size. */
+/* Newton correction: work->solution = S^-1 (scaled work->right) is added to the unknowns, and its effects to v, vdot
+ * and lam. Returns the sum of squares of the correction, each component divided by its tolerance. */
 static real pendulum_on_shaking_base_correct(const pendulum_on_shaking_base_scale *scale,
     pendulum_on_shaking_base_workspace *work)
 {
@@ -286,24 +279,24 @@ static real pendulum_on_shaking_base_correct(const pendulum_on_shaking_base_scal
     {
         const real *unit = work->unit;
         for (i = 0; i < 1; ++i)
-            work->solution[i] = work->right[i] * pendulum_on_shaking_base_ROW_UNIT(i);
+            work->solution[i] = work->right[i] * unit[i];
         pendulum_on_shaking_base_solve(work->matrix, work->pivot, work->solution);
     }
     pendulum_on_shaking_base_add(scale, work->solution, K(1.0), work);
     return pendulum_on_shaking_base_size_of_correction(work);
 }
 
-/* Numbers of the partials at work->q, v, vdot, lam. */
+/* Evaluate the nonzeros of the partial derivatives at the state in work. */
 static void pendulum_on_shaking_base_partial_numbers(const pendulum_on_shaking_base_parameters *p, real t,
     pendulum_on_shaking_base_workspace *work)
 {
-    pendulum_on_shaking_base_partials(work->q, work->v, work->vdot, &work->base, work->numbers + 0, work->numbers + 1,
+    pendulum_on_shaking_base_partials(work->q, work->v, work->vdot, &work->base, work->numbers, work->numbers + 1,
         work->numbers + 2);
     (void)p; (void)t; (void)work;
 }
 
-/* For each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, by the diagonal of
- * M at the state prepared in work. */
+/* Units of the unknowns: the value of each that alone makes a kinetic energy of 1/2, as 1/sqrt(M_ii) for a velocity,
+ * from the diagonal of M at the state in work. */
 static void pendulum_on_shaking_base_measure(const pendulum_on_shaking_base_parameters *p, real t,
     pendulum_on_shaking_base_workspace *work)
 {
@@ -325,8 +318,8 @@ static void pendulum_on_shaking_base_measure(const pendulum_on_shaking_base_para
     }
 }
 
-/* Size of a configuration in the same units: the scale of its changes. For angles 1 rad, for lengths the distance
- * from the origin. */
+/* Magnitude of the numbers in a configuration in the units of pendulum_on_shaking_base_size: 1 rad for each angle, the
+ * distance from the origin for each length. */
 static real pendulum_on_shaking_base_extent(const real *q, const pendulum_on_shaking_base_workspace *work)
 {
     static const int angular[1] = { 1 };
@@ -343,7 +336,7 @@ static real pendulum_on_shaking_base_extent(const real *q, const pendulum_on_sha
     return EG_SQRT(sum);
 }
 
-/* Size of a change of the configuration, or of a velocity, by kinetic energy. */
+/* Norm of a velocity, or of a change of the configuration: sqrt(sum_i (x_i / unit_i)^2), with 1 / unit_i^2 = M_ii. */
 static real pendulum_on_shaking_base_size(const real *x, const pendulum_on_shaking_base_workspace *work)
 {
     real sum = K(0.0);
@@ -353,7 +346,7 @@ static real pendulum_on_shaking_base_size(const real *x, const pendulum_on_shaki
     return EG_SQRT(sum);
 }
 
-/* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
+/* Solve the equations of motion at work->q and v for work->vdot; inputs and base must have been prepared. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_solve_accelerations(
     const pendulum_on_shaking_base_parameters *p, real t, pendulum_on_shaking_base_workspace *work,
     pendulum_on_shaking_base_statistics *statistics)
@@ -365,7 +358,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_solve_accelerati
         : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
 }
 
-/* Coefficients for a spectral radius rho at infinite frequency. */
+/* Coefficients of the method for the spectral radius rho at infinite frequency. */
 static pendulum_on_shaking_base_coefficients pendulum_on_shaking_base_coefficients_of(real rho)
 {
     pendulum_on_shaking_base_coefficients c;
@@ -381,7 +374,7 @@ static pendulum_on_shaking_base_coefficients pendulum_on_shaking_base_coefficien
     return c;
 }
 
-/* Coefficients of implicit Euler: v' = v + step vdot', q' = q o exp(step v') at a = vdot = 0. */
+/* Coefficients of implicit Euler, v' = v + step vdot', q' = q o exp(step v'), if a = vdot = 0 at the start. */
 static pendulum_on_shaking_base_coefficients pendulum_on_shaking_base_implicit_euler(
     const pendulum_on_shaking_base_coefficients *method)
 {
@@ -399,7 +392,7 @@ static int pendulum_on_shaking_base_settings_are_good(const pendulum_on_shaking_
         + s->atol > K(0.0) && s->max_iterations > 0 && s->max_halvings >= 0 && s->max_halvings <= 30;
 }
 
-/* sqrt(x . M x) about the state in work: the residual is linear in vdot. */
+/* Return sqrt(x . M x) at the state in work, by two evaluations of the residual, which is linear in vdot. */
 static real pendulum_on_shaking_base_size_by_inertia(const pendulum_on_shaking_base_parameters *p, real t,
     const real *x, pendulum_on_shaking_base_workspace *work)
 {
@@ -416,17 +409,17 @@ static real pendulum_on_shaking_base_size_by_inertia(const pendulum_on_shaking_b
     return EG_SQRT(pendulum_on_shaking_base_larger(sum, K(0.0)));
 }
 
-/* Largest ratio of changes of the accelerations of a start within a step: 4 for a damping c with step c/m = 4, or
- * for a spring k with step^2 k/m = 8. */
+/* Largest change of the initial accelerations within a step, relative to these accelerations: 4 for a damper c with
+ * step c/m = 4, or for a spring k with step^2 k/m = 8. */
 #define pendulum_on_shaking_base_CHANGE_OF_START K(4.0)
 
-/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: these
- * accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
+/* Return 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step:
+ * these accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
  * predicted position within the step. Examples are overdamped joints in motion, and stiff springs away from rest.
  * Methods without numerical damping keep such oscillations. */
 static int pendulum_on_shaking_base_too_fast(const pendulum_on_shaking_base_parameters *p,
-    const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real step,
-    const real *vdot, pendulum_on_shaking_base_workspace *work)
+    const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real step, const real *vdot,
+    pendulum_on_shaking_base_workspace *work)
 {
     real change[1], size;
     pendulum_on_shaking_base_status status;
@@ -450,18 +443,18 @@ static int pendulum_on_shaking_base_too_fast(const pendulum_on_shaking_base_para
 }
 
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
- * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
- * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
- * forward, because forces may jump at t. fraction and length place the step between the input rows.
- * Motions too fast for the step have no such derivative: if the accelerations change by more than step vddot when
- * the state is moved by half a step, it is left out. If they excite such motions, and `damp`
- * allows it, history becomes -1: the first step is to be damped.
- * state->vdot becomes that of f(0). */
+ *     step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
+ *     f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
+ * forward differences, because forces may jump at t. fraction, length: position and length of the step between the rows
+ * of inputs.
+ * Motions too fast for the step have no such derivative: step vddot is left out if the accelerations change by more
+ * than it when the state moves by half a step. If the accelerations only excite such motions, and `damp` is 1,
+ * state->history becomes -1: the first step is damped.
+ * state->vdot = f(0). */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pendulum_on_shaking_base_parameters *p,
-    const pendulum_on_shaking_base_settings *settings,
-    const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real step,
-        const real *first, const real *last,
-    real fraction, real length, int damp, pendulum_on_shaking_base_workspace *work)
+    const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c,
+    pendulum_on_shaking_base_state *state, real step, const real *first, const real *last, real fraction, real length,
+    int damp, pendulum_on_shaking_base_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
     real vdot[1], slope[1], increment[1];
@@ -523,7 +516,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
         : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
 }
 
-/* Compute the units of the unknowns at a state, unless known. */
+/* Compute the units of the unknowns at a state, unless they are known. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_know_units(
     const pendulum_on_shaking_base_parameters *p, pendulum_on_shaking_base_state *state, const real *first,
     const real *last, pendulum_on_shaking_base_workspace *work)
@@ -539,21 +532,19 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_know_units(
     return status;
 }
 
-/* Start of a step beside q and v:
- * accelerations, with the parameters and inputs of the step. */
+/* Compute accelerations of a state for a step, with the parameters and inputs of the step. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_renew(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, const real *u_table)
 {
-    const real *last = u_table == NULL ? NULL : u_table + 0;
+    const real *last = u_table == NULL ? NULL : u_table;
     pendulum_on_shaking_base_state next = *state;
     pendulum_on_shaking_base_status status;
     next.step = settings->step;
     status = pendulum_on_shaking_base_know_units(p, &next, u_table, last, work);
     if (status == PENDULUM_ON_SHAKING_BASE_OK)
         status = pendulum_on_shaking_base_start(p, settings, &work->coefficients, &next, next.step, u_table, last,
-            K(0.0), K(1.0), 1,
-            work);
+            K(0.0), K(1.0), 1, work);
     if (status != PENDULUM_ON_SHAKING_BASE_OK)
         return status;
     *state = next;
@@ -561,8 +552,8 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_renew(const pend
 }
 
 pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendulum_on_shaking_base_parameters *p,
-    const pendulum_on_shaking_base_settings *settings,
-    pendulum_on_shaking_base_state *state, pendulum_on_shaking_base_workspace *work, const real *u_table)
+    const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
+    pendulum_on_shaking_base_workspace *work, const real *u_table)
 {
     pendulum_on_shaking_base_state start;
     pendulum_on_shaking_base_status status;
@@ -578,7 +569,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendul
     memset(&start.statistics, 0, sizeof start.statistics);
     for (i = 0; i < 1; ++i)
         still[i] = K(0.0);
-    pendulum_on_shaking_base_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
+    pendulum_on_shaking_base_update(state->q, still, K(0.0), start.q); /* normalizes quaternions */
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
@@ -591,11 +582,10 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_initialize(const pendul
     return status;
 }
 
-/* Matrix of Newton's iteration at work->q, v, vdot for the exponent step * increment, and its
- * factors. */
+/* Form and factor the matrix of Newton's iteration at work->q, v, vdot and the exponent step * increment. Returns 0 if
+ * it is singular or not finite, else 1. */
 static int pendulum_on_shaking_base_iteration_matrix(const pendulum_on_shaking_base_parameters *p,
-    const pendulum_on_shaking_base_coefficients *c, real t, real step,
-    pendulum_on_shaking_base_workspace *work)
+    const pendulum_on_shaking_base_coefficients *c, real t, real step, pendulum_on_shaking_base_workspace *work)
 {
     pendulum_on_shaking_base_weights weights;
     weights.M = c->b;
@@ -609,7 +599,7 @@ static int pendulum_on_shaking_base_iteration_matrix(const pendulum_on_shaking_b
     return pendulum_on_shaking_base_factorize(work);
 }
 
-/* q = q_n o exp(step D) with D = E - W B_n^T eta. */
+/* work->q = q_n o exp(step D), D = E. */
 static void pendulum_on_shaking_base_move(const pendulum_on_shaking_base_state *from, real step,
     pendulum_on_shaking_base_workspace *work)
 {
@@ -618,23 +608,23 @@ static void pendulum_on_shaking_base_move(const pendulum_on_shaking_base_state *
     (void)from;
 }
 
-/* 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
+/* Return 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
 static int pendulum_on_shaking_base_rotation_too_large(real step, const pendulum_on_shaking_base_workspace *work)
 {
     (void)step; (void)work;
     return 0;
 }
 
-/* Cost of forming and factoring the matrix, in iterations. */
+/* Cost of forming and factoring the matrix, as a number of iterations. */
 #define pendulum_on_shaking_base_FACTORS_COST K(0.3684210526315789)
 
-/* Scales of the increments of the unknowns, for some steps: a weighted RMS of 1 is small enough.
- * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
- * the value of each if they share the kinetic energy of the step and of its changes.
+/* Compute the tolerance of each unknown's increment, for this step and some more; increments with a weighted RMS of 1
+ * are small enough. A tolerance is rtol times the unknown plus atol times the size of the motion; this size is, for
+ * velocities, the velocity of each component at an equal part of the kinetic energy of the step and of its changes.
  * No tolerance is below the observed rounding. */
 static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_settings *settings,
-    const pendulum_on_shaking_base_coefficients *c,
-    const pendulum_on_shaking_base_state *from, real step, pendulum_on_shaking_base_workspace *work)
+    const pendulum_on_shaking_base_coefficients *c, const pendulum_on_shaking_base_state *from, real step,
+    pendulum_on_shaking_base_workspace *work)
 {
     const real least = settings->atol + K(4.0) * pendulum_on_shaking_base_EPSILON;
     real energy = K(0.0);
@@ -644,7 +634,7 @@ static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_s
         const real more = work->per_unit[i] * (work->unknown[i] - from->v[i]);
         energy = energy + moves * moves + more * more;
     }
-    work->speed[0] = EG_SQRT(energy * K(1.0)); /* as if all had the same part of it */
+    work->speed[0] = EG_SQRT(energy * K(1.0)); /* root mean square over the components */
     for (i = 0; i < 1; ++i)
         work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
     (void)c;
@@ -656,9 +646,9 @@ static void pendulum_on_shaking_base_tolerances(const pendulum_on_shaking_base_s
     work->tolerance_step = step;
 }
 
-/* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then.
- * Velocities alone do not tell: if all of them are prescribed,
- * the others would be free to grow. */
+/* Return 1 if no component of the increment exceeds rounding: an iteration that does not contract any more has then
+ * converged. All unknowns are compared, not velocities alone: if all velocities are prescribed, other unknowns could
+ * still grow. */
 static int pendulum_on_shaking_base_only_rounding(const pendulum_on_shaking_base_workspace *work)
 {
     int i;
@@ -669,13 +659,12 @@ static int pendulum_on_shaking_base_only_rounding(const pendulum_on_shaking_base
     return 1;
 }
 
-/* Distance between the end of a correction from an iterate moved by a part of `moved`, and the end of the correction
- * from the iterate. */
+/* Move the iterate by part * moved and correct it again. error: difference of the result from the result without the
+ * move; returns its weighted norm. */
 static real pendulum_on_shaking_base_correction_error(const pendulum_on_shaking_base_parameters *p,
-    const pendulum_on_shaking_base_scale *scale,
-    const pendulum_on_shaking_base_state *from, real t, real step, const real *correction, const real *moved,
-        real part, real *error,
-    pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
+    const pendulum_on_shaking_base_scale *scale, const pendulum_on_shaking_base_state *from, real t, real step,
+    const real *correction, const real *moved, real part, real *error, pendulum_on_shaking_base_workspace *work,
+    pendulum_on_shaking_base_statistics *statistics)
 {
     int i;
     (void)p; (void)t;
@@ -693,15 +682,14 @@ static real pendulum_on_shaking_base_correction_error(const pendulum_on_shaking_
     return EG_SQRT(pendulum_on_shaking_base_size_of_correction(work));
 }
 
-/* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near.
- * A smooth equation contracts from both, and at a kink of a law the matrix is exact near by. So no scale is needed:
- * coordinates far from the origin, balanced large forces and stiff elements are rounded more than the numbers in q
- * and v show. If the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
- * all, and no conclusion is drawn from near by. The observed rounding is stored. */
+/* Return 1 if rounding keeps the iteration from contracting: it contracts from a start far away, but not from one close
+ * by. For smooth equations it contracts from both, and at a kink of a force law the matrix is exact close by. The test
+ * needs no estimate of rounding, which is larger than the numbers in q and v show for coordinates far from the origin,
+ * large balanced forces and stiff elements. If the correction moves q by a few floating-point spacings only, a smaller
+ * move would not change q, and the start close by is not considered. The observed rounding is stored. */
 static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_base_parameters *p,
-    const pendulum_on_shaking_base_coefficients *c,
-    const pendulum_on_shaking_base_scale *scale, const pendulum_on_shaking_base_state *from, real t, real step,
-        pendulum_on_shaking_base_workspace *work,
+    const pendulum_on_shaking_base_coefficients *c, const pendulum_on_shaking_base_scale *scale,
+    const pendulum_on_shaking_base_state *from, real t, real step, pendulum_on_shaking_base_workspace *work,
     pendulum_on_shaking_base_statistics *statistics)
 {
     real correction[1], moved[1], near[1], far[1], q[1];
@@ -732,11 +720,9 @@ static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_bas
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(pendulum_on_shaking_base_size_of_correction(work));
     size_near = pendulum_on_shaking_base_correction_error(p, scale, from, t, step, correction, moved,
-        pendulum_on_shaking_base_PROBE_NEAR, near, work,
-        statistics);
+        pendulum_on_shaking_base_PROBE_NEAR, near, work, statistics);
     size_far = pendulum_on_shaking_base_correction_error(p, scale, from, t, step, correction, moved,
-        pendulum_on_shaking_base_PROBE_FAR, far,
-        work, statistics);
+        pendulum_on_shaking_base_PROBE_FAR, far, work, statistics);
     pendulum_on_shaking_base_add(scale, correction, K(1.0), work);
     if (!((within_spacing || size_near >= K(0.125) * pendulum_on_shaking_base_PROBE_NEAR * size)
             && size_far <= K(0.125) * pendulum_on_shaking_base_PROBE_FAR * size))
@@ -758,14 +744,13 @@ static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_bas
  *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,
  *                  vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0
- * Factors serve until one more step with them would cost more than the average step since they were made, their
- * making included; one iteration more is chance. If they do not even serve the next step, they are made in every
- * step, and reuse is tried again ever more rarely. */
+ * Factors are reused until one more step with them would cost more than the average step since the factorization, its
+ * cost included; a single additional iteration does not count. If reuse does not even pay in the next step, the matrix
+ * is factored in every step, and reuse is tried again at growing intervals. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pendulum_on_shaking_base_parameters *p,
-    const pendulum_on_shaking_base_settings *settings,
-    const pendulum_on_shaking_base_coefficients *c, const pendulum_on_shaking_base_state *from, real t, real step,
-        int refresh, pendulum_on_shaking_base_workspace *work,
-    pendulum_on_shaking_base_statistics *statistics)
+    const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c,
+    const pendulum_on_shaking_base_state *from, real t, real step, int refresh,
+    pendulum_on_shaking_base_workspace *work, pendulum_on_shaking_base_statistics *statistics)
 {
     const real per_step = K(1.0) / step;
     pendulum_on_shaking_base_scale scale;
@@ -782,7 +767,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
     scale.v = c->g;
     scale.vdot = c->b * per_step;
     scale.lam = per_step;
-    /* predictor: a and lam by a polynomial through their last values */
+    /* predictor: extrapolate a and lam by a polynomial through their last values */
     for (i = 0; i < 1; ++i) {
         const real a = from->a[i];
         real next = a;
@@ -847,7 +832,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
                 const real wasted = (real)(iteration + 1 - since);
                 if (work->refactor_steps_left > 0)
                     --work->refactor_steps_left;
-                /* did reuse cost less than factors at every step? */
+                /* did reuse cost less than a factorization in every step? */
                 if (work->reused_factorizations > 0 || wasted > K(0.0)) {
                     const real own = (real)(work->reused_factorizations + 1)
                         * ((real)work->fresh_iterations + pendulum_on_shaking_base_FACTORS_COST);
@@ -884,11 +869,11 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
     return PENDULUM_ON_SHAKING_BASE_NOT_CONVERGED;
 }
 
-/* The state at the end of the step that is in work. */
+/* Update the state by the step that is in work. */
 static void pendulum_on_shaking_base_accept(const pendulum_on_shaking_base_coefficients *c, real t,
     pendulum_on_shaking_base_state *state, const pendulum_on_shaking_base_workspace *work)
 {
-    /* of polynomials of order 0, 1, 2, squared, by kinetic energy */
+    /* squared errors of predictions of a by polynomials of order 0, 1 and 2, weighted by M_ii */
     real prediction_error[3] = { K(0.0), K(0.0), K(0.0) };
     int i;
     for (i = 0; i < 1; ++i) {
@@ -916,12 +901,11 @@ static void pendulum_on_shaking_base_accept(const pendulum_on_shaking_base_coeff
     state->t = t;
 }
 
-/* One step of any size to t: state becomes its end. Statistics are counted in any case. */
+/* One step of size `step` to time t: state becomes its end. Statistics are counted on failures, too. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_part(const pendulum_on_shaking_base_parameters *p,
-    const pendulum_on_shaking_base_settings *settings,
-    const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real t, real step,
-        const real *first, const real *last,
-    real fraction, int refresh, pendulum_on_shaking_base_workspace *work)
+    const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c,
+    pendulum_on_shaking_base_state *state, real t, real step, const real *first, const real *last, real fraction,
+    int refresh, pendulum_on_shaking_base_workspace *work)
 {
     pendulum_on_shaking_base_status status;
     status = pendulum_on_shaking_base_prepare(p, t, first, last, fraction, work);
@@ -932,16 +916,16 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_part(const pendu
     return status;
 }
 
-/* A step as four of implicit Euler (Rannacher 1984): motions too fast for the step that a start excites are damped,
- * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and belong to a motion that the steps
- * can follow. If the velocity behind them is of the size that the accelerations of the start make, these are no
- * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
- * and length place the step between the input rows. */
+/* First step after a start, as four steps of implicit Euler (Rannacher 1984): each reduces motions of a frequency w too
+ * high for the step, which a start excites, by a factor 4/(step w). Their accelerations w^2 q are then small at the
+ * end, too, and later steps start from a motion that they can follow. If the velocity at the end is as large as the
+ * initial accelerations make it, these are not an excitation but the motion itself, as of a machine released from rest:
+ * then the step is taken like any other. fraction, length: position and length of the step between the rows of
+ * inputs. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_damped_step(
     const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings,
     const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real t, real step,
-        const real *first, const real *last,
-    real fraction, real length, pendulum_on_shaking_base_workspace *work)
+    const real *first, const real *last, real fraction, real length, pendulum_on_shaking_base_workspace *work)
 {
     const pendulum_on_shaking_base_coefficients euler = pendulum_on_shaking_base_implicit_euler(c);
     const pendulum_on_shaking_base_state start = *state;
@@ -954,10 +938,9 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_damped_step(
         memset(state->vdot, 0, sizeof state->vdot);
         state->history = state->predictor_order = 0;
         status = pendulum_on_shaking_base_part(p, settings, &euler, state, end, part, first, last, fraction
-            + share * length,
-            quarter == 1, work);
+            + share * length, quarter == 1, work);
     }
-    work->factored_step = K(0.0); /* these factors are implicit Euler's */
+    work->factored_step = K(0.0); /* the factors are for implicit Euler */
     if (status == PENDULUM_ON_SHAKING_BASE_OK) {
         const real behind = pendulum_on_shaking_base_size_by_inertia(p, t, state->v, work);
         const real before = pendulum_on_shaking_base_size_by_inertia(p, t, start.v, work);
@@ -978,11 +961,10 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_damped_step(
     return status;
 }
 
-/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
+/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted on failures, too. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_substeps(const pendulum_on_shaking_base_parameters *p,
-    const pendulum_on_shaking_base_settings *settings,
-    const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, const real *first,
-        const real *last, long level, int refresh,
+    const pendulum_on_shaking_base_settings *settings, const pendulum_on_shaking_base_coefficients *c,
+    pendulum_on_shaking_base_state *state, const real *first, const real *last, long level, int refresh,
     pendulum_on_shaking_base_workspace *work)
 {
     const long parts = 1L << level;
@@ -995,8 +977,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_substeps(const p
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
         if (state->history < 0)
             status = pendulum_on_shaking_base_damped_step(p, settings, c, state, t, step, first, last,
-                (real)(part - 1) / (real)parts,
-                length, work);
+                (real)(part - 1) / (real)parts, length, work);
         else
             status = pendulum_on_shaking_base_part(p, settings, c, state, t, step, first, last,
                 (real)part / (real)parts, refresh, work);
@@ -1007,12 +988,12 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_substeps(const p
     return status;
 }
 
-/* One step with good settings. */
+/* One step; settings have been checked. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_take_step(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
-        pendulum_on_shaking_base_workspace *work, const real *u_table)
+    pendulum_on_shaking_base_workspace *work, const real *u_table)
 {
-    const real *last = u_table == NULL ? NULL : u_table + 0;
+    const real *last = u_table == NULL ? NULL : u_table;
     pendulum_on_shaking_base_status status;
     long level;
     if (state->step != settings->step
@@ -1061,10 +1042,10 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_step(const pendulum_on_
     return pendulum_on_shaking_base_take_step(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
+/* Write a row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void pendulum_on_shaking_base_write_row(const pendulum_on_shaking_base_parameters *p,
-    const pendulum_on_shaking_base_state *state, const real *inputs,
-    pendulum_on_shaking_base_workspace *work, real *row)
+    const pendulum_on_shaking_base_state *state, const real *inputs, pendulum_on_shaking_base_workspace *work,
+    real *row)
 {
     row[0] = state->t;
     memcpy(row + 1, state->q, sizeof state->q);
@@ -1073,13 +1054,12 @@ static void pendulum_on_shaking_base_write_row(const pendulum_on_shaking_base_pa
     (void)p; (void)inputs; (void)work;
 }
 
-/* Steps with inputs from a table, or else from u to u_end; see pendulum_on_shaking_base_run and
+/* Take steps with inputs from a table, or else from u to u_end; see pendulum_on_shaking_base_run and
  * pendulum_on_shaking_base_run_inputs. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_loop(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, long steps, long record_every, const real *u_table, const real *u,
-        const real *u_end,
-    real *record, long *recorded)
+    const real *u_end, real *record, long *recorded)
 {
     long k, count = 0;
     const real *table = u_table;
@@ -1107,7 +1087,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_loop(const pendu
 pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, long steps, long record_every, const real *u_table, real *record,
-        long *recorded)
+    long *recorded)
 {
     return pendulum_on_shaking_base_loop(p, settings, state, work, steps, record_every, u_table, NULL, NULL, record,
         recorded);
@@ -1129,7 +1109,7 @@ void pendulum_on_shaking_base_simulator_default(pendulum_on_shaking_base_simulat
     pendulum_on_shaking_base_default_state(&simulator->state);
 }
 
-/* Note the end of a start or a step. */
+/* Store t, q and v after a start or a step. */
 static void pendulum_on_shaking_base_note_simulator(pendulum_on_shaking_base_simulator *simulator)
 {
     simulator->end.known = 1;
@@ -1138,7 +1118,7 @@ static void pendulum_on_shaking_base_note_simulator(pendulum_on_shaking_base_sim
     memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
 }
 
-/* Whether the state was changed by the caller since then. */
+/* Return 1 if the caller has changed the state since then. */
 static int pendulum_on_shaking_base_simulator_is_written(const pendulum_on_shaking_base_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
@@ -1153,8 +1133,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_start(pendulu
     const real *table = NULL;
     (void)u;
     status = pendulum_on_shaking_base_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work,
-        table);
+        &simulator->work, table);
     if (status == PENDULUM_ON_SHAKING_BASE_OK)
         pendulum_on_shaking_base_note_simulator(simulator);
     return status;
@@ -1171,8 +1150,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_step(pendulum
     if (status != PENDULUM_ON_SHAKING_BASE_OK)
         return status;
     status = pendulum_on_shaking_base_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work,
-        steps, u, u_end);
+        &simulator->work, steps, u, u_end);
     pendulum_on_shaking_base_note_simulator(simulator);
     return status;
 }
@@ -1186,7 +1164,7 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_outputs(
     real row[4];
     pendulum_on_shaking_base_base_state base;
     if (!simulator->end.known || pendulum_on_shaking_base_simulator_is_written(simulator))
-        return PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+        return PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT; /* the accelerations of this state are unknown */
     pendulum_on_shaking_base_write_row(p, state, given, &simulator->work, row);
     pendulum_on_shaking_base_base(state->t, &base);
     pendulum_on_shaking_base_outputs(row + 1, row + 2, &base, y);

@@ -10,8 +10,8 @@
 #define EOMGEN_SHORT_NAMES
 #include "spherical_pendulum.h"
 
-/* Steppers branch on values, which lanes and complex numbers cannot; model functions serve
- * all of them. */
+/* Steppers branch on values, so they are compiled for real numbers only; model functions also for lanes and complex
+ * numbers. */
 #if !defined(EOMGEN_REAL_COMPLEX) && !defined(EOMGEN_REAL_LANES)
 
 #ifdef EOMGEN_REAL_FLOAT
@@ -21,7 +21,7 @@
 #else
 #define spherical_pendulum_EPSILON K(2.220446049250313e-16)
 #define spherical_pendulum_TINY K(1e-300) /* keeps quotients finite */
-#define spherical_pendulum_PROBE_FAR K(4096.0) /* far and near distances in the search for rounding */
+#define spherical_pendulum_PROBE_FAR K(4096.0) /* far and near trial distances, in corrections */
 #endif
 #define spherical_pendulum_PROBE_NEAR K(0.015625)
 
@@ -117,7 +117,7 @@ static void spherical_pendulum_update(const real *q, const real *increment, real
     theta[0] = step * increment[0];
     theta[1] = step * increment[1];
     theta[2] = step * increment[2];
-    spherical_pendulum_update_so3(q + 0, theta, out + 0);
+    spherical_pendulum_update_so3(q, theta, out);
 }
 
 const char *spherical_pendulum_status_text(spherical_pendulum_status status)
@@ -161,7 +161,7 @@ void spherical_pendulum_default_state(spherical_pendulum_state *state)
     spherical_pendulum_initial_state(state->q, state->v, NULL);
 }
 
-/* 1 when every component is finite. */
+/* Return 1 if every component is finite, else 0. */
 static int spherical_pendulum_finite(const real *x, int size)
 {
     int i;
@@ -171,28 +171,26 @@ static int spherical_pendulum_finite(const real *x, int size)
     return 1;
 }
 
-/* Inputs and base at time t, stored in the workspace. first and last are rows of inputs, between which u is linear;
- * fraction: position between the rows. NULL: formulas of the scene. */
+/* Store inputs and base at time t in the workspace: u = first + fraction (last - first) between two rows of inputs, or
+ * the scene's formulas if first is NULL. */
 static spherical_pendulum_status spherical_pendulum_prepare(const spherical_pendulum_parameters *p, real t,
-    const real *first, const real *last,
-    real fraction, spherical_pendulum_workspace *work)
+    const real *first, const real *last, real fraction, spherical_pendulum_workspace *work)
 {
     (void)first; (void)last; (void)fraction;
     (void)p; (void)t; (void)work;
     return SPHERICAL_PENDULUM_OK;
 }
 
-/* Weights of the matrices in the iteration matrix: m M + c C + k K T, and b B + z Z T of the rates of the
- * constraints. */
+/* Weights of the matrices in the iteration matrix: m M + c C + k K T for the equations of motion, b B + z Z T for the
+ * rates of the constraints. */
 typedef struct spherical_pendulum_weights {
     real M, C, K, B, Z;
 } spherical_pendulum_weights;
 
-/* Nonzeros of the iteration matrix. w: numbers of the partials, behind them room for their products with T; jacobian:
- * B at the start. */
+/* S := nonzeros of the iteration matrix. w: nonzeros of the partial derivatives, followed by room for their products
+ * with T; jacobian: B at the start of the step. */
 static void spherical_pendulum_assemble(const spherical_pendulum_weights *c, const real *restrict T,
-    const real *restrict jacobian,
-    real *restrict w, real *restrict S)
+    const real *restrict jacobian, real *restrict w, real *restrict S)
 {
     w[27] = w[0] * T[0] + w[2] * T[6];
     w[28] = w[0] * T[1] + w[2] * T[7];
@@ -210,7 +208,8 @@ static void spherical_pendulum_assemble(const spherical_pendulum_weights *c, con
     (void)c; (void)T; (void)jacobian; (void)w;
 }
 
-/* LU factorization with partial pivoting, in place, row-major; 0 when a pivot vanishes or is not finite. */
+/* LU factorization of A (row-major) with partial pivoting, in place. Returns 0 if a pivot is 0 or not finite, else
+ * 1. */
 static int spherical_pendulum_factor(real *A, int *pivot)
 {
     int i, j, k;
@@ -256,35 +255,31 @@ static void spherical_pendulum_solve(const real *A, const int *pivot, real *x)
     for (i = 1; i < 3; ++i)
         for (j = 0; j < i; ++j)
             x[i] = x[i] - A[i * 3 + j] * x[j];
-    for (i = 3 - 1; i >= 0; --i) {
+    for (i = 2; i >= 0; --i) {
         for (j = i + 1; j < 3; ++j)
             x[i] = x[i] - A[i * 3 + j] * x[j];
         x[i] = x[i] / A[i * 3 + i];
     }
 }
 
-/* Factor of a row of the matrix in comparisons of rows. */
-#define spherical_pendulum_ROW_UNIT(row) \
-    unit[row]
-
-/* The whole matrix from its nonzeros, rows in units that can be compared. */
+/* A := the whole matrix (row-major) from its nonzeros S; rows are multiplied by their units and so can be compared. */
 static void spherical_pendulum_spread(const real *S, const real *unit, real *A)
 {
     static const int place[7] = {
-8, 2, 0, 1, 5, 3, 4, 
+        8, 2, 0, 1, 5, 3, 4,
     };
     int i;
     memset(A, 0, 9 * sizeof *A);
     for (i = 0; i < 7; ++i)
-        A[place[i]] = S[i] * spherical_pendulum_ROW_UNIT(place[i] / 3);
+        A[place[i]] = S[i] * unit[place[i] / 3];
 }
 
-/* A pivot smaller than this part of its row has lost all digits to
- * cancellation; entries are compared in the units of their unknowns. */
+/* A pivot smaller than this part of its row has lost all digits to cancellation; entries are compared in the units of
+ * their unknowns. */
 #define spherical_pendulum_SMALLEST_PIVOT K(1e-12)
 
-/* F = L, reciprocal pivots and U of S = L D U, row by row in the order of elimination, L and U with a diagonal of
- * ones; 0 when a pivot is too small. 1 multiply-subtracts. */
+/* Factor S = L D U, L and U with unit diagonals, in 1 multiply-subtracts. F: L, 1/D and U, row by row in the order of
+ * elimination. Returns 0 if a pivot is too small (see spherical_pendulum_SMALLEST_PIVOT), else 1. */
 static int spherical_pendulum_eliminate(const real *restrict S, const real *restrict unit, real *restrict F)
 {
     { /* row 2, column 2 */
@@ -321,9 +316,8 @@ static int spherical_pendulum_eliminate(const real *restrict S, const real *rest
     return 1;
 }
 
-/* Factors of the assembled
- * matrix: pivots chosen beforehand, then, if they break down, by size.
- * 0: singular, or not finite. */
+/* Factor the assembled matrix, with pivots chosen when this code was generated, or by size if one of them is too small.
+ * Returns 0 if it is singular or not finite, else 1. */
 static int spherical_pendulum_factorize(spherical_pendulum_workspace *work)
 {
     work->whole = 0;
@@ -334,15 +328,15 @@ static int spherical_pendulum_factorize(spherical_pendulum_workspace *work)
     return spherical_pendulum_factor(work->matrix, work->pivot);
 }
 
-/* Factors that scale the rows of the equations before the solution for a correction, and factors of the correction's
- * parts in v, vdot and lam. */
+/* Factors of the rows r, Phi and w of the right side of a correction, and factors by which a correction of the unknowns
+ * changes v, vdot and lam. */
 typedef struct spherical_pendulum_scale {
     real r, phi, w;
     real v, vdot, lam;
 } spherical_pendulum_scale;
 
-/* As below, with the pivots chosen beforehand. Values computed last come last in every sum, so that they are not
- * waited for. */
+/* As spherical_pendulum_correct, with the order of elimination that was chosen when this code was generated. In each
+ * sum the values computed last stand last, so that the processor does not wait for them. */
 static real spherical_pendulum_correct_quickly(const spherical_pendulum_scale *scale,
     spherical_pendulum_workspace *work)
 {
@@ -376,7 +370,7 @@ static real spherical_pendulum_correct_quickly(const spherical_pendulum_scale *s
     return error[0] + error[1];
 }
 
-/* Weighted sum of squares of the correction of the unknowns. */
+/* Sum of squares of the correction of the unknowns, each divided by its tolerance. */
 static real spherical_pendulum_size_of_correction(const spherical_pendulum_workspace *work)
 {
     real sum = K(0.0);
@@ -388,8 +382,7 @@ static real spherical_pendulum_size_of_correction(const spherical_pendulum_works
     return sum;
 }
 
-/* Add a part of a correction to the unknowns, with the changes of v,
- * vdot and lam. */
+/* Add part * correction to the unknowns, and its effects to v, vdot and lam. */
 static void spherical_pendulum_add(const spherical_pendulum_scale *scale, const real *correction, real part,
     spherical_pendulum_workspace *work)
 {
@@ -402,8 +395,8 @@ static void spherical_pendulum_add(const spherical_pendulum_scale *scale, const 
     }
 }
 
-/* solution = S^-1 (scaled right), added to the unknowns, and its effect to v,
- * vdot and lam; returns its size. */
+/* Newton correction: work->solution = S^-1 (scaled work->right) is added to the unknowns, and its effects to v, vdot
+ * and lam. Returns the sum of squares of the correction, each component divided by its tolerance. */
 static real spherical_pendulum_correct(const spherical_pendulum_scale *scale, spherical_pendulum_workspace *work)
 {
     int i;
@@ -414,23 +407,23 @@ static real spherical_pendulum_correct(const spherical_pendulum_scale *scale, sp
     {
         const real *unit = work->unit;
         for (i = 0; i < 3; ++i)
-            work->solution[i] = work->right[i] * spherical_pendulum_ROW_UNIT(i);
+            work->solution[i] = work->right[i] * unit[i];
         spherical_pendulum_solve(work->matrix, work->pivot, work->solution);
     }
     spherical_pendulum_add(scale, work->solution, K(1.0), work);
     return spherical_pendulum_size_of_correction(work);
 }
 
-/* Numbers of the partials at work->q, v, vdot, lam. */
+/* Evaluate the nonzeros of the partial derivatives at the state in work. */
 static void spherical_pendulum_partial_numbers(const spherical_pendulum_parameters *p, real t,
     spherical_pendulum_workspace *work)
 {
-    spherical_pendulum_partials(work->q, work->v, work->vdot, work->numbers + 0, work->numbers + 9, work->numbers + 18);
+    spherical_pendulum_partials(work->q, work->v, work->vdot, work->numbers, work->numbers + 9, work->numbers + 18);
     (void)p; (void)t; (void)work;
 }
 
-/* For each unknown, its value at a kinetic energy of 1/2 due to this unknown alone, by the diagonal of
- * M at the state prepared in work. */
+/* Units of the unknowns: the value of each that alone makes a kinetic energy of 1/2, as 1/sqrt(M_ii) for a velocity,
+ * from the diagonal of M at the state in work. */
 static void spherical_pendulum_measure(const spherical_pendulum_parameters *p, real t,
     spherical_pendulum_workspace *work)
 {
@@ -452,8 +445,8 @@ static void spherical_pendulum_measure(const spherical_pendulum_parameters *p, r
     }
 }
 
-/* Size of a configuration in the same units: the scale of its changes. For angles 1 rad, for lengths the distance
- * from the origin. */
+/* Magnitude of the numbers in a configuration in the units of spherical_pendulum_size: 1 rad for each angle, the
+ * distance from the origin for each length. */
 static real spherical_pendulum_extent(const real *q, const spherical_pendulum_workspace *work)
 {
     static const int angular[3] = { 1, 1, 1 };
@@ -470,7 +463,7 @@ static real spherical_pendulum_extent(const real *q, const spherical_pendulum_wo
     return EG_SQRT(sum);
 }
 
-/* Size of a change of the configuration, or of a velocity, by kinetic energy. */
+/* Norm of a velocity, or of a change of the configuration: sqrt(sum_i (x_i / unit_i)^2), with 1 / unit_i^2 = M_ii. */
 static real spherical_pendulum_size(const real *x, const spherical_pendulum_workspace *work)
 {
     real sum = K(0.0);
@@ -480,10 +473,9 @@ static real spherical_pendulum_size(const real *x, const spherical_pendulum_work
     return EG_SQRT(sum);
 }
 
-/* work->vdot that are consistent with work->q and v; inputs and base must have been prepared. */
+/* Solve the equations of motion at work->q and v for work->vdot; inputs and base must have been prepared. */
 static spherical_pendulum_status spherical_pendulum_solve_accelerations(const spherical_pendulum_parameters *p, real t,
-    spherical_pendulum_workspace *work,
-    spherical_pendulum_statistics *statistics)
+    spherical_pendulum_workspace *work, spherical_pendulum_statistics *statistics)
 {
     spherical_pendulum_forward_dynamics(work->q, work->v, work->vdot);
     ++statistics->evaluations;
@@ -491,7 +483,7 @@ static spherical_pendulum_status spherical_pendulum_solve_accelerations(const sp
     return spherical_pendulum_finite(work->vdot, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
 }
 
-/* Coefficients for a spectral radius rho at infinite frequency. */
+/* Coefficients of the method for the spectral radius rho at infinite frequency. */
 static spherical_pendulum_coefficients spherical_pendulum_coefficients_of(real rho)
 {
     spherical_pendulum_coefficients c;
@@ -507,7 +499,7 @@ static spherical_pendulum_coefficients spherical_pendulum_coefficients_of(real r
     return c;
 }
 
-/* Coefficients of implicit Euler: v' = v + step vdot', q' = q o exp(step v') at a = vdot = 0. */
+/* Coefficients of implicit Euler, v' = v + step vdot', q' = q o exp(step v'), if a = vdot = 0 at the start. */
 static spherical_pendulum_coefficients spherical_pendulum_implicit_euler(const spherical_pendulum_coefficients *method)
 {
     spherical_pendulum_coefficients c = *method;
@@ -524,7 +516,7 @@ static int spherical_pendulum_settings_are_good(const spherical_pendulum_setting
         && s->max_halvings >= 0 && s->max_halvings <= 30;
 }
 
-/* sqrt(x . M x) about the state in work: the residual is linear in vdot. */
+/* Return sqrt(x . M x) at the state in work, by two evaluations of the residual, which is linear in vdot. */
 static real spherical_pendulum_size_by_inertia(const spherical_pendulum_parameters *p, real t, const real *x,
     spherical_pendulum_workspace *work)
 {
@@ -541,17 +533,17 @@ static real spherical_pendulum_size_by_inertia(const spherical_pendulum_paramete
     return EG_SQRT(spherical_pendulum_larger(sum, K(0.0)));
 }
 
-/* Largest ratio of changes of the accelerations of a start within a step: 4 for a damping c with step c/m = 4, or
- * for a spring k with step^2 k/m = 8. */
+/* Largest change of the initial accelerations within a step, relative to these accelerations: 4 for a damper c with
+ * step c/m = 4, or for a spring k with step^2 k/m = 8. */
 #define spherical_pendulum_CHANGE_OF_START K(4.0)
 
-/* 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step: these
- * accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
+/* Return 1 if the accelerations vdot of the state in work would only excite motions that are too fast for the step:
+ * these accelerations change the velocity by more than its size, and differ strongly from the accelerations at the
  * predicted position within the step. Examples are overdamped joints in motion, and stiff springs away from rest.
  * Methods without numerical damping keep such oscillations. */
 static int spherical_pendulum_too_fast(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real step,
-    const real *vdot, spherical_pendulum_workspace *work)
+    const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real step, const real *vdot,
+    spherical_pendulum_workspace *work)
 {
     real change[3], size;
     spherical_pendulum_status status;
@@ -575,18 +567,18 @@ static int spherical_pendulum_too_fast(const spherical_pendulum_parameters *p,
 }
 
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
- * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
- * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
- * forward, because forces may jump at t. fraction and length place the step between the input rows.
- * Motions too fast for the step have no such derivative: if the accelerations change by more than step vddot when
- * the state is moved by half a step, it is left out. If they excite such motions, and `damp`
- * allows it, history becomes -1: the first step is to be damped.
- * state->vdot becomes that of f(0). */
+ *     step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
+ *     f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
+ * forward differences, because forces may jump at t. fraction, length: position and length of the step between the rows
+ * of inputs.
+ * Motions too fast for the step have no such derivative: step vddot is left out if the accelerations change by more
+ * than it when the state moves by half a step. If the accelerations only excite such motions, and `damp` is 1,
+ * state->history becomes -1: the first step is damped.
+ * state->vdot = f(0). */
 static spherical_pendulum_status spherical_pendulum_start(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_settings *settings,
-    const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real step, const real *first,
-        const real *last,
-    real fraction, real length, int damp, spherical_pendulum_workspace *work)
+    const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c,
+    spherical_pendulum_state *state, real step, const real *first, const real *last, real fraction, real length,
+    int damp, spherical_pendulum_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
     real vdot[3], slope[3], increment[3];
@@ -645,10 +637,9 @@ static spherical_pendulum_status spherical_pendulum_start(const spherical_pendul
     return spherical_pendulum_finite(state->a, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
 }
 
-/* Compute the units of the unknowns at a state, unless known. */
+/* Compute the units of the unknowns at a state, unless they are known. */
 static spherical_pendulum_status spherical_pendulum_know_units(const spherical_pendulum_parameters *p,
-    spherical_pendulum_state *state, const real *first,
-    const real *last, spherical_pendulum_workspace *work)
+    spherical_pendulum_state *state, const real *first, const real *last, spherical_pendulum_workspace *work)
 {
     spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
     if (work->units_valid)
@@ -661,21 +652,19 @@ static spherical_pendulum_status spherical_pendulum_know_units(const spherical_p
     return status;
 }
 
-/* Start of a step beside q and v:
- * accelerations, with the parameters and inputs of the step. */
+/* Compute accelerations of a state for a step, with the parameters and inputs of the step. */
 static spherical_pendulum_status spherical_pendulum_renew(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
-    spherical_pendulum_workspace *work, const real *u_table)
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
+    const real *u_table)
 {
-    const real *last = u_table == NULL ? NULL : u_table + 0;
+    const real *last = u_table == NULL ? NULL : u_table;
     spherical_pendulum_state next = *state;
     spherical_pendulum_status status;
     next.step = settings->step;
     status = spherical_pendulum_know_units(p, &next, u_table, last, work);
     if (status == SPHERICAL_PENDULUM_OK)
         status = spherical_pendulum_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0),
-            K(1.0), 1,
-            work);
+            K(1.0), 1, work);
     if (status != SPHERICAL_PENDULUM_OK)
         return status;
     *state = next;
@@ -683,8 +672,8 @@ static spherical_pendulum_status spherical_pendulum_renew(const spherical_pendul
 }
 
 spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_settings *settings,
-    spherical_pendulum_state *state, spherical_pendulum_workspace *work, const real *u_table)
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
+    const real *u_table)
 {
     spherical_pendulum_state start;
     spherical_pendulum_status status;
@@ -700,7 +689,7 @@ spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum
     memset(&start.statistics, 0, sizeof start.statistics);
     for (i = 0; i < 3; ++i)
         still[i] = K(0.0);
-    spherical_pendulum_update(state->q, still, K(0.0), start.q); /* brings quaternions to unit length */
+    spherical_pendulum_update(state->q, still, K(0.0), start.q); /* normalizes quaternions */
     start.rho_inf = settings->rho_inf;
     start.origin = start.t;
     start.count = 0;
@@ -713,18 +702,17 @@ spherical_pendulum_status spherical_pendulum_initialize(const spherical_pendulum
     return status;
 }
 
-/* Matrix of Newton's iteration at work->q, v, vdot for the exponent step * increment, and its
- * factors. */
+/* Form and factor the matrix of Newton's iteration at work->q, v, vdot and the exponent step * increment. Returns 0 if
+ * it is singular or not finite, else 1. */
 static int spherical_pendulum_iteration_matrix(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_coefficients *c, real t, real step,
-    spherical_pendulum_workspace *work)
+    const spherical_pendulum_coefficients *c, real t, real step, spherical_pendulum_workspace *work)
 {
     spherical_pendulum_weights weights;
     real theta[6];
     int i;
     for (i = 0; i < 3; ++i)
-        theta[i] = step * work->increment[0 + i];
-    spherical_pendulum_tangent_so3(theta, work->tangents + 0);
+        theta[i] = step * work->increment[i];
+    spherical_pendulum_tangent_so3(theta, work->tangents);
     weights.M = c->b;
     weights.C = step * c->g;
     weights.K = step * step;
@@ -736,7 +724,7 @@ static int spherical_pendulum_iteration_matrix(const spherical_pendulum_paramete
     return spherical_pendulum_factorize(work);
 }
 
-/* q = q_n o exp(step D) with D = E - W B_n^T eta. */
+/* work->q = q_n o exp(step D), D = E. */
 static void spherical_pendulum_move(const spherical_pendulum_state *from, real step, spherical_pendulum_workspace *work)
 {
     work->increment[0] = work->unknown[0];
@@ -746,27 +734,27 @@ static void spherical_pendulum_move(const spherical_pendulum_state *from, real s
     (void)from;
 }
 
-/* 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
+/* Return 1 if a rotation of the step is so large that T is near its singularity at a full turn. */
 static int spherical_pendulum_rotation_too_large(real step, const spherical_pendulum_workspace *work)
 {
     const real *w;
     const real limit = K(0.9) * K(6.283185307179586) / step;
-    w = work->unknown + 0;
+    w = work->unknown;
     if (w[0] * w[0] + w[1] * w[1] + w[2] * w[2] > limit * limit)
         return 1;
     return 0;
 }
 
-/* Cost of forming and factoring the matrix, in iterations. */
+/* Cost of forming and factoring the matrix, as a number of iterations. */
 #define spherical_pendulum_FACTORS_COST K(0.7014925373134329)
 
-/* Scales of the increments of the unknowns, for some steps: a weighted RMS of 1 is small enough.
- * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
- * the value of each if they share the kinetic energy of the step and of its changes.
+/* Compute the tolerance of each unknown's increment, for this step and some more; increments with a weighted RMS of 1
+ * are small enough. A tolerance is rtol times the unknown plus atol times the size of the motion; this size is, for
+ * velocities, the velocity of each component at an equal part of the kinetic energy of the step and of its changes.
  * No tolerance is below the observed rounding. */
 static void spherical_pendulum_tolerances(const spherical_pendulum_settings *settings,
-    const spherical_pendulum_coefficients *c,
-    const spherical_pendulum_state *from, real step, spherical_pendulum_workspace *work)
+    const spherical_pendulum_coefficients *c, const spherical_pendulum_state *from, real step,
+    spherical_pendulum_workspace *work)
 {
     const real least = settings->atol + K(4.0) * spherical_pendulum_EPSILON;
     real energy = K(0.0);
@@ -776,7 +764,7 @@ static void spherical_pendulum_tolerances(const spherical_pendulum_settings *set
         const real more = work->per_unit[i] * (work->unknown[i] - from->v[i]);
         energy = energy + moves * moves + more * more;
     }
-    work->speed[0] = EG_SQRT(energy * K(0.3333333333333333)); /* as if all had the same part of it */
+    work->speed[0] = EG_SQRT(energy * K(0.3333333333333333)); /* root mean square over the components */
     for (i = 0; i < 3; ++i)
         work->per_tolerance[i] = least * work->speed[0] * work->unit[i];
     (void)c;
@@ -788,9 +776,9 @@ static void spherical_pendulum_tolerances(const spherical_pendulum_settings *set
     work->tolerance_step = step;
 }
 
-/* 1 when an increment is rounding and nothing else: iterations that do not contract any more are done then.
- * Velocities alone do not tell: if all of them are prescribed,
- * the others would be free to grow. */
+/* Return 1 if no component of the increment exceeds rounding: an iteration that does not contract any more has then
+ * converged. All unknowns are compared, not velocities alone: if all velocities are prescribed, other unknowns could
+ * still grow. */
 static int spherical_pendulum_only_rounding(const spherical_pendulum_workspace *work)
 {
     int i;
@@ -801,13 +789,12 @@ static int spherical_pendulum_only_rounding(const spherical_pendulum_workspace *
     return 1;
 }
 
-/* Distance between the end of a correction from an iterate moved by a part of `moved`, and the end of the correction
- * from the iterate. */
+/* Move the iterate by part * moved and correct it again. error: difference of the result from the result without the
+ * move; returns its weighted norm. */
 static real spherical_pendulum_correction_error(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_scale *scale,
-    const spherical_pendulum_state *from, real t, real step, const real *correction, const real *moved, real part,
-        real *error,
-    spherical_pendulum_workspace *work, spherical_pendulum_statistics *statistics)
+    const spherical_pendulum_scale *scale, const spherical_pendulum_state *from, real t, real step,
+    const real *correction, const real *moved, real part, real *error, spherical_pendulum_workspace *work,
+    spherical_pendulum_statistics *statistics)
 {
     int i;
     (void)p; (void)t;
@@ -825,15 +812,14 @@ static real spherical_pendulum_correction_error(const spherical_pendulum_paramet
     return EG_SQRT(spherical_pendulum_size_of_correction(work));
 }
 
-/* 1 when rounding is what keeps the iteration from contracting: it contracts from far away, and does not from near.
- * A smooth equation contracts from both, and at a kink of a law the matrix is exact near by. So no scale is needed:
- * coordinates far from the origin, balanced large forces and stiff elements are rounded more than the numbers in q
- * and v show. If the correction moves q by a few spacings of its numbers only, smaller ones would not move it at
- * all, and no conclusion is drawn from near by. The observed rounding is stored. */
+/* Return 1 if rounding keeps the iteration from contracting: it contracts from a start far away, but not from one close
+ * by. For smooth equations it contracts from both, and at a kink of a force law the matrix is exact close by. The test
+ * needs no estimate of rounding, which is larger than the numbers in q and v show for coordinates far from the origin,
+ * large balanced forces and stiff elements. If the correction moves q by a few floating-point spacings only, a smaller
+ * move would not change q, and the start close by is not considered. The observed rounding is stored. */
 static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_coefficients *c,
-    const spherical_pendulum_scale *scale, const spherical_pendulum_state *from, real t, real step,
-        spherical_pendulum_workspace *work,
+    const spherical_pendulum_coefficients *c, const spherical_pendulum_scale *scale,
+    const spherical_pendulum_state *from, real t, real step, spherical_pendulum_workspace *work,
     spherical_pendulum_statistics *statistics)
 {
     real correction[3], moved[3], near[3], far[3], q[4];
@@ -864,11 +850,9 @@ static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters
     memcpy(moved, correction, sizeof moved);
     size = EG_SQRT(spherical_pendulum_size_of_correction(work));
     size_near = spherical_pendulum_correction_error(p, scale, from, t, step, correction, moved,
-        spherical_pendulum_PROBE_NEAR, near, work,
-        statistics);
+        spherical_pendulum_PROBE_NEAR, near, work, statistics);
     size_far = spherical_pendulum_correction_error(p, scale, from, t, step, correction, moved,
-        spherical_pendulum_PROBE_FAR, far,
-        work, statistics);
+        spherical_pendulum_PROBE_FAR, far, work, statistics);
     spherical_pendulum_add(scale, correction, K(1.0), work);
     if (!((within_spacing || size_near >= K(0.125) * spherical_pendulum_PROBE_NEAR * size)
             && size_far <= K(0.125) * spherical_pendulum_PROBE_FAR * size))
@@ -890,13 +874,12 @@ static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters
  *   kinematics     v = g E + (1 - g) v_n + step (1 - g/2) a_n,
  *                  vdot = b ((E - v_n)/step - a_n/2) + (a_n - alpha_f vdot_n)/(1 - alpha_f)
  *   equations      step r(q, v, vdot, lam, t) = 0
- * Factors serve until one more step with them would cost more than the average step since they were made, their
- * making included; one iteration more is chance. If they do not even serve the next step, they are made in every
- * step, and reuse is tried again ever more rarely. */
+ * Factors are reused until one more step with them would cost more than the average step since the factorization, its
+ * cost included; a single additional iteration does not count. If reuse does not even pay in the next step, the matrix
+ * is factored in every step, and reuse is tried again at growing intervals. */
 static spherical_pendulum_status spherical_pendulum_advance(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_settings *settings,
-    const spherical_pendulum_coefficients *c, const spherical_pendulum_state *from, real t, real step, int refresh,
-        spherical_pendulum_workspace *work,
+    const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c,
+    const spherical_pendulum_state *from, real t, real step, int refresh, spherical_pendulum_workspace *work,
     spherical_pendulum_statistics *statistics)
 {
     const real per_step = K(1.0) / step;
@@ -914,7 +897,7 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
     scale.v = c->g;
     scale.vdot = c->b * per_step;
     scale.lam = per_step;
-    /* predictor: a and lam by a polynomial through their last values */
+    /* predictor: extrapolate a and lam by a polynomial through their last values */
     for (i = 0; i < 3; ++i) {
         const real a = from->a[i];
         real next = a;
@@ -979,7 +962,7 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
                 const real wasted = (real)(iteration + 1 - since);
                 if (work->refactor_steps_left > 0)
                     --work->refactor_steps_left;
-                /* did reuse cost less than factors at every step? */
+                /* did reuse cost less than a factorization in every step? */
                 if (work->reused_factorizations > 0 || wasted > K(0.0)) {
                     const real own = (real)(work->reused_factorizations + 1)
                         * ((real)work->fresh_iterations + spherical_pendulum_FACTORS_COST);
@@ -1016,11 +999,11 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
     return SPHERICAL_PENDULUM_NOT_CONVERGED;
 }
 
-/* The state at the end of the step that is in work. */
+/* Update the state by the step that is in work. */
 static void spherical_pendulum_accept(const spherical_pendulum_coefficients *c, real t,
     spherical_pendulum_state *state, const spherical_pendulum_workspace *work)
 {
-    /* of polynomials of order 0, 1, 2, squared, by kinetic energy */
+    /* squared errors of predictions of a by polynomials of order 0, 1 and 2, weighted by M_ii */
     real prediction_error[3] = { K(0.0), K(0.0), K(0.0) };
     int i;
     for (i = 0; i < 3; ++i) {
@@ -1048,12 +1031,11 @@ static void spherical_pendulum_accept(const spherical_pendulum_coefficients *c, 
     state->t = t;
 }
 
-/* One step of any size to t: state becomes its end. Statistics are counted in any case. */
+/* One step of size `step` to time t: state becomes its end. Statistics are counted on failures, too. */
 static spherical_pendulum_status spherical_pendulum_part(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_settings *settings,
-    const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real t, real step, const real *first,
-        const real *last,
-    real fraction, int refresh, spherical_pendulum_workspace *work)
+    const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c,
+    spherical_pendulum_state *state, real t, real step, const real *first, const real *last, real fraction,
+    int refresh, spherical_pendulum_workspace *work)
 {
     spherical_pendulum_status status;
     status = spherical_pendulum_prepare(p, t, first, last, fraction, work);
@@ -1064,16 +1046,16 @@ static spherical_pendulum_status spherical_pendulum_part(const spherical_pendulu
     return status;
 }
 
-/* A step as four of implicit Euler (Rannacher 1984): motions too fast for the step that a start excites are damped,
- * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and belong to a motion that the steps
- * can follow. If the velocity behind them is of the size that the accelerations of the start make, these are no
- * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
- * and length place the step between the input rows. */
+/* First step after a start, as four steps of implicit Euler (Rannacher 1984): each reduces motions of a frequency w too
+ * high for the step, which a start excites, by a factor 4/(step w). Their accelerations w^2 q are then small at the
+ * end, too, and later steps start from a motion that they can follow. If the velocity at the end is as large as the
+ * initial accelerations make it, these are not an excitation but the motion itself, as of a machine released from rest:
+ * then the step is taken like any other. fraction, length: position and length of the step between the rows of
+ * inputs. */
 static spherical_pendulum_status spherical_pendulum_damped_step(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_settings *settings,
-    const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real t, real step, const real *first,
-        const real *last,
-    real fraction, real length, spherical_pendulum_workspace *work)
+    const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c,
+    spherical_pendulum_state *state, real t, real step, const real *first, const real *last, real fraction,
+    real length, spherical_pendulum_workspace *work)
 {
     const spherical_pendulum_coefficients euler = spherical_pendulum_implicit_euler(c);
     const spherical_pendulum_state start = *state;
@@ -1088,7 +1070,7 @@ static spherical_pendulum_status spherical_pendulum_damped_step(const spherical_
         status = spherical_pendulum_part(p, settings, &euler, state, end, part, first, last, fraction + share * length,
             quarter == 1, work);
     }
-    work->factored_step = K(0.0); /* these factors are implicit Euler's */
+    work->factored_step = K(0.0); /* the factors are for implicit Euler */
     if (status == SPHERICAL_PENDULUM_OK) {
         const real behind = spherical_pendulum_size_by_inertia(p, t, state->v, work);
         const real before = spherical_pendulum_size_by_inertia(p, t, start.v, work);
@@ -1108,11 +1090,10 @@ static spherical_pendulum_status spherical_pendulum_damped_step(const spherical_
     return status;
 }
 
-/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
+/* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted on failures, too. */
 static spherical_pendulum_status spherical_pendulum_substeps(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_settings *settings,
-    const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, const real *first, const real *last,
-        long level, int refresh,
+    const spherical_pendulum_settings *settings, const spherical_pendulum_coefficients *c,
+    spherical_pendulum_state *state, const real *first, const real *last, long level, int refresh,
     spherical_pendulum_workspace *work)
 {
     const long parts = 1L << level;
@@ -1125,8 +1106,7 @@ static spherical_pendulum_status spherical_pendulum_substeps(const spherical_pen
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
         if (state->history < 0)
             status = spherical_pendulum_damped_step(p, settings, c, state, t, step, first, last,
-                (real)(part - 1) / (real)parts,
-                length, work);
+                (real)(part - 1) / (real)parts, length, work);
         else
             status = spherical_pendulum_part(p, settings, c, state, t, step, first, last, (real)part / (real)parts,
                 refresh, work);
@@ -1136,12 +1116,12 @@ static spherical_pendulum_status spherical_pendulum_substeps(const spherical_pen
     return status;
 }
 
-/* One step with good settings. */
+/* One step; settings have been checked. */
 static spherical_pendulum_status spherical_pendulum_take_step(const spherical_pendulum_parameters *p,
     const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
-        const real *u_table)
+    const real *u_table)
 {
-    const real *last = u_table == NULL ? NULL : u_table + 0;
+    const real *last = u_table == NULL ? NULL : u_table;
     spherical_pendulum_status status;
     long level;
     if (state->step != settings->step
@@ -1162,8 +1142,7 @@ static spherical_pendulum_status spherical_pendulum_take_step(const spherical_pe
         && status != SPHERICAL_PENDULUM_ROTATION_TOO_LARGE)
         status = spherical_pendulum_substeps(p, settings, &work->coefficients, state, u_table, last, 0, 1, work);
     for (level = 1; level <= settings->max_halvings && status != SPHERICAL_PENDULUM_OK
-        && status != SPHERICAL_PENDULUM_BAD_ARGUMENT
-        && status != SPHERICAL_PENDULUM_ROTATION_TOO_LARGE; ++level) {
+        && status != SPHERICAL_PENDULUM_BAD_ARGUMENT && status != SPHERICAL_PENDULUM_ROTATION_TOO_LARGE; ++level) {
         spherical_pendulum_state next = *state;
         ++next.statistics.halvings;
         status = spherical_pendulum_substeps(p, settings, &work->coefficients, &next, u_table, last, level, 0, work);
@@ -1181,18 +1160,17 @@ static spherical_pendulum_status spherical_pendulum_take_step(const spherical_pe
 }
 
 spherical_pendulum_status spherical_pendulum_step(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
-    spherical_pendulum_workspace *work, const real *u_table)
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
+    const real *u_table)
 {
     if (!spherical_pendulum_settings_are_good(settings) || state->t + settings->step == state->t)
         return SPHERICAL_PENDULUM_BAD_ARGUMENT;
     return spherical_pendulum_take_step(p, settings, state, work, u_table);
 }
 
-/* A row of the record. inputs: inputs at the time of the state, NULL for formulas. */
+/* Write a row of the record. inputs: inputs at the time of the state, NULL for formulas. */
 static void spherical_pendulum_write_row(const spherical_pendulum_parameters *p, const spherical_pendulum_state *state,
-    const real *inputs,
-    spherical_pendulum_workspace *work, real *row)
+    const real *inputs, spherical_pendulum_workspace *work, real *row)
 {
     row[0] = state->t;
     memcpy(row + 1, state->q, sizeof state->q);
@@ -1201,13 +1179,11 @@ static void spherical_pendulum_write_row(const spherical_pendulum_parameters *p,
     (void)p; (void)inputs; (void)work;
 }
 
-/* Steps with inputs from a table, or else from u to u_end; see spherical_pendulum_run and
+/* Take steps with inputs from a table, or else from u to u_end; see spherical_pendulum_run and
  * spherical_pendulum_run_inputs. */
 static spherical_pendulum_status spherical_pendulum_loop(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
-    spherical_pendulum_workspace *work, long steps, long record_every, const real *u_table, const real *u,
-        const real *u_end,
-    real *record, long *recorded)
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
+    long steps, long record_every, const real *u_table, const real *u, const real *u_end, real *record, long *recorded)
 {
     long k, count = 0;
     const real *table = u_table;
@@ -1233,17 +1209,16 @@ static spherical_pendulum_status spherical_pendulum_loop(const spherical_pendulu
 }
 
 spherical_pendulum_status spherical_pendulum_run(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
-    spherical_pendulum_workspace *work, long steps, long record_every, const real *u_table, real *record,
-        long *recorded)
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
+    long steps, long record_every, const real *u_table, real *record, long *recorded)
 {
     return spherical_pendulum_loop(p, settings, state, work, steps, record_every, u_table, NULL, NULL, record,
         recorded);
 }
 
 spherical_pendulum_status spherical_pendulum_run_inputs(const spherical_pendulum_parameters *p,
-    const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
-    spherical_pendulum_workspace *work, long steps, const real *u, const real *u_end)
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state, spherical_pendulum_workspace *work,
+    long steps, const real *u, const real *u_end)
 {
     return spherical_pendulum_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
 }
@@ -1257,7 +1232,7 @@ void spherical_pendulum_simulator_default(spherical_pendulum_simulator *simulato
     spherical_pendulum_default_state(&simulator->state);
 }
 
-/* Note the end of a start or a step. */
+/* Store t, q and v after a start or a step. */
 static void spherical_pendulum_note_simulator(spherical_pendulum_simulator *simulator)
 {
     simulator->end.known = 1;
@@ -1266,7 +1241,7 @@ static void spherical_pendulum_note_simulator(spherical_pendulum_simulator *simu
     memcpy(simulator->end.v, simulator->state.v, sizeof simulator->end.v);
 }
 
-/* Whether the state was changed by the caller since then. */
+/* Return 1 if the caller has changed the state since then. */
 static int spherical_pendulum_simulator_is_written(const spherical_pendulum_simulator *simulator)
 {
     return simulator->end.known && (simulator->end.t != simulator->state.t
@@ -1280,8 +1255,7 @@ spherical_pendulum_status spherical_pendulum_simulator_start(spherical_pendulum_
     const real *table = NULL;
     (void)u;
     status = spherical_pendulum_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work,
-        table);
+        &simulator->work, table);
     if (status == SPHERICAL_PENDULUM_OK)
         spherical_pendulum_note_simulator(simulator);
     return status;
@@ -1298,8 +1272,7 @@ spherical_pendulum_status spherical_pendulum_simulator_step(spherical_pendulum_s
     if (status != SPHERICAL_PENDULUM_OK)
         return status;
     status = spherical_pendulum_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
-        &simulator->work,
-        steps, u, u_end);
+        &simulator->work, steps, u, u_end);
     spherical_pendulum_note_simulator(simulator);
     return status;
 }
@@ -1311,7 +1284,7 @@ spherical_pendulum_status spherical_pendulum_simulator_outputs(spherical_pendulu
     const real *given = NULL;
     real row[11];
     if (!simulator->end.known || spherical_pendulum_simulator_is_written(simulator))
-        return SPHERICAL_PENDULUM_BAD_ARGUMENT; /* accelerations of this state are not known yet */
+        return SPHERICAL_PENDULUM_BAD_ARGUMENT; /* the accelerations of this state are unknown */
     spherical_pendulum_write_row(p, state, given, &simulator->work, row);
     spherical_pendulum_outputs(row + 1, row + 5, y);
     return SPHERICAL_PENDULUM_OK;

@@ -65,6 +65,36 @@ function drawGround(centre) {
   }
 }
 
+/** Places of the middle of a road, of a moving road around the wheel at a time. */
+function placesOf(road, wheel, time) {
+  if (road.places) return road.places;
+  const last = road.times.length - 1;
+  const row = Math.max(0, road.times.findLastIndex((moment) => moment <= time));
+  const next = Math.min(row + 1, last);
+  const part = next > row ? (time - road.times[row]) / (road.times[next] - road.times[row]) : 0;
+  const [x, y] = placed(wheel, road.center.position);
+  return road.along.map((ahead, k) => [x + ahead, y, (1 - part) * road.heights[row][k] + part * road.heights[next][k]]);
+}
+
+/** A road as a strip with bright edges. */
+function addRoad(add, road, wheel, time) {
+  const places = placesOf(road, wheel, time);
+  const sides = places.map((place, k) => {
+    const ahead = minus(places[Math.min(k + 1, places.length - 1)], places[Math.max(k - 1, 0)]);
+    const across = unit([-ahead[1], ahead[0], 0]);
+    return [-0.5, 0.5].map((side) => camera.project(plus(place, times(side * road.width, across))));
+  });
+  for (let k = 0; k + 1 < sides.length; k++) {
+    const face = [sides[k][0], sides[k + 1][0], sides[k + 1][1], sides[k][1]];
+    if (face.some((corner) => corner[2] <= camera.near)) continue;
+    const depth = Math.max(...face.map((corner) => corner[2]));
+    add(depth, () => {
+      polygon(face, css(rgbOf(style.steel), 0.28), "");
+      for (const [from, to] of [[0, 1], [3, 2]]) line([face[from], face[to]], style.steel, 1.6, 0.8);
+    });
+  }
+}
+
 /** Colours of x, y and z. */
 const AXES = ["#d8414f", "#2f9e57", "#3b76e0"];
 
@@ -211,16 +241,7 @@ function draw() {
     addLine(ends, (both) => cutUp(both, 6), small, (piece) => line(piece, style.steel, 4.5));
   }
 
-  for (const tyre of scene.tyres.filter((item) => !scene.shapes.some((shape) => shape.body === item.center.body && shape.body >= 0))) {
-    const wheel = pose(tyre.center.carrier);
-    const heading = turned(wheel.R, [1, 0, 0]);
-    const level = minus(heading, times(dot(heading, up), up));
-    const [middle, ahead] = [placed(wheel, tyre.center.position), norm(level) > 1e-3 ? unit(level) : across(up)[0]];
-    const at = (k) => plus(middle, times(tyre.radius, plus(times(Math.cos((k * Math.PI) / 24), ahead), times(Math.sin((k * Math.PI) / 24), up))));
-    for (let k = 0; k < 48; k++) {
-      addLine(camera.segment(at(k), at(k + 1)), (ends) => [ends], small, (piece) => line(piece, style.steel, 4, state.lit === null ? 1 : 0.4));
-    }
-  }
+  for (const road of shown.ground ? scene.roads : []) addRoad(add, road, pose(road.center.carrier), state.time);
 
   for (const point of scene.points) {
     const colour = point.body < 0 ? rgbOf(style.steel) : bodies[point.body].colour;

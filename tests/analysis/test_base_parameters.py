@@ -9,7 +9,7 @@ import eomgen
 from eomgen.errors import UsageError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import load
-from eomgen.solvers.redundancy import NoGap, independent_columns, short
+from eomgen.solvers.redundancy import NoRankGap, independent_columns, short
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.states import random_states
@@ -117,7 +117,7 @@ def test_independent_columns(rng: np.random.Generator) -> None:
     assert (found.kept, found.others) == ((0, 2, 4), (3,))
     assert found.coefficients.tolist() == [[2.0], [-1 / 3], [0.0]]
     close = np.stack([A[:, 0], A[:, 1], A[:, 0] + 3e-10 * A[:, 2], A[:, 1] + 5e-11 * A[:, 3]], axis=1)
-    with pytest.raises(NoGap, match="a column differs from those before it by"):
+    with pytest.raises(NoRankGap, match="a column differs from those before it by"):
         independent_columns(close)
     assert short(0.1 + 0.2) == 0.3 and short(1 / 7) == 1 / 7 and short(np.pi) == np.pi
     assert short(2.608225000000001e-4) == 2.608225e-4

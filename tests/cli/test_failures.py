@@ -100,7 +100,7 @@ def test_usage(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
         ),
         (
             ["simulate", str(scene_file), *out, "--step", "fast"],
-            "--step: 'fast' is no time; try: 2, or",
+            "--step: 'fast' is not a time; try: 2, or",
         ),
         (
             ["simulate", str(scene_file), *out, "--set", "length"],

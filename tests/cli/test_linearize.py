@@ -237,7 +237,8 @@ spin = { type = "revolute", parent = "middle", child = "disc", axis = [0, 0, 1] 
         encoding="utf-8",
     )
     words = ["--campbell", "spin=10:300:3", "--orders", "1,2", "--whirl", "tilt_x:tilt_y", "--json"]
-    assert main(["linearize", str(path), "--out", str(folder), *words]) == 0
+    drawn = ["--modes", "1", "--speed-unit", "rpm", "--band", "1:40"]
+    assert main(["linearize", str(path), "--out", str(folder), *words, *drawn]) == 0
     crossings = json.loads(capsys.readouterr().out)["campbell"]
     expected = [
         (1.0, math.sqrt(7200 / 0.49), "backward"),

@@ -53,7 +53,7 @@ def test_generate_says_which_method_it_takes_for_auto(
     assert main(["generate", "scene.toml", "--method", "auto", "--out", "code"]) == 0
     assert "C, which is written earlier, steps with generalized_alpha" in capsys.readouterr().err
     readme = Path("code/README.md").read_text(encoding="utf-8")
-    assert "Steps are those of generalized-alpha on Lie groups: the scene asks for `auto`, which chooses" in readme
+    assert "Method: generalized-alpha on Lie groups: the scene asks for `auto`, which chooses" in readme
     assert json.loads(Path("code/manifest.json").read_text())["method"] == "generalized-alpha on Lie groups"
     Path("scene.toml").write_text(PENDULUM_TOML + 'method = "auto"\n', encoding="utf-8")
     assert main(["info", "scene.toml"]) == 0

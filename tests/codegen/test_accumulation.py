@@ -25,7 +25,7 @@ def springs(
 
     Parameters
     ----------
-    clamped : whether the first point is no unknown
+    clamped : whether the first point is not an unknown
     read : whether something else reads a force
     order : of the points in the outputs
     alike : whether no summand has a sign that is unlike those of other elements

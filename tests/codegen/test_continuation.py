@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eomgen.codegen.continuation import Irregular, Samples, continued
+from eomgen.codegen.continuation import IrregularSamples, Samples, continued
 from eomgen.codegen.program import Statement
 
 
@@ -62,7 +62,7 @@ def test_lists_keep_their_beginning_and_their_end(few: int, more: int, number: i
     ids=["squares", "quadratic", "bent", "numbers", "decimals", "keys", "number", "triangle", "shorter"],
 )
 def test_other_data_are_refused(made: Callable[[int], Any]) -> None:
-    with pytest.raises(Irregular):
+    with pytest.raises(IrregularSamples):
         continued(samples(made, 8, 2), 5)
 
 

@@ -281,7 +281,7 @@ def test_calls_that_a_controller_cannot_have_are_refused(arguments: dict[str, An
 
 def test_other_documents_and_languages_are_refused() -> None:
     lattice = Lattice("pair", "fput", (0.1, 0.2))
-    told = "only: pair is no mechanical scene, and only scenes have a controller; try: leave it out"
+    told = "only: pair is not a mechanical scene, and only scenes have a controller; try: leave it out"
     with pytest.raises(eomgen.UsageError, match=told):
         _check_scene(lattice, "controller")
     told = "only: a controller alone is written in C, not in Python; try: target c"

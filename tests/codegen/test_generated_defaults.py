@@ -84,7 +84,7 @@ def test_the_command_line_sets_values_with_units_and_the_number_type(
     assert values["length"] == pytest.approx(0.3) and " -DEOMGEN_REAL_FLOAT " in manifest["compile"]
     readme = Path("c/README.md").read_text(encoding="utf-8")
     assert "`length` (0.3 m)" in readme and f"    {manifest['compile']}\n" in readme
-    assert "Numbers are floats by the macro in the command, and doubles without it." in readme
+    assert "With the macro in the command numbers are floats, without it doubles." in readme
     subprocess.run(shlex.split(manifest["compile"]), check=True, cwd="c")
     last = [float(text) for text in run(Path("c/shaken"), "0.5", "1e-2").stdout.splitlines()[-1].split(",")]
     model = eomgen.build("scene.toml", real="float")
@@ -123,7 +123,7 @@ def test_python_is_refused_what_no_scene_can_have(tmp_path: Path) -> None:
     scene = eomgen.load(tomllib.loads(PENDULUM_TOML))
     with pytest.raises(eomgen.UsageError, match="one set of parameters is needed, not a batch; try: a number for each"):
         eomgen.generate(scene, tmp_path / "c", parameters={"length": [0.3, 0.4]})  # type: ignore[dict-item]
-    told = "pair is no scene, and only scenes are written with other values of their parameters; try: leave them out"
+    told = "pair is not a scene, and only scenes are written with other values of their parameters; try: leave them out"
     with pytest.raises(eomgen.UsageError, match=told):
         lattice = Lattice("pair", "fput", (0.1, 0.2))
         with_parameters(lattice, describe(lattice), {"k": 1.0})

@@ -12,6 +12,7 @@ import pytest
 from eomgen.codegen import convert
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.program import Program
+from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.errors import ModelError
 from eomgen.symbolic.evaluate import evaluate
@@ -228,3 +229,19 @@ def test_a_function_that_would_overflow_the_stack_is_refused(monkeypatch: pytest
         ModelError, match=r"function tangle0 keeps \d+ values on the stack, more than 20; try: fewer elements"
     ):
         to_program(tangled(), part_limit=41)
+
+
+def test_named_values_of_earlier_parts_keep_the_names() -> None:
+    tape = Tape()
+    x = [tape.input("q", k) for k in range(4)]
+    length = tape.call(Op.SQRT, tape.add(tape.mul(x[0], x[0]), tape.mul(x[1], x[1])))
+    tape.name(length, "length")
+    other = tape.add(tape.mul(x[2], x[2]), tape.mul(x[3], x[3]))
+    last = [tape.mul(length, tape.add(other, tape.constant(float(k)))) for k in range(2, 5)]
+    first, second = schedule(tape, [[length, other, *last]], ("q",), part_limit=7, fill=False, reroll=False).parts
+    saved = {item.data[1]: item.data[0] for item in first.statements if item.kind == "save"}
+    (number, name), (again, name_again) = (*first.names, *second.names)
+    assert name == name_again == "length"
+    (load,) = (item.data for item in second.statements if item.kind == "let" and item.data[0] == again)
+    assert load == (again, ("w", saved[number]))  # once, though three products read the value
+    assert sum(str(item.data).count(f"('w', {saved[number]})") for item in second.statements) == 1

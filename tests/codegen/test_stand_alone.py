@@ -16,7 +16,7 @@ from eomgen.codegen.convert import to_program
 from eomgen.codegen.folder import write_folder
 from eomgen.codegen.targets.c.naming import c_string
 from eomgen.codegen.targets.c.target import generate_files
-from eomgen.integrators.families.register import METHOD_NAMES, method_named
+from eomgen.integrators.families.register import method_named, method_names
 from tests.codegen.hand_made import pendulum
 from tests.codegen.test_render import HOSTILE, STRICT, hostile
 from tests.models.cache import shared_cache
@@ -102,7 +102,7 @@ def test_readme_says_how_to_change_parameters_and_inputs(tmp_path: Path) -> None
     assert "NULL in place of a table: the scene's formulas." in text
     eomgen.generate(cart(formula=False), tmp_path / "c")
     text = (tmp_path / "c" / "README.md").read_text(encoding="utf-8")
-    assert "Those not held are zero: the scene has no formula for them." in text
+    assert "Inputs that are not held are zero: the scene has no formula for them." in text
     assert "This scene has no formulas, so a table is needed." in text
 
 
@@ -134,7 +134,7 @@ def top() -> eomgen.Scene:
 
 @pytest.mark.slow
 def test_a_stepper_defines_the_group_functions_that_it_calls(tmp_path: Path) -> None:
-    families = {type(method_named(name)): name for name in reversed(METHOD_NAMES) if "index3" not in name}
+    families = {type(method_named(name)): name for name in reversed(method_names()) if "index3" not in name}
     assert len(families) > 10
     for name in families.values():
         eomgen.generate(top(), tmp_path / name, method=name)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from eomgen.codegen.targets.c.templates import environment
-from eomgen.products.ensembles.lane_code import NotInLanes, translated
+from eomgen.products.ensembles.lane_code import UntranslatableConstruct, translated
 from eomgen.toolchain.compiler import find_compiler, preprocessed
 
 COUNT = 64
@@ -358,5 +358,5 @@ def test_each_lane_does_what_the_text_does(case: str, tmp_path: Path) -> None:
     ],
 )
 def test_what_lanes_cannot_follow_is_named_with_its_line(text: str, what: str) -> None:
-    with pytest.raises(NotInLanes, match=rf"{what}.*\(stepper:\d+:\d+\)"):
+    with pytest.raises(UntranslatableConstruct, match=rf"{what}.*\(stepper:\d+:\d+\)"):
         in_lanes(text)

@@ -133,7 +133,7 @@ def turned_by(angles: Any) -> str:
 def test_an_element_that_turns_by_more_than_half_a_turn_is_named() -> None:
     assert turned_by(np.linspace(0.0, 3.1, 50)) == ""
     assert turned_by(np.linspace(0.0, 4.0, 101)) == (
-        "element 2 of the beam rope turns by more than half a turn at t = 0.79 s, which strains cannot tell; try:"
+        "element 2 of the beam rope turns by more than half a turn at t = 0.79 s, which strains cannot show; try:"
         " elements = 4, which turn less each"
     )
 

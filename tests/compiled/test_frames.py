@@ -101,7 +101,9 @@ def test_what_is_said_of_mistakes() -> None:
         model.operational_inertia("tool", q, rows=[7])
     scene = eomgen.load({"format": 1, "name": "one", **ONE}, task_frames=["rod"])
     one = eomgen.build(scene, terms=["poses"], profile="quick")
-    with pytest.raises(UsageError, match=r"task_frames: tip is no task frame, and the terms of frames give rod only"):
+    with pytest.raises(
+        UsageError, match=r"task_frames: tip is not a task frame, and the terms of frames give rod only"
+    ):
         one.jacobian("tip", one.initial_q)
     with pytest.raises(UsageError, match="the task frames of a Scene are chosen where it is read"):
         eomgen.load(scene, task_frames=["tip"])

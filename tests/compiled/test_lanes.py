@@ -254,6 +254,6 @@ def test_a_compiler_that_fails_changes_nothing(
 
 def test_a_choice_of_lanes_that_is_none(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EOMGEN_LANES", "always")
-    what = "environment variable EOMGEN_LANES: 'always' is no choice of lanes; try: auto, off or now"
+    what = "environment variable EOMGEN_LANES: 'always' is not a choice of lanes; try: auto, off or now"
     with pytest.raises(UsageError, match=what):
         model.mass(np.zeros((40, 1)))

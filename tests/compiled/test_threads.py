@@ -45,7 +45,9 @@ def test_a_number_of_threads_that_is_none(monkeypatch: pytest.MonkeyPatch, tmp_p
     model = eomgen.build(pendulum_scene(), ["inverse_dynamics", "partials"])
     monkeypatch.setattr(functions, "_SHARE", 1)
     monkeypatch.setenv("EOMGEN_THREADS", "many")
-    with pytest.raises(UsageError, match="environment variable EOMGEN_THREADS: 'many' is no number of threads; try: "):
+    with pytest.raises(
+        UsageError, match="environment variable EOMGEN_THREADS: 'many' is not a number of threads; try: "
+    ):
         model.inverse_dynamics(np.zeros((4, 1)), np.zeros(1), np.zeros(1))
 
 

@@ -16,7 +16,7 @@ import pytest
 import eomgen
 from eomgen.cli import INTERRUPTED, VERBS, commands
 from eomgen.formula.words import FUNCTIONS
-from eomgen.integrators.families.register import METHOD_NAMES
+from eomgen.integrators.families.register import method_names
 from eomgen.mechanics.derive import derive
 from eomgen.scene.document.reference import schema
 from eomgen.scene.document.schema import SECTIONS
@@ -30,7 +30,11 @@ __all__ = ["shared_cache"]
 ROOT = Path(__file__).parents[2]
 PAGES = {
     path.name: path.read_text(encoding="utf-8") for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+} | {
+    f"theory/{path.name}": path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "theory").glob("*.md"))
 }
+#: The page of the architecture and the pages of the theory name files of the package.
+INSIDE = "\n".join(text for page, text in PAGES.items() if page == "architecture.md" or page.startswith("theory/"))
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
@@ -58,9 +62,9 @@ def place(block: object) -> str | None:
 #: Blocks that pieces need as files: their first line names the file.
 FILES = [
     block
-    for language in ("csv", "toml", "c")
+    for language in ("csv", "toml", "c", "python")
     for block in blocks(language)
-    if re.match(r"(# \w+\.(csv|toml)|/\* \w+\.c \*/)\n", block.text)
+    if re.match(r"(# \w+\.(csv|toml|py)|/\* \w+\.c \*/)\n", block.text)
 ]
 #: Of scenes; what the pages of Hamiltonian systems and of fields hold is run by the tests of these.
 SCENES = [block for block in blocks("toml") if block.page not in ("hamiltonian.md", "fields.md")]
@@ -91,6 +95,7 @@ def test_there_is_something_to_test() -> None:
         "identification.md",
         "python.md",
         "random_vibration.md",
+        "scene.md",
         "urdf_robots.md",
         "waves.md",
     }
@@ -191,7 +196,7 @@ def test_every_term_function_method_and_energy_is_on_the_page() -> None:
     texts = sections("scene.md")
     formulas = texts["Values and formulas"]
     assert FUNCTIONS.keys() <= {word.partition("(")[0] for word in in_backticks(formulas)}
-    assert set(METHOD_NAMES) <= in_backticks(texts["simulation"])
+    assert set(method_names()) <= in_backticks(texts["simulation"])
     assert set(ENERGIES) <= in_backticks(texts["outputs"])
 
 
@@ -267,11 +272,10 @@ def test_files_to_change_are_there() -> None:
     assert [name for name in files if not (Path(eomgen.__file__).parent / name).is_file()] == []
 
 
-def test_files_on_the_page_of_the_architecture_exist() -> None:
-    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+def test_files_on_the_pages_of_architecture_and_theory_exist() -> None:
     folders = ("eomgen", "templates", "tests", "docs", "examples", "benchmarks")
     there = [str(file.relative_to(ROOT)) for folder in folders for file in (ROOT / folder).rglob("*") if file.is_file()]
-    named = set(re.findall(r"`([\w./-]+\.(?:py|pyi|jinja|js|md|svg|json))`", page))
+    named = set(re.findall(r"`([\w./-]+\.(?:py|pyi|jinja|js|md|svg|json))`", INSIDE))
     assert len(named) > 150
     assert sorted(name for name in named if not any(f"/{file}".endswith(f"/{name}") for file in there)) == []
 
@@ -319,14 +323,14 @@ def test_a_part_of_another_room_is_a_stranger() -> None:
     ]  # fmt: skip  # one line for the names
 
 
-def test_paths_on_the_page_of_the_architecture_exist() -> None:
+def test_paths_on_the_pages_of_architecture_and_theory_exist() -> None:
     """Folders and modules without ending; ``<family>`` and the like stand for any name."""
     package = Path(eomgen.__file__).parent
     folders = [package, *(ROOT / name for name in ("templates", "tests", "docs", "examples", "benchmarks"))]
     paths = [f"/{path.relative_to(ROOT)}" for folder in folders for path in (folder, *folder.rglob("*"))]
     text = "\n".join([*paths, *(path.rpartition(".")[0] for path in paths)])
     wrong = []
-    for name in sorted(set(re.findall(r"`([\w.*<>-]+/[\w./*<>-]*)`", PAGES["architecture.md"]))):
+    for name in sorted(set(re.findall(r"`([\w.*<>-]+/[\w./*<>-]*)`", INSIDE))):
         module = name if re.search(r"\.(py|pyi|jinja|js|md|svg|json)$", name) else re.sub(r"\.\w+$", "", name)
         pattern = re.sub(r"<\w+>|\\\*", r"[^/\n]+", re.escape(module.rstrip("/")))
         if not re.search(rf"/{pattern}$", text, re.MULTILINE):
@@ -347,10 +351,10 @@ def test_rows_of_tables_have_the_cells_of_their_heads(page: str) -> None:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_links_lead_somewhere(page: str) -> None:
-    folder = ROOT if page == "README.md" else ROOT / "docs"
+    source = ROOT / page if page == "README.md" else ROOT / "docs" / page
     for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", PAGES[page]):
         file, _, anchor = target.partition("#")
-        path = folder / file if file else folder / page
+        path = source.parent / file if file else source
         assert path.exists(), f"{page}: {target} is not there"
         if anchor:
             headings = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)

@@ -11,7 +11,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import VERBS
-from eomgen.integrators.families.register import METHOD_NAMES
+from eomgen.integrators.families.register import method_names
 from eomgen.scene.document.reference import schema
 from eomgen.scene.document.schema import Document
 from eomgen.system.terms import TERMS
@@ -67,7 +67,7 @@ def is_in_scene_files(place: str) -> bool:
 EXISTS: dict[str, Callable[[str], bool]] = {
     "key": lambda name: name in Document.model_fields,
     "term": lambda name: name in TERMS,
-    "method": lambda name: name in METHOD_NAMES,
+    "method": lambda name: name in method_names(),
 }
 
 

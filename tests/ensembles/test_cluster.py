@@ -20,7 +20,7 @@ import pytest
 import eomgen
 from eomgen.errors import FileError, UsageError
 from eomgen.products.ensembles import Ensemble, cluster, parts
-from eomgen.products.ensembles.samples import Failed, SampleBlock
+from eomgen.products.ensembles.samples import FailedSample, SampleBlock
 from tests.ensembles.carts import CART, VARY, bits, small_blocks
 
 pytestmark = pytest.mark.slow
@@ -228,7 +228,7 @@ def _set_version_of_parts(version: str) -> None:
     [
         ("tcp://127.0.0.1:1", FileError, "cluster tcp://127.0.0.1:1: no scheduler answers: OSError: "),
         ("nowhere:8786", FileError, "cluster: there is no scheduler file nowhere:8786; try: dask, an address such as"),
-        (7, UsageError, "cluster: 7 is no cluster; try: 'dask', 'tcp://host:8786', the path of a scheduler file"),
+        (7, UsageError, "cluster: 7 is not a cluster; try: 'dask', 'tcp://host:8786', the path of a scheduler file"),
     ],
 )
 def test_what_is_no_cluster_is_told(
@@ -258,8 +258,8 @@ def test_without_dask_it_says_what_to_install(cart: eomgen.Model, monkeypatch: p
 
 def test_other_c_than_the_senders_is_refused(cart: eomgen.Model) -> None:
     """As where eomgen has other templates under the same version."""
-    shipment = parts.Shipment("x", lambda: cart, "another", "monte_carlo", 2, (), {}, {})
-    refusal = parts.Room(shipment).run(0, np.zeros((2, 0)))
+    shipment = parts.RemoteSource("x", lambda: cart, "another", "monte_carlo", 2, (), {}, {})
+    refusal = parts.WorkerState(shipment).run(0, np.zeros((2, 0)))
     assert isinstance(refusal, parts.Refusal)
     assert "other C comes of the scene here" in refusal.problems[0].what
 
@@ -268,7 +268,7 @@ def test_other_c_than_the_senders_is_refused(cart: eomgen.Model) -> None:
 def test_parts_are_cut_into_blocks_with_their_failures() -> None:
     """Parts of 1, 5, 2 and 3 samples, the fourth and the last of which failed, in blocks of 4."""
     values = np.arange(11.0)[:, np.newaxis]
-    failed = [Failed(3, "a", {}), Failed(10, "b", {})]
+    failed = [FailedSample(3, "a", {}), FailedSample(10, "b", {})]
     given, first = [], 0
     for count in (1, 5, 2, 3):
         own = values[first : first + count]

@@ -50,7 +50,7 @@ def test_units_and_percentages() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("1.5", "usage error: vary mass: '1.5' is no distribution; try: mass=normal(1, 0.1)"),
+        ("1.5", "usage error: vary mass: '1.5' is not a distribution; try: mass=normal(1, 0.1)"),
         ("normals(1, 2)", "usage error: vary mass: there is no distribution 'normals'; try: normal"),
         ("normal(1)", "usage error: vary mass: normal takes 2 numbers, not 1; try: normal(mean, deviation)"),
         ("normal(a, 1)", "usage error: vary mass: mean: 'a' is not a number; try: normal(mean, deviation)"),

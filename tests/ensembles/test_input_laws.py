@@ -103,7 +103,7 @@ def test_random_seeds_are_whole_and_reproducible(cart: eomgen.Model) -> None:
         ),
         (
             {"vary": {"seed.wind": "values(1, 2)"}},
-            "the input wind is no random road and no random process, so it has no seed; try: seed.push or seed",
+            "the input wind is neither a random road nor a random process, so it has no seed; try: seed.push or seed",
         ),
         (
             {"vary": {"seed.track": "values(1, 2)"}},

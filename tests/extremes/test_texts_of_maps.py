@@ -46,9 +46,9 @@ def example(name: str) -> eomgen.Model:
             {"step": 0.0125, "t_end": 0.5, "method": "rk4", "initial": {"shoulder": {"velocity": 8e7}}},
             "stopped at t = 0 s, after 0 of 40 steps: a value became infinite or not a number; the first block that is"
             " not finite is M (the inertia matrix), component v.shoulder at t = # s, where q.shoulder is # rad and"
-            " q.elbow is # rad: sines and cosines are computed up to 1e+10 rad, beyond which numbers are 2e-06 rad and"
-            " more apart; try: other signs or sizes of gains, damping and stiffnesses, an initial position with smaller"
-            " forces, or a smaller step",
+            " q.elbow is # rad: sines and cosines are computed up to 1e+10 rad, beyond which numbers differ by 2e-06"
+            " rad and more; try: other signs or sizes of gains, damping and stiffnesses, an initial position with"
+            " smaller forces, or a smaller step",
         ),
         (
             "four_bar",
@@ -70,14 +70,14 @@ def test_how_runs_end(name: str, run: dict[str, Any], text: str) -> None:
             "pendulum_on_shaking_base",
             {"t_start": 1e9, "t_end": 1e9 + 0.3, "step": 1.5e-3},
             "usage error: t_start: cos(#) would be taken at t = # s; sines and cosines are computed up to 1e+10 rad,"
-            " beyond which numbers are 2e-06 rad and more apart; try: an origin of time near the run, with the phase"
+            " beyond which numbers differ by 2e-06 rad and more; try: an origin of time near the run, with the phase"
             " there in the formula",
         ),
         (
             "pendulum_on_shaking_base",
             {"step": 0.015, "t_end": 0.6},
             "base.position[2]): the position of the base is too steep for a step of 0.015 s near t = # s: over one step"
-            " it changes by # m more or less than its rates tell, # % of its range; try: a step of # s",
+            " it changes by # m more or less than the integral of its rates, # % of its range; try: a step of # s",
         ),
     ],
 )

@@ -250,7 +250,11 @@ def _calls() -> Iterator[tuple[str, Callable[[], Any], tuple[str, ...]]]:
     )
     yield "a parameter that is not there", runs(parameters={"lod": 2.0}), ("no parameter 'lod'", "try: load")
     yield "a fixed parameter", runs(parameters={"length": 2.0}), ("fixed in the code", "tunable = true")
-    yield "a parameter that is no number", runs(parameters={"load": float("nan")}), ("load is nan", "a finite number")
+    yield (
+        "a parameter that is not a number",
+        runs(parameters={"load": float("nan")}),
+        ("load is nan", "a finite number"),
+    )
     yield (
         "a mass made negative",
         runs(parameters={"load": -3.0}),
@@ -334,7 +338,7 @@ def _motions() -> Iterator[tuple[str, Callable[[], Any], tuple[str, ...]]]:
         ("stopped at t =", "input u: the function failed", "KeyError"),
     )
     yield (
-        "an input that is no number",
+        "an input that is not a number",
         run_of(pushed(), 1.0, 1e-3, inputs={"u": lambda t: float("nan") if t > 0.5 else 0.0}),
         ("the function gives nan", "finite numbers over the whole run"),
     )

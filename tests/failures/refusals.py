@@ -21,7 +21,11 @@ ROOT = Path(__file__).parents[2]
 #: Words in a row by which a text is known.
 RUN = 4
 #: Where the text is, by what is called: its place among the arguments, and its name.
-_TEXTS: Mapping[str, tuple[int, str]] = {"Problem": (1, "what"), "Status": (2, "text"), "Need": (2, "reason")}
+_TEXTS: Mapping[str, tuple[int, str]] = {
+    "Problem": (1, "what"),
+    "Status": (2, "text"),
+    "SystemRequirement": (2, "reason"),
+}
 _ERRORS = frozenset(name for name in eomgen.__all__ if name.endswith("Error"))
 _DEEPEST = 6
 

@@ -43,7 +43,7 @@ def test_a_spring_between_points_that_never_part_is_named(tmp_path: Path) -> Non
     assert (
         str(caught.value)
         == "model error: spring coil: the points mark and anchor coincide for all coordinates, so it has no"
-        " direction; try: points that can move apart, or a torsion spring"
+        " direction; try: points that can separate, or a torsion spring"
     )
 
 

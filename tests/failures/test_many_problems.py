@@ -28,9 +28,9 @@ def test_formulas_in_place_of_tables_are_counted() -> None:
 
 
 def test_few_problems_and_different_ones_are_listed_one_by_one() -> None:
-    few = [Problem(f"a.toml:{k} (outputs.e{k})", f"{k} is no number") for k in range(5)]
+    few = [Problem(f"a.toml:{k} (outputs.e{k})", f"{k} is not a number") for k in range(5)]
     assert len(str(DescriptionError(few)).splitlines()) == 6
-    others = [Problem(f"a.toml (s{k}.e)", "it is no number") for k in range(9)]
+    others = [Problem(f"a.toml (s{k}.e)", "it is not a number") for k in range(9)]
     assert len(str(DescriptionError(others)).splitlines()) == 10
     kinds = [Problem("a.toml (outputs.e)", f"it is {word}") for word in "abcdefgh"]
     assert len(str(DescriptionError(kinds)).splitlines()) == 9

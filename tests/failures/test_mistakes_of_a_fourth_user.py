@@ -15,7 +15,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.results.error_estimate import Largest
+from eomgen.results.error_estimate import LargestError
 from eomgen.scene.load import load_toml
 
 SLIDER = """\
@@ -318,7 +318,7 @@ def test_a_motion_that_grows_beyond_the_largest_number_is_told_without_a_warning
 
 @pytest.mark.parametrize("share", [1e-3, 0.5, 2.0, 35.0, 9.9e3, 1e5, 1.6e172, float("inf")])
 def test_percentages_of_errors_are_short(share: float) -> None:
-    told = str(Largest("q.x", 7.1, "m", 2.0, share)).partition("s, ")[2].partition(" %")[0]
+    told = str(LargestError("q.x", 7.1, "m", 2.0, share)).partition("s, ")[2].partition(" %")[0]
     assert len(told) <= 8
     assert float(told) == pytest.approx(100.0 * share, rel=0.06)
 

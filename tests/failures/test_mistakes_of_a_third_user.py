@@ -44,7 +44,7 @@ def regulator(**options: Any) -> Any:
     [
         (lambda: arm().nle, "a Model has no 'nle'; try: coupling(q, v) - force(q, v), since forces hold gravity"),
         (lambda: arm().gravity, "a Model has no 'gravity'; try: force(q, v), which holds gravity"),
-        (lambda: arm().rhs([0.1, 0.0], 0.0), "rhs: the time comes first, and the state behind it; try: rhs(t, y)"),
+        (lambda: arm().rhs([0.1, 0.0], 0.0), "rhs: the time comes first, and then the state; try: rhs(t, y)"),
         (lambda: arm().point("upper", [0.1]), "try: point(body, r, q): r is a place in the body's axes"),
         (lambda: arm().start(step=1e-3).u, "a Simulator has no 'u'; try: inputs"),
         (lambda: arm().start(step=1e-3).step(dt=1e-3), "there is no argument 'dt'; try: model.start(step=...)"),
@@ -353,7 +353,7 @@ def test_a_motion_that_grows_until_its_sines_end_names_the_signs_of_gains() -> N
 
 @pytest.mark.parametrize(("frequency", "known"), [(1000.0, False), (1010.0, False), (10.0, True)])
 def test_rows_that_a_force_outruns_do_not_judge_its_energy(frequency: float, known: bool) -> None:
-    """F/(m w) (1 - cos(w t)) is the velocity: 0.0159 m/s on average at 1 kHz, and 0 at rows that are 1 ms apart."""
+    """F/(m w) (1 - cos(w t)) is the velocity: 0.0159 m/s on average at 1 kHz, and 0 at rows every 1 ms."""
     builder = slider().effort("e", "x", f"100 * sin(2 * pi * {frequency} * t)")
     run = eomgen.build(builder.build(), profile="quick").simulate(0.2, 1e-3, method="rk45")
     force = 100.0 / (2.0 * np.pi * frequency)

@@ -131,10 +131,10 @@ def test_what_it_is_called_here_is_told(call: Callable[[], Any], piece: str) -> 
             changed('unit = "N m" }', 'unit = "N" }'),
             "efforts.motor.effort: 'motor' is a force, a torque in N m is expected, and labels convert nothing",
         ),
-        (changed('unit = "kg"', 'unit = "kilo"'), "parameters.load.unit: 'kilo' is no unit that is known"),
+        (changed('unit = "kg"', 'unit = "kilo"'), "parameters.load.unit: 'kilo' is not a known unit"),
         (
             changed('[0, 0, "-length / 2"]', '["10 mm", 0, -250]'),
-            "bodies.upper.center_of_mass[2]: -250 has no unit, as entries beside it have, so it is -250 m",
+            "bodies.upper.center_of_mass[2]: -250 has no unit, unlike neighbouring entries, so it is -250 m",
         ),
         (
             lambda: scene_of(robot(("<axis", '<origin rpy="90 0 0"/><axis')), "r.urdf").notes,
@@ -219,7 +219,7 @@ def test_a_controller_that_keeps_something_itself_is_not_judged_by_repeating_it(
         (["simulate", "--out", "o"], "missing argument 'SCENE'; try: the path of a .toml or .urdf file"),
         (["simulate", "s.toml", "--out", "o", "--dt", "1"], "try: --step; eomgen simulate --help lists all"),
         (["simulate", "s.toml", "--out", "o", "--t-end", "2 kg"], "--t-end: '2 kg' is a mass, a time in s is expected"),
-        (["simulate", "s.toml", "--out", "o", "--step", "small"], "--step: 'small' is no time; try: 2, or \"2 s\""),
+        (["simulate", "s.toml", "--out", "o", "--step", "small"], "--step: 'small' is not a time; try: 2, or \"2 s\""),
         (
             ["simulate", "s.toml", "--out", "o", "--set", "a", "3"],
             "try: --set name=value without blanks",

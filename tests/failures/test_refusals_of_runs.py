@@ -23,7 +23,7 @@ from eomgen.lie.product import Factor
 from eomgen.products.derivatives.linear_run import undefined_derivatives
 from eomgen.scene.load import from_data
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.simulation.timing import Repeated
+from eomgen.simulation.timing import RepeatedRun
 from tests.failures.refusals import ROOT, Refusal, refusals_in, refusals_of, runs, texts_of_tests, unread
 from tests.models.scenes import absolute
 
@@ -234,7 +234,7 @@ def test_models_made_by_hand_have_no_complex_functions() -> None:
 
 def test_derivatives_that_are_not_finite_have_a_reason_without_rough_formulas() -> None:
     assert str(undefined_derivatives(free(), "at t = 1 s")) == (
-        "numerical error: sensitivities: derivatives are no finite numbers at t = 1 s: a formula has none there"
+        "numerical error: sensitivities: derivatives are not finite numbers at t = 1 s: a formula has none there"
         " (a root, a logarithm or a power at zero); try: a formula that is smooth there, sqrt(x**2 + 1e-6) for abs(x);"
         " eomgen check names formulas that are not"
     )
@@ -314,7 +314,7 @@ def broken(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_run_that_cannot_be_repeated_is_not_timed(monkeypatch: pytest.MonkeyPatch) -> None:
-    repeated = Repeated(free(), free().simulate(0.1, 0.01, method="rk4"), method_named("rk4"))
+    repeated = RepeatedRun(free(), free().simulate(0.1, 0.01, method="rk4"), method_named("rk4"))
     broken(monkeypatch)
     with pytest.raises(eomgen.NumericalError) as caught:
         repeated.seconds()

@@ -57,12 +57,12 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
         "a Scene does not change, so 'gravity' is not assigned to; try: gra",
     ),
     (lambda: slider().calibrate(), "calibrate: the scene has no state_feedback, so there are no gains to be found"),
-    (lambda: slider().pose([0.0], "m"), "the name of a body or frame comes first, not list; try: the name, and q"),
+    (lambda: slider().pose([0.0], "m"), "the name of a body or frame comes first, not list; try: the name, and then q"),
     (lambda: slider().point([0.0], "m", [0, 0, 0]), "the name of a body or frame comes first, not list"),
     (lambda: slider().jacobian([0.0], "m"), "the name of a body or frame comes first, not list"),
     (
         lambda: slider().jacobian("m", [0.0], "LOCAL"),  # type: ignore[arg-type]
-        "t: 'LOCAL' is no time: a reference goes by its name; try: reference=\"body\"",
+        "t: 'LOCAL' is not a time: a reference goes by its name; try: reference=\"body\"",
     ),
     (driven(lambda _: [1.0, 2.0]), "input f: the function gives 2 numbers at t = 0 s, and one real number is needed"),
     (driven(lambda _: 1j), "the function gives complex at t = 0 s, and one real number is needed; try: float(...)"),
@@ -142,7 +142,7 @@ def test_units_of_another_kind_in_a_urdf_are_noted() -> None:
     assert text in degrees
     grams = load_urdf(ROBOT.replace("0.02", "20000").replace("0.001", "1000")).notes
     radius = math.sqrt(20000.0 / 1.5)
-    text = f"link rod: the radius of gyration {radius:.3g} m is large beside the robot, 0.2 m"
+    text = f"link rod: the radius of gyration {radius:.3g} m is large for the robot, 0.2 m"
     assert f"{text}; moments of inertia of URDF are in kg m^2" in grams
 
 

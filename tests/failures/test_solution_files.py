@@ -12,7 +12,7 @@ import eomgen
 from tests.models.scenes import PENDULUM_TOML
 
 OUTCOME = {"stats": {}, "message": "", "success": True, "interrupted": False}
-ARCHIVE = "it is no .npz archive, or not all of one; try: a .npz file of Solution.save"
+ARCHIVE = "it is not an .npz archive, or not all of one; try: a .npz file of Solution.save"
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def test_a_single_array_is_no_solution(file: Path) -> None:
     ("arrays", "text"),
     [
         ({"a": 1}, "metadata is missing; try: a .npz file of Solution.save"),
-        ({"metadata": "[1]"}, "its metadata are no mapping; try: a .npz file of Solution.save"),
+        ({"metadata": "[1]"}, "its metadata are not a mapping; try: a .npz file of Solution.save"),
         ({"metadata": json.dumps(OUTCOME)}, "t is missing"),
         (
             {

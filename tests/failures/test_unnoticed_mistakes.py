@@ -82,7 +82,7 @@ def test_an_initial_value_of_a_driven_joint_is_told_not_to_be_taken() -> None:
 
 def test_a_law_without_a_value_is_refused_with_its_time() -> None:
     model = built(slider(drive="sqrt(0.25-t)"))
-    with pytest.raises(eomgen.UsageError, match=r"the driven travel has no value behind t = 0\.25 s: a root, a log"):
+    with pytest.raises(eomgen.UsageError, match=r"the driven travel has no value after t = 0\.25 s: a root, a log"):
         model.simulate(1.0, 1e-3)
 
 
@@ -107,7 +107,7 @@ def test_a_restitution_of_parameters_is_asked_for_at_every_call() -> None:
 
 def test_a_logarithm_of_what_becomes_negative_is_no_jump() -> None:
     text = refused(slider(drive="0.1*log(0.25-t)"))
-    assert "the driven travel has no value behind t = 0.25 s" in text and "jumps" not in text
+    assert "the driven travel has no value after t = 0.25 s" in text and "jumps" not in text
     assert "a formula that has one up to t = 10 s" in text
 
 

@@ -278,7 +278,7 @@ def test_a_mode_is_no_saddle(energy: str, masses: str) -> None:
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda: Mesh((4, 1), 1.0), "Mesh: cells: (4, 1) is no mesh; try: 1 to 3 numbers from 2 on: (64, 64)"),
+        (lambda: Mesh((4, 1), 1.0), "Mesh: cells: (4, 1) is not a mesh; try: 1 to 3 numbers above 1: (64, 64)"),
         (lambda: Mesh((4, 4), (1.0, 0.0)), "Mesh: lengths: (1.0, 0.0) are not 2 lengths from 1e-100 to 1e+100"),
         (lambda: amplitude(MESH, lambda k: 0.5 - k), "power: the power is -"),
         (lambda: amplitude(MESH, lambda k: 1.0 / k), "power: the power is inf at k = 0"),
@@ -286,7 +286,10 @@ def test_a_mode_is_no_saddle(energy: str, masses: str) -> None:
         (lambda: smoothing(MESH, 1.0) @ mask(MESH, COUNTS), "a filter after a mask is diagonal neither in Fourier"),
         (lambda: smoothing(MESH, 1.0) @ white(MESHES[0]), "the operators are of different meshes"),
         (lambda: difference(MESH, 2), "difference: axis: there is no axis 2 in 2 dimensions; try: 0 to 1"),
-        (lambda: mask(MESH, COUNTS[1:]), "an array of the shape (7, 6) is no mask of finite numbers for (8, 6) cells"),
+        (
+            lambda: mask(MESH, COUNTS[1:]),
+            "an array of the shape (7, 6) is not a mask of finite numbers for (8, 6)",
+        ),
         (lambda: poisson(0.0, 1.0), "mean: the mean of counts is 0; try: the mean number of objects in a cell"),
         (lambda: made("exp(s) - cuonts*s"), "cell energy: "),
         (lambda: made("exp(s"), "cell energy: the formula is not well formed"),

@@ -269,7 +269,7 @@ def test_a_step_beyond_the_limit_is_said_and_a_run_that_fails_keeps_what_it_had(
         assert ("step times largest frequency" in message) is said
     away = compiled.simulate(100.0, 0.5, method="leapfrog", initial={"y": 3.0, "p_y": 2.0})
     assert not away.success
-    assert away.message.startswith("stopped behind t = ")
+    assert away.message.startswith("stopped after t = ")
     assert "a value became infinite or not a number" in away.message
     assert np.isfinite(away.q).all() and len(away.t) == len(away.q) > 1
     escaping: Any = {"coordinates": {"x": {"initial": [0.5, 1.0]}}, "hamiltonian": "p_x*(x**2 + 1)", "name": "escaping"}
@@ -515,7 +515,7 @@ def changed(**changes: Any) -> dict[str, Any]:
         ),
         (
             changed(coordinates={"x": {"initial": ["1 m", 2]}, "y": {"initial": [0, 0]}}),
-            r'units are not read .*; try: the number alone; unit = "m" beside it is a label',
+            r'units are not read .*; try: the number alone; unit = "m" with it is a label',
         ),
         (changed(simulation={"tolerance": 1e-6}), 'a tolerance is of rk45, .*; try: method = "rk45"'),
         (
@@ -565,10 +565,10 @@ def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: st
         ("henon_heiles", {"first": "swing"}, "a step begins with a drift or a kick, not with 'swing'"),
         ("henon_heiles", {"tolerance": 1e-6}, r'omf4 takes equal steps, and .* of rk45; try: method="rk45"'),
         ("henon_heiles", {"method": "rk45", "tolerance": 0.0}, r"the tolerance must lie in 1e-14\.\.0\.1, not 0"),
-        ("henon_heiles", {"t_end": 1.05, "step": 0.1}, r"1\.05 is no whole number of steps of 0\.1; try: an end of 1"),
+        ("henon_heiles", {"t_end": 1.05, "step": 0.1}, r"1\.05 is not a whole number of steps of 0\.1; try: an end"),
         ("henon_heiles", {"t_end": -1.0}, r"steps of 0\.1 lead away from -1; try: a step of -0\.1"),
         ("henon_heiles", {"step": 0.0}, "a finite step other than 0 is needed"),
-        ("henon_heiles", {"record_every": 0}, "0 is no whole number from 1"),
+        ("henon_heiles", {"record_every": 0}, "0 is not a whole number from 1"),
         ("henon_heiles", {"parameters": {"couplin": 1}}, "there is no parameter 'couplin'; try: coupling"),
         ("henon_heiles", {"initial": {"z": 1}}, "there is no coordinate or momentum 'z'"),
         ("henon_heiles", {"initial": {"q": [1.0]}}, r"q has shape \(1,\), and finite numbers of shape \(2,\)"),

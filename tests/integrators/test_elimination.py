@@ -13,7 +13,7 @@ from eomgen.integrators.families.register import method_named
 from eomgen.integrators.newton.elimination import eliminate
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data
-from eomgen.scene.scaling import LENGTH, MASS, TIME, UnitsOf, with_factors
+from eomgen.scene.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
 
 
 @pytest.mark.parametrize(
@@ -39,10 +39,10 @@ def test_a_singular_matrix_is_explained_by_what_it_can_have(constrained: bool, e
 
 #: Units of length, mass and time of a scene: m-kg-s, km-t-h, mm-g-ms, Mm-Gt-d.
 SYSTEMS = {
-    "SI": UnitsOf(),
-    "km-t-h": UnitsOf(1e-3, 1e-3, 1 / 3600),
-    "mm-g-ms": UnitsOf(1e3, 1e3, 1e3),
-    "Mm-Gt-d": UnitsOf(1e-6, 1e-12, 1 / 86400),
+    "SI": SceneUnits(),
+    "km-t-h": SceneUnits(1e-3, 1e-3, 1 / 3600),
+    "mm-g-ms": SceneUnits(1e3, 1e3, 1e3),
+    "Mm-Gt-d": SceneUnits(1e-6, 1e-12, 1 / 86400),
 }
 MODELS = ("cosserat", "kirchhoff", "inextensible")
 
@@ -67,7 +67,7 @@ def cantilever(model: str) -> dict[str, Any]:
     }
 
 
-def in_units(scene: dict[str, Any], units: UnitsOf) -> dict[str, Any]:
+def in_units(scene: dict[str, Any], units: SceneUnits) -> dict[str, Any]:
     scaled = with_factors(scene, (LENGTH, MASS, TIME))
     return scaled | {"parameters": {name: {"value": value} for name, value in units.parameters.items()}}
 
@@ -102,7 +102,7 @@ def test_states_for_the_choice_of_pivots_are_the_same_in_any_units(model: str) -
     shares = []
     for length in (1.0, 1e-3, 1e-6):
         system = method_named("generalized_alpha").prepared(
-            eomgen.derive(in_units(cantilever(model), UnitsOf(length=length)))
+            eomgen.derive(in_units(cantilever(model), SceneUnits(length=length)))
         )
         samples = samples_of(system)
         travels = ~np.array(system.angular)

@@ -46,9 +46,9 @@ def registered(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None
     for module in (embedded_pair, partitioned):
         monkeypatch.setattr(module, "PAIRS", (DORMAND_PRINCE, BOGACKI_SHAMPINE))
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))
-    register._own_rows.cache_clear()
+    register._own_row.cache_clear()
     yield
-    register._own_rows.cache_clear()
+    register._own_row.cache_clear()
 
 
 @pytest.mark.usefixtures("registered")

@@ -10,11 +10,11 @@ import pytest
 import eomgen
 from eomgen.base.files import template_folder
 from eomgen.integrators.families.family import Sizes
-from eomgen.integrators.families.register import BUILT_IN, METHOD_NAMES, family_named, method_named, row_of
+from eomgen.integrators.families.register import BUILT_IN, family_named, method_named, method_names, row_of
 
 PACKAGE = Path(eomgen.__file__).parent
 SIZES = (Sizes(7, 6, 2, 1, 3, 0, 0), Sizes(14, 12, 0, 0, 0, 5, 3))
-NAMES = sorted(set(METHOD_NAMES.values()) - {"trapezoidal_index3"})  # which is refused
+NAMES = sorted(set(method_names().values()) - {"trapezoidal_index3"})  # which is refused
 INSTANCES = {name: method_named(name, alpha=0.1 if name.startswith("newmark") else None) for name in NAMES}
 
 

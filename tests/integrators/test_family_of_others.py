@@ -145,7 +145,7 @@ def _scene(folder: Path) -> Path:
     ("entry", "said"),
     [
         ("gone = no_such_module:Family", "does not load: ModuleNotFoundError: No module named 'no_such_module'"),
-        ("wrong = math:pi", "is no subclass of eomgen.integrators.families.family.Family"),
+        ("wrong = math:pi", "is not a subclass of eomgen.integrators.families.family.Family"),
         ("bare = eomgen.integrators.families.family:Family", "lacks data, names, statuses, terms, title"),
         (
             "undense = tests.integrators.test_family_of_others:Undense",

@@ -27,23 +27,23 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"source": "rubber.c"}, "rubber.c' is no file"),
+        ({"source": "rubber.c"}, "rubber.c' is not a file"),
         ({"source": "tyre.py"}, "'tyre.py' does not end in .c"),
         ({"function": "tire"}, "tyre.c has no function tire; try: void tire("),
         ({"partials": "slopes"}, "tyre.c has no function slopes; try: void slopes("),
         ({"function": "double"}, "'double' cannot be the name of a C function here"),
         ({"partials": "tyre"}, "values and partials are the same function; try: a function for each"),
-        ({"arguments": {"a b": ""}}, "'a b' is no name; try: letters, digits and underscores"),
+        ({"arguments": {"a b": ""}}, "'a b' is not a name; try: letters, digits and underscores"),
         ({"arguments": {}}, "laws.tyre.arguments"),
         ({"parameters": {"load": 1.0}}, "load is an argument, too; try: another name for the parameter"),
         ({"parameters": {"mu": "nu"}}, "unknown name 'nu'"),
-        ({"scales": {"slip": 1.0}}, "'slip' is no argument and no parameter of the law; try: one of kappa, alpha"),
+        ({"scales": {"slip": 1.0}}, "'slip' is neither an argument nor a parameter of the law; try: one of kappa"),
         ({"scales": {"load": 0.0}}, "laws.tyre.scales"),
         ({"unit": "N"}, "the key 'unit' is unknown"),
         (
-            {"python": "laws.py"},
-            "(laws.tyre.python): the key 'python' is unknown here; try: source, a C file; or [definitions], if the law"
-            " has a formula",
+            {"module": "laws.py"},
+            "(laws.tyre.module): the key 'module' is unknown here; try: source, a C file; python, a file in Python; or"
+            " [definitions], if the law has a formula",
         ),
         (
             {"arguments": {"kappa": "", "alpha": "deg", "load": "N"}},

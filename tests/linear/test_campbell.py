@@ -10,14 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 import eomgen
 from eomgen.analysis import eigenvalue_loci as campbell_module
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.linear.campbell_plot import CampbellView, plot_campbell
 from eomgen.linear.campbell_search import campbell
 from eomgen.linear.linearization import Linearization
-from eomgen.linear.plots import plot_campbell
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -181,13 +185,90 @@ def test_rays_and_crossings_fill_the_picture_where_modes_lie_far_above(overhung:
     chosen = Figure().subplots()
     diagram.plot(chosen, frequencies=(5.0, 90.0), modes=[0])
     assert chosen.get_ylim() == (5.0, 90.0)
-    assert {text.get_text() for text in chosen.texts} == {"1x", "2x"}
+    speeds = {f"{item.speed:.4g}" for item in diagram.crossings if item.mode == 0}
+    assert {text.get_text() for text in chosen.texts} == {"1x", "2x", "mode 1", *speeds}
     heights = [line.get_ydata()[-1] for line in chosen.lines if line.get_linestyle() in ("-", "--")]
     assert set(np.array(heights)[np.isfinite(heights)]) == {diagram.frequencies[-1, 0]}
     with pytest.raises(eomgen.UsageError, match=r"modes: there is no mode 99; try: numbers from 0 to"):
         diagram.plot(chosen, modes=[99])
-    with pytest.raises(eomgen.UsageError, match=r"frequencies: \(9, 3\) are no limits in Hz; try: \(0, 40\)"):
+    with pytest.raises(eomgen.UsageError, match=r"frequencies: \(9, 3\) are not limits in Hz; try: \(0, 40\)"):
         diagram.plot(chosen, frequencies=(9, 3))
+    with pytest.raises(
+        eomgen.UsageError, match=r"orders: the diagram has no order 4, its orders are 1 and 2; try: mod"
+    ):
+        diagram.plot(chosen, orders=[4])
+    with pytest.raises(eomgen.UsageError, match=r"speed_unit: there is no unit 'Hz/s'; try: rad/s or rpm or Hz"):
+        diagram.plot(chosen, speed_unit="Hz/s")
+    with pytest.raises(eomgen.UsageError, match=r"speed_unit: damping has no unit, and a speed in rad/s is converted"):
+        overhung.campbell("damping", [1.0, 2.0]).plot(chosen, speed_unit="rpm")
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("rad/s", 1.0), ("rpm", 30.0 / math.pi), ("Hz", 0.5 / math.pi)])
+def test_the_speed_has_the_unit_that_is_asked_for(unit: str, scale: float) -> None:
+    axis = Figure().subplots()
+    plot_campbell(synthetic([1.0, 1.4], crossings=[(1.0, 8.0, 1)]), axis, CampbellView(speed_unit=unit))
+    assert axis.get_xlabel() == f"speed, {unit}" and axis.get_xlim() == pytest.approx((0.0, 10.0 * scale))
+    dots = next(line for line in axis.lines if line.get_marker() == "o")
+    assert dots.get_xdata() == pytest.approx([8.0 * scale]) and dots.get_ydata() == pytest.approx([8.0 / 2 / math.pi])
+    assert f"{8.0 * scale:.4g}" in {text.get_text() for text in axis.texts}
+
+
+def test_crossings_of_modes_and_orders_that_are_not_drawn_are_left_out() -> None:
+    diagram = synthetic([1.0, 1.4], orders=(1.0, 2.0), crossings=[(1.0, 8.0, 1), (2.0, 4.0, 0), (2.0, 3.0, 1)])
+    for view, speeds in (
+        (CampbellView(), [8.0, 4.0, 3.0]),
+        (CampbellView(modes=[1]), [8.0, 3.0]),
+        (CampbellView(orders=[2.0]), [4.0, 3.0]),
+        (CampbellView(modes=[0], orders=[1.0]), []),
+    ):
+        axis = Figure().subplots()
+        plot_campbell(diagram, axis, view)
+        dots = next(line for line in axis.lines if line.get_marker() == "o")
+        assert list(dots.get_xdata()) == speeds
+
+
+def synthetic(
+    heights: list[float],
+    orders: tuple[float, ...] = (1.0,),
+    crossings: list[tuple[float, float, int]] | None = None,
+    bend: float = 0.1,
+) -> Any:
+    """Return a diagram of modes from ``heights`` in Hz on, over speeds to 10 rad/s, with (order, speed, mode)."""
+    speeds = np.linspace(0.0, 10.0, 5)
+    frequencies = np.outer(np.linspace(1.0, 1.0 + bend, 5), heights)
+    dots = [SimpleNamespace(order=o, speed=s, frequency=o * s, mode=k) for o, s, k in crossings or ()]
+    return SimpleNamespace(
+        parameter="speed", unit="rad/s", values=speeds, frequencies=frequencies, orders=orders, crossings=dots,
+        whirl=np.zeros(frequencies.shape, int),
+    )  # fmt: skip  # a table
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    st.lists(st.floats(0.01, 4.0), min_size=1, max_size=24),
+    st.lists(st.integers(1, 40), min_size=1, max_size=12, unique=True),
+    st.floats(-0.3, 0.8),
+)
+def test_labels_never_lie_on_one_another(heights: list[float], orders: list[int], bend: float) -> None:
+    """Every crossing of straight modes with rays is given, however dense: labels without room are left out."""
+    crossings = [
+        (float(order), speed, mode)
+        for order in orders
+        for mode, height in enumerate(heights)
+        for speed in [height / (order / (2.0 * math.pi) - bend * height / 10.0)]
+        if 0.0 <= speed <= 10.0
+    ]
+    diagram = synthetic(sorted(heights), tuple(map(float, orders)), crossings, bend)
+    figure = Figure(figsize=(8.6, 5.6), layout="constrained")
+    canvas = FigureCanvasAgg(figure)
+    (axis,) = plot_campbell(diagram, figure.subplots())
+    canvas.draw()
+    boxes = [(text.get_text(), Text.get_window_extent(text)) for text in axis.texts]
+    for (one, first), (other, second) in itertools.combinations(boxes, 2):
+        across = min(first.x1, second.x1) - max(first.x0, second.x0)
+        up = min(first.y1, second.y1) - max(first.y0, second.y0)
+        assert across <= 0.0 or up <= 0.0, (one, other)
+    assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for _, box in boxes)
 
 
 def test_warnings_in_the_same_words_are_one_with_a_count(
@@ -209,13 +290,32 @@ def test_warnings_in_the_same_words_are_one_with_a_count(
     assert said[0].startswith("Campbell diagram: at 7 values of spin from 10 to 100, at spin = 10 for instance: coeff")
 
 
+def test_warnings_of_a_root_locus_are_one_with_a_count(overhung: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    linearize, shares = campbell_module.linearize, itertools.count(1)
+
+    def doubtful(*arguments: Any, **options: Any) -> Any:
+        warnings.warn(f"coefficients change by {next(shares):.3g} %", RuntimeWarning, stacklevel=2)
+        return linearize(*arguments, **options)
+
+    monkeypatch.setattr(campbell_module, "linearize", doubtful)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        overhung.root_locus("damping", [1.0, 2.0, 4.0], at="initial")
+    assert [(str(item.message), item.filename) for item in caught] == [
+        (
+            "root locus: at 3 values of damping from 1 to 4, at damping = 1 for instance: coefficients change by 1 %",
+            __file__,
+        )
+    ]
+
+
 def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:
     for call, text in (
         (lambda: overhung.campbell("spinn", [1.0, 2.0]), "no tunable parameter or velocity 'spinn'; try: spin"),
         (lambda: overhung.campbell("spin", [1.0]), "two values and more are needed"),
         (lambda: overhung.campbell("spin", [2.0, 1.0]), "values: they do not increase"),
         (lambda: overhung.campbell("spin", [1.0, 2.0], orders=(0,)), "orders: an order is 0; try: positive numbers"),
-        (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=["xy"]), "whirl: 'xy' is no pair of deflections"),
+        (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=["xy"]), "whirl: 'xy' is not a pair of deflections"),
         (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=[("x", "z")]), "there is no output or state 'z'"),
         (
             lambda: overhung.campbell("damping", [1.0, 2.0], velocities={"spin": 1.0}),
@@ -308,13 +408,8 @@ def test_the_response_to_unbalance_is_that_to_a_force_that_turns(spin: float) ->
 )
 def test_modes_above_the_drawn_range_are_counted(far: list[float], words: str) -> None:
     """The range ends at one and a half times the ray of order 1 at 10 rad/s."""
-    speeds = np.linspace(0.0, 10.0, 5)
-    frequencies = np.outer(np.linspace(1.0, 1.1, 5), [1.0, 1.5, *far])
-    diagram: Any = SimpleNamespace(
-        parameter="speed", unit="rad/s", values=speeds, frequencies=frequencies, orders=(1.0,), crossings=(),
-        whirl=np.zeros(frequencies.shape, int),
-    )  # fmt: skip  # a table
+    diagram = synthetic([1.0, 1.5, *far])
     (axis,) = plot_campbell(diagram, Figure().subplots())
-    assert [note.get_text() for note in axis.texts if note.get_text() != "1x"] == ([words] if words else [])
+    assert [note.get_text() for note in axis.texts if " above " in note.get_text()] == ([words] if words else [])
     top = 15.0 / (2.0 * np.pi) if far else 1.08 * 1.65
     assert axis.get_ylim() == pytest.approx((0.0, top)) and axis.get_xlim() == (0.0, 10.0)

@@ -216,7 +216,7 @@ CALLS: list[tuple[str, Callable[[eomgen.Model], Any], type[Exception], str]] = [
         "crank",
         lambda m: m.linearize(independent=["main", "slide"]),
         UsageError,
-        "constraints do not leave slide free beside the other independent coordinates; try: up to 1 components",
+        "constraints do not leave slide free in addition to the other independent coordinates; try: up to 1 components",
     ),
     (
         "rolling",

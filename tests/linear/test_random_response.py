@@ -268,13 +268,13 @@ def test_roads_and_wheels_that_cannot_be() -> None:
     for call, text in (
         (Road, "a road needs either a class or a roughness"),
         (lambda: Road("X"), "there is no road class 'X'; try: one of A, B, C, D, E, F, G, H"),
-        (lambda: Road(roughness=-1.0), r"Road: roughness: -1\.0 is no number that a road has"),
-        (lambda: Road("A", band=(1.0, 0.1)), "no pair of spatial frequencies, the lower first"),
+        (lambda: Road(roughness=-1.0), r"Road: roughness: -1\.0 is not a valid value for a road"),
+        (lambda: Road("A", band=(1.0, 0.1)), "not a pair of spatial frequencies, the lower first"),
         (lambda: RoadExcitation(Road("A"), 0.0, {"w": 0.0}), "the speed 0.0 is not a positive number"),
         (lambda: RoadExcitation(Road("A"), 9.0, {}), "there are no wheels"),
         (lambda: RoadExcitation(Road("A"), 9.0, {"w": math.inf}), "wheels: w: inf is not a finite distance"),
         (lambda: RoadExcitation(Road("A"), 9.0, {"w": 0}, {"x": 1.0}), "tracks: there is no wheel 'x'; try: one of w"),
-        (lambda: RoadExcitation(Road("A"), 9.0, {"w": 0}, coherence=2.0), "2.0 is no coherence between tracks"),
+        (lambda: RoadExcitation(Road("A"), 9.0, {"w": 0}, coherence=2.0), "2.0 is not a coherence between tracks"),
         (
             lambda: RoadExcitation(Road("A", long_exponent=3.0), 9.0, {"l": 0, "r": 0}, {"r": 1.0}),
             "an isotropic road between tracks has one exponent, and this one has two",

@@ -406,8 +406,8 @@ def test_heavy_pendulum_by_hand(rng) -> None:
         (
             replace(pendulum(), outputs=(Output("swing", (Symbol("a", "hinge"),)),)),
             (
-                r"the acceleration a\.hinge of a joint is no quantity of absolute coordinates; try: the acceleration of"
-                r" a point"
+                r"the acceleration a\.hinge of a joint is not a quantity of absolute coordinates; try: the acceleration"
+                r" of a point"
             ),
         ),
         (

@@ -216,7 +216,7 @@ def test_inverse_dynamics_of_references_and_momenta_leave_water_out() -> None:
 
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"body": "base"}, r"\(hulls\.column\.body\): water moves nothing of the base: its motion is prescribed"),
-    ({"end": [0, 0, -DRAUGHT]}, r"end\): both ends are at the same place, so it has no axis; try: ends that are apart"),
+    ({"end": [0, 0, -DRAUGHT]}, r"end\): both ends are at the same place, so it has no axis; try: ends at two places"),
     ({"wet": 12}, r"wet\): 12 m of it move water, and it is 10 m long; try: the distance of its ends or less"),
     ({"diameter": 0}, r"diameter\): the diameter of a hull is 0; try: a number above 0"),
     ({"added_mass": -1}, r"the coefficient of added mass is -1; try: 0 or more"),
@@ -255,9 +255,9 @@ def _noted(changes: dict[str, Any], **more: Any) -> list[str]:
         (
             {"density": 1.025},
             None,
-            "hulls.column: the density 1.025 kg/m^3 is no density of water; 1025 if it is in t/m^3",
+            "hulls.column: the density 1.025 kg/m^3 is not a density of water; 1025 if it is in t/m^3",
         ),
-        ({"density": 1.2e2}, None, "hulls.column: the density 120 kg/m^3 is no density of water"),
+        ({"density": 1.2e2}, None, "hulls.column: the density 120 kg/m^3 is not a density of water"),
         (
             {"area": 0.5},
             None,

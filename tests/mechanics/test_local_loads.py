@@ -111,6 +111,24 @@ def test_distributed_loads_are_those_of_forces_on_nodes(
     np.testing.assert_allclose(found, expected, rtol=1e-11)
 
 
+@pytest.mark.parametrize("axes", ["world", "beam"])
+def test_definitions_of_the_place_are_their_text_at_each_node(axes: str, rng: np.random.Generator) -> None:
+    scene = loaded(axes, "free")
+    names = {"speed": "sqrt(1 + velocity.here[1] ** 2)", "lift": "-load * position.here[1] * (1 + s)"}
+    load = scene["distributed_loads"]["wind"]
+    force = [load["force"][0].replace(names["speed"], "speed"), "lift", load["force"][2]]
+    parts = scene | {"definitions": names, "distributed_loads": {"wind": {**load, "force": force}}}
+    whole, defined = system_of(scene), system_of(parts)
+    assert {name: count.flops for name, count in defined.counts.items()} == {
+        name: count.flops for name, count in whole.counts.items()
+    }
+    state = states_near(whole, rng) | {"t": np.full((6, 1), 0.7)}
+    for name in TERMS:
+        found, expected = (tape_evaluator(system)(name, state) for system in (defined, whole))
+        for output, values in expected.items():
+            np.testing.assert_array_equal(found[output], values)
+
+
 def test_here_is_the_point_of_the_force(rng: np.random.Generator) -> None:
     formulas = ["-3 * velocity.{0}[0] + t", "position.{0}[2] * velocity.{0}[1]", "sin(position.{0}[0])"]
     systems = []

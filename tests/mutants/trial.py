@@ -40,7 +40,7 @@ OPTIMIZED = 1
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a trial ended: ``failed`` is the first test that did not pass, and ``whole`` tells whether all ran."""
+    """How a trial ended: ``failed`` is the first test that did not pass, and ``whole`` says whether all ran."""
 
     failed: str
     whole: bool

@@ -39,6 +39,8 @@ FREEDOMS = {
 }
 DRIVEN = ("revolute", "prismatic", "cylindrical")
 SEMI_AXES, TUBE = (0.5, 0.3, 0.2), 0.15
+#: Beginning of the names of shapes on a surface z = h(x, y) in place of the plane.
+HILL = "hill "
 
 
 def frame(rng: np.random.Generator, body: str) -> Frame:
@@ -71,8 +73,9 @@ def constraint(
         drive=drive_of_time() if driven else None,  # type: ignore[arg-type]
         length=number(1.3),
         radius=number(0.45),
-        shape=shape,
-        pitch=number(-0.3),  # type: ignore[arg-type]  # literals
+        shape=shape.removeprefix(HILL),  # type: ignore[arg-type]  # literals
+        surface=_hill() if shape.startswith(HILL) else None,
+        pitch=number(-0.3),
         semi_axes=vector(SEMI_AXES),
         tube_radius=number(TUBE),
         equation=_on_a_moving_surface() if kind == "formula" else None,
@@ -85,10 +88,24 @@ def _on_a_moving_surface() -> Formula:
     return z - 0.4 * x * y - 0.1 * call("sin", plus(times(2.0, y), TIME))
 
 
+def _hill() -> Formula:
+    """Return 0.05 x y + 0.01 sin(x), in m."""
+    x, y = (Symbol("local", "position", k) for k in range(2))
+    return 0.05 * x * y + 0.01 * call("sin", x)
+
+
+def _on_hill(x: float | complex, y: float | complex) -> Array:
+    """Return the centre of a sphere that touches the hill at (x, y)."""
+    normal = np.array([-0.05 * y - 0.01 * np.cos(x), -0.05 * x, 1.0])
+    normal = normal / np.sqrt(normal @ normal)
+    place = np.array([x, y, 0.05 * x * y + 0.01 * np.sin(x)])
+    return place + 0.45 * normal
+
+
 def variants() -> list[tuple[str, bool, str]]:
     """Return (type, driven, shape) of everything that a constraint can be."""
     plain = [(kind, False, "disc") for kind in FREEDOMS]
-    rolling = [("rolling", False, shape) for shape in ("sphere", "ellipsoid", "torus")]
+    rolling = [("rolling", False, shape) for shape in ("sphere", "ellipsoid", "torus", HILL + "sphere")]
     return [*plain, *((kind, True, "disc") for kind in DRIVEN), *rolling]
 
 
@@ -225,6 +242,8 @@ def freely_displaced(
             return anyhow, s[3] * z
         case "formula":
             return anyhow, np.array([s[3], s[4], 0.4 * s[3] * s[4] + 0.1 * np.sin(2.0 * s[4] + t)])
+        case _ if shape.startswith(HILL):
+            return anyhow, _on_hill(s[3], s[4])
         case _:
             return anyhow, np.array([s[3], s[4], _reach(shape, anyhow)])
 

@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 
 from eomgen.symbolic.evaluate import ARITHMETIC, Arithmetic, check_component, run
-from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
+from eomgen.symbolic.operations import NAMES, CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 
 
@@ -61,7 +61,7 @@ def _mpmath_rules() -> dict[Op, Callable[..., Any]]:
 
     return {
         **ARITHMETIC,
-        **{op: getattr(mpmath, name) for op, name in ELEMENTARY.items()},
+        **{op: getattr(mpmath, name) for op, name in NAMES.items()},
         Op.POW: mpmath.power,
         Op.ATAN2: atan2,
         Op.ABS: lambda x: mpmath.sign(re(x)) * x,

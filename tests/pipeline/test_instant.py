@@ -19,7 +19,7 @@ from eomgen.cli import main
 from eomgen.errors import ModelError, ToolchainError, UsageError
 from eomgen.pipeline.model import Model
 from eomgen.toolchain.builder import Builder
-from eomgen.toolchain.compiler import Running
+from eomgen.toolchain.compiler import RunningCompilers
 from eomgen.toolchain.library import Library, Successor
 from eomgen.toolchain.profiles import compiler_seconds, run_seconds_on_tape
 
@@ -34,7 +34,7 @@ def release(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Release:
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))
     begun, work = threading.Event(), Successor._work
 
-    def later(self: Successor, running: Running) -> None:
+    def later(self: Successor, running: RunningCompilers) -> None:
         begun.wait(60.0)
         work(self, running)
 

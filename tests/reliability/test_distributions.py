@@ -15,7 +15,7 @@ from eomgen.products.reliability.tails import (
     Expansion,
     MostProbablePoint,
     QuadraticForm,
-    Unreached,
+    UnreachedThreshold,
 )
 from eomgen.products.reliability.vibration import distributions as under_test
 from eomgen.products.reliability.vibration.result import Distribution
@@ -158,7 +158,7 @@ def test_forms_far_from_samples_are_named_with_both_values() -> None:
     assert under_test.disagreements(thresholds, form, counted) == {}
     form.below[0], form.above[4], form.above[3] = 0.0017, 0.0017, 0.124
     text = under_test.disagreements(thresholds, form, counted)
-    ending = "by samples: the response is no quadratic form there, which is left out; take `corrected`"
+    ending = "by samples: the response is not a quadratic form there, and the form is left out; take `corrected`"
     assert text == {
         0: f"P(y <= 1) is 0.0017 by the quadratic form and 0.001 +- 0.0001 {ending}",
         4: f"P(y > 5) is 0.0017 by the quadratic form and 0.001 +- 0.0001 {ending}",
@@ -206,8 +206,8 @@ def test_places_of_distributions() -> None:
 def test_ends_of_curves_are_noted_once_with_all_thresholds_beyond() -> None:
     low, high = plane_point(-5.0), plane_point(8.0)
     missed = {
-        3: Unreached(high, 12.0, JUMPING), 0: Unreached(low, -6.0, "the limit of runs"),
-        4: Unreached(high, 10.0, JUMPING), 1: Unreached(low, -9.0, "the limit of runs"),
+        3: UnreachedThreshold(high, 12.0, JUMPING), 0: UnreachedThreshold(low, -6.0, "the limit of runs"),
+        4: UnreachedThreshold(high, 10.0, JUMPING), 1: UnreachedThreshold(low, -9.0, "the limit of runs"),
     }  # fmt: skip
     thresholds = np.array([-6.0, -9.0, 0.0, 12.0, 10.0])
     notes = under_test.unreached(missed, thresholds, lambda: ["abs", "min"])

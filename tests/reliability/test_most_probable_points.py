@@ -10,9 +10,9 @@ from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.products.reliability.tails import (
     INVERSIONS,
-    Counted,
+    CountedResponse,
     Expansion,
-    Projected,
+    ProjectedResponse,
     breitung,
     first_order,
     further_design_points,
@@ -71,7 +71,7 @@ def test_the_oracle_has_the_gradient_of_complex_steps_and_a_hessian() -> None:
 
 @pytest.mark.slow
 def test_two_quantiles_by_every_order() -> None:
-    counted = Counted(Duffing(0.1, 0.3))
+    counted = CountedResponse(Duffing(0.1, 0.3))
     low, high = most_probable_points(counted, [QUANTILES[2], QUANTILES[3]])
     assert counted.expanded <= 8
     assert counted.sloped <= 25
@@ -88,7 +88,7 @@ def test_two_quantiles_by_every_order() -> None:
 @pytest.mark.slow
 def test_forty_thresholds_take_three_runs_each() -> None:
     """Points and slopes of the curve lead to the next point, so Newton's method has little to do (check 19)."""
-    counted = Counted(Duffing(0.1, 0.3))
+    counted = CountedResponse(Duffing(0.1, 0.3))
     thresholds = 0.4999 + 0.5333 * norm.ppf(np.linspace(1e-3, 0.999, 40))
     points = most_probable_points(counted, list(thresholds))
     assert counted.sloped <= 120
@@ -177,7 +177,7 @@ def test_a_valley_far_behind_is_no_rival() -> None:
 def test_a_second_valley_is_found() -> None:
     (found,) = most_probable_points(Formula("two valleys"), [9.0])
     assert found.point[0] == pytest.approx(2.975, abs=1e-3)
-    counted = Counted(Formula("two valleys"))
+    counted = CountedResponse(Formula("two valleys"))
     (other,) = further_design_points(counted, found, 4, 0)
     assert other.point[0] == pytest.approx(-3.025, abs=1e-3)
     assert counted.expanded == 2  # where the search ends, and at the point: others came to known ones
@@ -199,7 +199,7 @@ def test_a_second_valley_is_found() -> None:
 )
 def test_what_has_no_most_probable_point_says_why(kind: str, text: str) -> None:
     with pytest.raises(NumericalError) as caught:
-        most_probable_points(Counted(Formula(kind)), [1.5])
+        most_probable_points(CountedResponse(Formula(kind)), [1.5])
     assert text in str(caught.value)
 
 
@@ -279,23 +279,23 @@ class Turned:
 
 def test_a_projected_response_has_its_whole_hessian_where_it_bends_in_these_directions_alone() -> None:
     turned = Turned()
-    projected = Projected(turned, turned.bending)
+    projected = ProjectedResponse(turned, turned.bending)
     point = np.random.default_rng(4).standard_normal(30)
     found, whole = projected.expansion(point), turned.expansion(point)
     np.testing.assert_allclose(found.hessian, whole.hessian, atol=1e-14)
     np.testing.assert_array_equal(found.gradient, whole.gradient)
     assert turned.multiplied == 4
-    projected = Projected(turned, np.zeros((30, 0)))
+    projected = ProjectedResponse(turned, np.zeros((30, 0)))
     slope = whole.gradient / np.linalg.norm(whole.gradient)
     np.testing.assert_allclose(projected.expansion(point).hessian @ slope, whole.hessian @ slope, atol=1e-14)
     turned.multiplied = 0
-    Projected(turned, slope[:, None]).expansion(point)
+    ProjectedResponse(turned, slope[:, None]).expansion(point)
     assert turned.multiplied == 1
 
 
 def test_most_probable_points_do_not_hang_on_the_directions_of_hessians() -> None:
     turned = Turned()
     (whole,) = most_probable_points(turned, [12.0])
-    (projected,) = most_probable_points(Projected(turned, turned.bending[:, :1]), [12.0])
+    (projected,) = most_probable_points(ProjectedResponse(turned, turned.bending[:, :1]), [12.0])
     np.testing.assert_allclose(projected.point, whole.point, atol=1e-8)
     assert projected.index == pytest.approx(whole.index, rel=1e-10)

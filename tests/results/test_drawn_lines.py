@@ -443,6 +443,7 @@ class Machine:
         places[:, :, 1] = q[:, 1:2] * x
         self.lines, self.places, self.size = [places], places, 2.0
         self.solids: list[Any] = []
+        self.roads: list[Any] = []
 
     def supports(self) -> np.ndarray:
         return np.array([[[0.0, 0.0, 0.0], [2.0, 0.5, 1.0]]])
@@ -484,7 +485,7 @@ def test_roots_over_a_parameter_are_the_upper_half_plane_with_both_ends_marked()
     values = np.array([1.0, 2.0, 4.0])
     roots = np.array([[-1 + 5j, -1 - 5j, -9.0], [-2 + 6j, -2 - 6j, -1.0], [1e-13 + 7j, 1e-13 - 7j, -1.1]])
     locus = SimpleNamespace(parameter="speed", values=values, eigenvalues=roots)
-    (axis,) = plots.plot_root_locus(locus)  # type: ignore[arg-type]  # has what is drawn
+    (axis,) = plots.plot_root_locus(locus)  # type: ignore[arg-type]  # has all drawn attributes
     dots = [points.get_offsets().tolist() for points in axis.collections]
     upper = [[-1.0, 5.0], [-2.0, 6.0], [0.0, 7.0]]
     assert dots == [
@@ -498,6 +499,6 @@ def test_roots_over_a_parameter_are_the_upper_half_plane_with_both_ends_marked()
     assert (axis.get_xlabel(), axis.get_ylabel()) == ("real part, 1/s", "imaginary part, rad/s")
     assert axis.get_title("left") == "× speed = 1   ○ speed = 4"
     even = SimpleNamespace(parameter="speed", values=np.array([1.0, 2.0, 3.0]), eigenvalues=1j * roots.imag)
-    (axis,) = plots.plot_root_locus(even)  # type: ignore[arg-type]  # has what is drawn
+    (axis,) = plots.plot_root_locus(even)  # type: ignore[arg-type]  # has all drawn attributes
     assert type(axis.collections[0].norm).__name__ == "Normalize" and axis.get_xlim() == pytest.approx((-0.7, 0.7))
     assert axis.figure.axes[1].get_ylabel() == "speed"

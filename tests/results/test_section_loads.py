@@ -189,7 +189,7 @@ def test_a_beam_of_another_model_has_no_sections() -> None:
     scene = scene_of(cut={"section_force": "rope", "at": 1.0})
     slim = {"length": 10.0, "mass_per_length": 1.0, "bending_z": {"modes": 1, "stiffness": 500.0}}
     scene["beams"] = {"rope": slim}
-    message = '(outputs.cut.section_force): the beam rope is no geometrically exact one; try: model = "cosserat"'
+    message = '(outputs.cut.section_force): the beam rope is not geometrically exact; try: model = "cosserat"'
     with pytest.raises(DescriptionError, match=re.escape(message)):
         from_data(scene)
     del scene["outputs"]

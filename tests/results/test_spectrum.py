@@ -1,19 +1,24 @@
-"""Spectra of runs: a sine of known size, Parseval, units, plots, and columns that have none."""
+"""Spectra of runs: a sine of known size, Parseval, units, plots, weighted root mean squares, and columns that
+have none."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import eomgen
+from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.spectra import PowerSpectrum
+from eomgen.spectra import WEIGHTINGS, PowerSpectrum, weighted_signal, weighting_response
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
+
+QUARTER_CAR = Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml"
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +62,7 @@ def test_it_draws_on_axes_of_the_caller(run: eomgen.Solution) -> None:
 def test_columns_without_a_spectrum(run: eomgen.Solution) -> None:
     for call, text in (
         (lambda: run.psd("forces"), "the solution has no curve 'forces'; try: force"),
-        (lambda: run.psd("energy"), "'energy' are 3 columns, and a spectrum is of one; try: one of"),
+        (lambda: run.psd("energy"), "'energy' are 3 columns, and psd takes one; try: one of"),
         (lambda: run.psd("force", start=63.97), "the run has 8 rows from 63.97 s on, and a spectrum needs 16"),
         (lambda: run.psd("force", segments=0), "psd: segments: 0 segments of 16385 rows; try: a whole number from 1"),
     ):
@@ -86,3 +91,70 @@ def test_what_has_no_weighted_rms() -> None:
     acceleration = PowerSpectrum("seat", "m/s^2", np.linspace(0.0, 9.0, 10), np.ones(10), "")
     with pytest.raises(UsageError, match="there is no weighting 'Wx'"):
         acceleration.rms(weighting="Wx")
+
+
+def _of_signal(t: Array, values: Array, unit: str = "m/s^2") -> eomgen.Solution:
+    none = np.zeros((len(t), 0))
+    return eomgen.Solution(
+        t=t, q=none, v=none, a=none, z=none, multipliers=none,
+        outputs={"seat": values}, metadata={"units": {"outputs": {"seat": unit}}},
+    )  # fmt: skip  # a row of states, and a row of the output
+
+
+@pytest.mark.parametrize("frequency", _WK)
+def test_a_sine_in_time_is_weighted_by_the_tabulated_factor(frequency: float) -> None:
+    """Rows are uneven, gravity, a constant, is weighted by zero, and means are over whole periods."""
+    settled, last = math.ceil(5.0 * frequency), math.ceil(5.0 * frequency) + 12
+    periods = np.linspace(0.0, last, 24 * last + 1)
+    periods = periods + 0.01 * np.sin(2.0 * math.pi * periods)
+    t = periods / frequency
+    run = _of_signal(t, 9.81 + 2.0 * np.sin(2.0 * math.pi * periods))
+    weighted = run.rms("seat", weighting="Wk", start=(settled - 1e-6) / frequency)
+    assert weighted == pytest.approx(1e-3 * _WK[frequency] * 2.0**0.5, abs=2e-3)
+    assert run.rms("seat") == pytest.approx(math.sqrt(9.81**2 + 2.0), rel=1e-3)
+
+
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_the_filter_in_time_is_the_filter_over_frequency(weighting: str) -> None:
+    """A smooth pulse: its weighted spectrum is the spectrum of the weighted signal; Fourier's sums are exact for it."""
+    t = np.arange(0.0, 60.0, 2e-3)
+    pulse = np.exp(-(((t - 20.0) / 0.04) ** 2)) * np.sin(2.0 * math.pi * 6.0 * t)
+    f = np.fft.rfftfreq(len(t), 2e-3)
+    expected = np.fft.irfft(np.fft.rfft(pulse) * weighting_response(weighting, f), len(t))
+    assert np.allclose(weighted_signal(weighting, t, pulse), expected, atol=1e-6)
+
+
+def test_runs_without_a_weighted_rms() -> None:
+    t = np.linspace(0.0, 1.0, 101)
+    run = _of_signal(t, np.ones(101), "m")
+    for call, text in (
+        (lambda: run.rms("seat", weighting="Wk"), r"seat is in m, and weightings are of accelerations in m/s\^2"),
+        (lambda: _of_signal(t, t).rms("seat", weighting="Wx"), "there is no weighting 'Wx'; try: Wk: vertical"),
+        (lambda: _of_signal(t[:9], t[:9]).rms("seat", weighting="Wk"), "9 rows, and a weighting needs 16 and more"),
+        (lambda: run.rms("seat", start=2.0), "the run has 0 rows from 2 s on, and a mean over time needs 2"),
+        (lambda: run.rms("seats"), "rms: the solution has no curve 'seats'; try: seat"),
+    ):
+        with pytest.raises(UsageError, match=text):
+            call()
+
+
+@pytest.mark.slow
+def test_the_weighted_rms_of_a_run_is_the_linear_models() -> None:
+    """Within four standard errors: the blocks of 10 s of a run of 150 s are independent of one another."""
+    model = eomgen.build(QUARTER_CAR, profile="quick")
+    run = model.simulate(160.0, 2e-3, error_estimate=False)
+    line, road = model.linearize(t=30.0), model.road_excitation()
+    for weighting in (None, "Wk", "Wd"):
+        blocks = [
+            _of_signal(part.t, part.outputs["seat"]).rms("seat", weighting=weighting, start=from_ + 3.0) ** 2
+            for from_ in np.arange(4.0, 150.0, 13.0)
+            for part in [_part(run, from_, from_ + 13.0)]
+        ]
+        mean, error = np.mean(blocks), np.std(blocks, ddof=1) / math.sqrt(len(blocks))
+        expected = line.rms("body_acceleration", road, weighting=weighting) ** 2
+        assert error < 0.05 * expected and abs(mean - expected) < 4.0 * error, weighting
+
+
+def _part(run: eomgen.Solution, start: float, end: float) -> eomgen.Solution:
+    used = (run.t >= start) & (run.t <= end)
+    return _of_signal(run.t[used], run.outputs["body_acceleration"][used])

@@ -187,7 +187,7 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"mesh__length": -1.0}, "mesh.length): the length of the box cannot be -1.0; try: a number above 0"),
         ({"mesh__length": [1.0, 2.0]}, "mesh.length): the length of the box cannot be [1.0, 2.0]"),
         ({"mesh__length": 1e-300}, "mesh.length): the length of the box cannot be 1e-300; try: a number above 0 (1e-1"),
-        ({"kind": "scene"}, "this is no file of fields: a system to be sampled has a kind and a mesh"),
+        ({"kind": "scene"}, "this is not a file of fields: a system to be sampled has a kind and a mesh"),
         ({"mesh": None}, "there is no mesh: samples are of fields of cells, not of motions of coordinates"),
         ({"operators": {}}, "operators): there is no operator"),
         ({"operators__s": {"power": "k", "filter": "k"}}, "operators.s): power, filter are said together"),
@@ -207,8 +207,8 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"parameters__s_variance": 1.0}, "parameters.s_variance): this is the name of the variance of s"),
         ({"prior": {"white": False}}, "prior.white): the state is independent standard normal numbers"),
         ({"truth": None}, "data.counts): counts is drawn about fields of a truth that is missing; try: [truth]"),
-        ({"truth__seed": -1}, "truth.seed): -1 is no seed; try: a whole number from 0 to 9223372036854775807"),
-        ({"truth__seed": 2**63}, "truth.seed): 9223372036854775808 is no seed; try: a whole number from 0 to"),
+        ({"truth__seed": -1}, "truth.seed): -1 is not a seed; try: a whole number from 0 to 9223372036854775807"),
+        ({"truth__seed": 2**63}, "truth.seed): 9223372036854775808 is not a seed; try: a whole number from 0 to"),
         ({"truth": {}}, "truth): the seed is missing; try: [truth] and seed = 1"),
         ({"data__counts": {"normal": "s"}}, "data.counts): deviation is missing"),
         ({"data__counts": {"poisson": "t"}}, "data.counts.poisson): time t cannot be used here"),
@@ -274,18 +274,18 @@ def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
         return message(tmp_path, data__counts=entry, truth=None)
 
     assert f"flat.npy has the shape (4, 4), and the mesh {MESH.cells}" in of_data("flat.npy")
-    assert "complex128 are no real numbers" in of_data("complex.npy")
+    assert "complex128 are not real numbers" in of_data("complex.npy")
     assert "data.counts): 1 cell cannot be: -2 at (1, 2, 3); try: finite numbers from 0 on" in of_data("below.npy")
     assert problem(tmp_path, data__counts={"file": "below.npy", "minimum": -3.0}, truth=None).posterior.data
     np.save(tmp_path / "objects.npy", np.array([{}] * 3, dtype=object))
     (tmp_path / "empty.npy").touch()
     for file in ("text.npy", "objects.npy", "empty.npy"):
-        assert of_data(file).endswith("this is no .npy file of numbers; try: numpy.save of an array of real numbers")
+        assert of_data(file).endswith("this is not a .npy file of numbers; try: numpy.save of an array of real numbers")
     assert "none.npy: cannot be read" in of_data("none.npy")
     assert "it has the columns a, b; try: column" in of_data("two.csv")
     assert "two.csv has 1 row, and the mesh 240 cells" in of_data({"file": "two.csv", "column": "a"})
     for entry in ("counts.txt", {"file": "counts.txt"}, "data/counts.fits"):
-        assert ".txt' is no file of data; try: a path that ends" in of_data(entry).replace("fits", "txt")
+        assert ".txt' is not a file of data; try: a path that ends" in of_data(entry).replace("fits", "txt")
     assert problem(tmp_path, data__counts="1.5e1/2.5", truth=None).posterior.data["counts"][0, 0, 0] == 6.0
 
     def of_power(file: str) -> str:

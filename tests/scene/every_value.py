@@ -222,6 +222,8 @@ SCENE: dict[str, Any] = {
         "pipe": {"type": "cylinder", "body": "base", "radius": 0.1, "length": 0.5},
         "tyre": {"type": "wheel", "body": "disc", "radius": 0.3, "width": 0.1},
         "cover": {"type": "mesh", "body": "arm", "file": str(_SOLID), "scale": 0.001},
+        "mirrored": {"type": "mesh", "body": "arm", "file": str(_SOLID), "scale": [0.001, -0.001, 0.001]},
+        "egg": {"type": "ellipsoid", "body": "disc", "semi_axes": [0.2, 0.1, 0.1]},
     },
     "constraints": {
         "rope": {
@@ -235,6 +237,14 @@ SCENE: dict[str, Any] = {
             "first": _AT,
             "second": {"body": "disc", "axis": [0, 0, 1], "position": [0, 0, 0.1]},
             "radius": 0.3,
+        },
+        "hill": {
+            "type": "rolling",
+            "first": _AT,
+            "second": {"body": "disc", "position": [0, 0, 0.1]},
+            "shape": "sphere",
+            "radius": 0.3,
+            "surface": "0.1 * x * y",
         },
         "ring": {
             "type": "sliding",

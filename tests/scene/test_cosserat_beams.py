@@ -116,7 +116,7 @@ REFUSED: list[tuple[str, Any, str]] = [
     (
         "beams.rope.curvature",
         [0.0, 0.0, 3.0],
-        "(beams.rope.curvature): each of the 8 elements turns by 214.859 degrees at rest, and only less than 180 can be told; try: elements = 40; 10 is the least",
+        "(beams.rope.curvature): each of the 8 elements turns by 214.859 degrees at rest, and only less than 180 is unique; try: elements = 40; 10 is the least",
     ),
     (
         "beams.rope.bending_y",

@@ -175,7 +175,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"pretwist": "15 * s"},
-        "(beams.rope.pretwist): one of the 4 elements turns by 214.859 degrees at rest, and only less than 180 can be told; try: elements = 20; 5 is the least",
+        "(beams.rope.pretwist): one of the 4 elements turns by 214.859 degrees at rest, and only less than 180 is unique; try: elements = 20; 5 is the least",
     ),
     (
         {"shape": {"points": [[0, 0, 0], [1, 0, 0]]}},
@@ -195,7 +195,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"length": None, "shape": {"points": [[0, 0, 0], [1, 0, 0], [1, 0, 0]]}},
-        "(beams.rope.shape.points[2]): two of the points one behind the other are at one place; try: one of them",
+        "(beams.rope.shape.points[2]): two of the points in succession are at one place; try: one of them",
     ),
     (
         {"length": None, "shape": {"points": [[0, 0, 0], [-1, 0, 1]]}},
@@ -219,7 +219,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"length": None, "shape": through({"position": [0, 2, 0], "rotation": about_z("180 deg")})},
-        "(beams.rope.shape.frames[1].rotation): the frame is turned by 180 degrees against the one before, and which way the beam goes round is told below 180 alone; try: a frame between them",
+        "(beams.rope.shape.frames[1].rotation): the frame is turned by 180 degrees against the one before, and the sense of rotation is unique below 180 only; try: a frame between them",
     ),
     (
         {"length": None, "shape": through({"position": [0, 2, 0], "rotation": about_z("225 deg")})},
@@ -246,7 +246,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.slow_except(
     "changes1-(beams.rope.parts[0].length): the length of a part of a beam is 0; try: a number above 0",
-    "changes19-message19",
+    "changes19-(beams.rope.shape.points[2]): two of the points in succession are at one place; try: one of them",
     "changes17-message17",
     "changes18-message18",
 )

@@ -13,7 +13,9 @@ from eomgen.cli import main
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.formula.definitions import MOST_LEVELS, MOST_OPERATIONS
+from eomgen.scene.load import load_toml
 from tests.models.cache import shared_cache
+from tests.oracles.evaluation import tape_evaluator
 
 __all__ = ["shared_cache"]
 
@@ -130,6 +132,88 @@ force = ["2 * ({law})", 0, 0]
     )
     ends = [eomgen.build(written(tmp_path, text), method="rk4").simulate(0.2, 1e-3).q[-1] for text in texts]
     np.testing.assert_array_equal(*ends)
+
+
+AXLES = """
+format = 1
+name = "car"
+gravity = [0, 0, 0]
+[parameters]
+B = { value = 10.0, tunable = true }
+D = { value = 4400.0, unit = "N", tunable = true }
+DEFINITIONS
+[bodies.car]
+mass = 1500
+inertia = [400, 2000, 2100]
+[joints.plane]
+type = "planar"
+parent = "base"
+child = "car"
+axis = [0, 0, 1]
+"""
+TYRES = {"front_left": (1.2, 0.7), "front_right": (1.2, -0.7), "rear_left": (-1.4, 0.7), "rear_right": (-1.4, -0.7)}
+SLIP = "atan2(velocity.here[1], abs(velocity.here[0]) + 0.1)"
+SHAPE = f"(B * {SLIP} - 0.97 * (B * {SLIP} - atan(B * {SLIP})))"
+MAGIC = f"""[definitions]
+slip = {{ formula = "{SLIP}", unit = "rad" }}
+stretched = "B * slip"
+shape = "stretched - 0.97 * (stretched - atan(stretched))"
+lateral = {{ formula = "-D * sin(1.9 * atan(shape))", unit = "N" }}"""
+
+
+def tyres(definitions: str, law: str) -> str:
+    forces = (
+        f'[forces.{name}]\nbody = "car"\npoint = [{x}, {y}, 0]\naxes = "body"\nforce = [0, "{law}", 0]\n'
+        for name, (x, y) in TYRES.items()
+    )
+    return AXLES.replace("DEFINITIONS", definitions) + "".join(forces)
+
+
+def test_a_magic_formula_of_definitions_has_the_slip_of_each_tyre(rng: np.random.Generator) -> None:
+    """Against the formula by hand (Pacejka, Tire and Vehicle Dynamics, 2012, chapter 4) and against one long text."""
+    scenes = load_toml(tyres(MAGIC, "lateral")), load_toml(tyres("", f"-D * sin(1.9 * atan({SHAPE}))"))
+    state = {"q": rng.normal(size=(20, 3)), "v": 5.0 * rng.normal(size=(20, 3)), "p": np.array([9.0, 4000.0])}
+    defined, whole = (tape_evaluator(derive(scene))("force", state)["Q"] for scene in scenes)
+    np.testing.assert_array_equal(defined, whole)
+    (yaw, _, _), (turn, along_x, along_y) = state["q"].T, state["v"].T
+    forward, sideways = np.cos(yaw) * along_x + np.sin(yaw) * along_y, np.cos(yaw) * along_y - np.sin(yaw) * along_x
+    across, moment = np.zeros(20), np.zeros(20)
+    for x, y in TYRES.values():
+        slip = np.arctan2(sideways + turn * x, np.abs(forward - turn * y) + 0.1)
+        force = -4000.0 * np.sin(1.9 * np.arctan(9.0 * slip - 0.97 * (9.0 * slip - np.arctan(9.0 * slip))))
+        across, moment = across + force, moment + x * force
+    expected = np.stack([moment, -np.sin(yaw) * across, np.cos(yaw) * across], axis=-1)
+    np.testing.assert_allclose(defined, expected, rtol=0.0, atol=1e-13 * np.max(np.abs(expected)))
+
+
+def test_a_definition_is_a_condition(tmp_path: Path) -> None:
+    conditions = 'near = "gap < 0.25"\nclosing = "near and not (v.rail > 0)"\nsame = "closing"\ngap = "q.rail - 0.1"'
+    formulas = ("2 if near else 3", "2 if closing else 3", "2 if same or t > 0.1 else 3", "1 if not near else 5")
+    whole = {"near": "(q.rail - 0.1 < 0.25)", "closing": "(q.rail - 0.1 < 0.25 and not (v.rail > 0))"}
+    defined = load_toml(f"{HEAD}[definitions]\n{conditions}\n[outputs]\ny = {{ formula = {list(formulas)} }}")
+    written_out = [text.replace("same", "closing") for text in formulas]
+    for name, text in whole.items():
+        written_out = [formula.replace(name, text) for formula in written_out]
+    inlined = load_toml(f"{HEAD}[outputs]\ny = {{ formula = {written_out} }}")
+    assert defined.outputs[0].values == inlined.outputs[0].values
+
+
+def test_a_condition_of_an_included_file_is_known_outside(tmp_path: Path) -> None:
+    part = f'{HEAD}[definitions]\nnear = "q.rail < 0.25"\n[outputs]\ny = {{ formula = "2 if near else 3" }}'
+    written(tmp_path, part, "part.toml")
+    whole = """
+format = 1
+name = "two"
+[include.a]
+file = "part.toml"
+[definitions]
+far = "not a_near"
+[outputs]
+z = { formula = "2 if a_near else 3" }
+w = { formula = "3 if far else 2" }
+"""
+    outputs = {output.name: output.values for output in eomgen.load(written(tmp_path, whole, "two.toml")).outputs}
+    assert outputs["a_y"] == outputs["z"]
 
 
 def test_values_along_a_beam_take_definitions_of_their_place(tmp_path: Path) -> None:
@@ -285,6 +369,17 @@ def test_definitions_that_are_one_name_or_number_are_used(tmp_path: Path, capsys
             '[outputs]\ny = { formula = "q.rail ** n" }',
             "outputs.y.formula[0]) the exponent 100 is beyond 64 (column 11); exp() or a smaller exponent",
         ),
+        (
+            'half = "q.rail / 2"',
+            '[outputs]\ny = { formula = "1 if half else 2" }',
+            "outputs.y.formula[0]) a condition is needed here, not a number (column 6); half > 0, or a comparison as"
+            " the formula of half",
+        ),
+        (
+            'a = "b"\nb = "a"',
+            '[outputs]\ny = { formula = "1 if a else 2" }',
+            "definitions.b.formula) the definition a mentions itself (column 1); an expression of other names",
+        ),
         ('k = "2"', "", "definitions.k) the name k is both a parameter and a definition; another name for one of them"),
         ('a = { unit = "m" }', "", "definitions.a.formula) the key formula is missing; formula = ..."),
         (
@@ -296,6 +391,18 @@ def test_definitions_that_are_one_name_or_number_are_used(tmp_path: Path, capsys
             'load = "2 * v.rail"',
             '[outputs]\ny = { formula = "1 + definition.load" }',
             "outputs.y.formula[0]) unknown quantity 'definition' (column 5); load",
+        ),
+        (
+            'slip = { formula = "velocity.here[0]", unit = "N" }',
+            "",
+            "definitions.slip.unit) the unit 'N' is of a force, a speed in m/s is expected; \"m/s\", the unit of its"
+            " formula in SI",
+        ),
+        (
+            'slip = "2 * velocity.here[0]"',
+            '[outputs]\ny = { formula = "slip" }',
+            "outputs.y.formula[0]) in the definition slip, velocity.here: here is where a load acts, in [forces] and in"
+            " [distributed_loads] of exact beams (column 5); the name of a point",
         ),
         (
             'load = "2 * v.rail"',

@@ -45,17 +45,17 @@ DOUBTED = [
     (
         {},
         force_at(0.5, 0.0, 5.0),
-        "forces.f.point: 5 m beside the axis of the beam b, which is 1 m long: a rigid arm reaches from its sections to there",
+        "forces.f.point: 5 m off the axis of the beam b, which is 1 m long: a rigid arm reaches from its sections to there",
     ),
     (
         DEFLECTING,
         force_at(0.5, 0.0, 5.0),
-        "forces.f.point: 5 m beside the axis of the beam b, which is 1 m long: a rigid arm reaches from its sections to there",
+        "forces.f.point: 5 m off the axis of the beam b, which is 1 m long: a rigid arm reaches from its sections to there",
     ),
     (
         {},
         {"points": {"p": {"body": "b", "position": [1.0, 3.0, 4.0]}}},
-        "points.p.position: 5 m beside the axis of the beam b, which is 1 m long: a rigid arm reaches from its sections to there",
+        "points.p.position: 5 m off the axis of the beam b, which is 1 m long: a rigid arm reaches from its sections to there",
     ),
     (
         resisting(stretch=1e30),

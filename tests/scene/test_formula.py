@@ -20,7 +20,7 @@ from eomgen.scene.formula.scope import (
     SPRING_FORCE,
     STATE,
     TIME,
-    Offered,
+    ElementQuantity,
     SceneNames,
 )
 from eomgen.scene.formula.tokens import FormulaError
@@ -30,7 +30,7 @@ NAMES = SceneNames(
     inputs=("torque",),
     joints={"hinge": "revolute", "ball": "spherical", "float": "free", "weld": "fixed", "not": "prismatic"},
     points=("tip",),
-    offered={kind: Offered("springs", scope, ("strut",)) for kind, scope in springs.SECTION.offers.items()},
+    offered={kind: ElementQuantity("springs", scope, ("strut",)) for kind, scope in springs.SECTION.offers.items()},
 )
 VALUES = {"length": 0.5, "lambda": 3.0, "double": -2.0, "q": 7.0}
 

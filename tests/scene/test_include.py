@@ -69,7 +69,7 @@ length = "rest"
 joint = "travel"
 effort = "push - 0.1 * v.travel * velocity.center[2] * (t > 1)"
 [outputs]
-height = { formula = ["position.center[2]", "tension.coil + energy.total"] }
+height = { formula = ["position.center[2]", "0.5 * tension.coil + energy.total"] }
 """
 CAR = """\
 format = 1
@@ -141,7 +141,7 @@ length = "left_rest"
 joint = "left_travel"
 effort = "left_push - 0.1 * v.left_travel * velocity.left_center[2] * (t > 1)"
 [outputs]
-left_height = { formula = ["position.left_center[2]", "tension.left_coil + energy.total"] }
+left_height = { formula = ["position.left_center[2]", "0.5 * tension.left_coil + energy.total"] }
 """
 
 
@@ -787,6 +787,7 @@ _PLAIN = {
     "x",
     "y",
     "function",
+    "python",
     "partials",
     "arguments",
     "results",
@@ -830,6 +831,7 @@ def test_every_kind_of_name_in_formulas_has_its_section() -> None:
         "controllers",
         "curve_arguments",
         "entries",
+        "labels",
         "laws",
         "exact_beams",
         "motions",

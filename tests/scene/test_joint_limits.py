@@ -266,13 +266,13 @@ def test_the_builder_gives_the_same() -> None:
             "hinge",
             "friction",
             "{ coulomb = 1, velocity = 0.01, static = 2 }",
-            "joints.hinge.friction): static needs stribeck beside it; try: stribeck = 0.05",
+            "joints.hinge.friction): static also needs stribeck; try: stribeck = 0.05",
         ),
         (
             "hinge",
             "friction",
             "{ coulomb = 1, velocity = 0.01, stribeck = 0.1 }",
-            "joints.hinge.friction): stribeck needs static beside it; try: static = the effort that breaks it loose",
+            "joints.hinge.friction): stribeck also needs static; try: static = the effort that breaks it loose",
         ),
         (
             "hinge",

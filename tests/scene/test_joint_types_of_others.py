@@ -137,15 +137,15 @@ def _turn(component: int = 0, axis: int = 0) -> ElementaryMotion:
 @pytest.mark.parametrize(
     ("row", "fault"),
     [
-        (Connection("two words", (_turn(),)), "has a name that is no word of letters, digits and underscores"),
+        (Connection("two words", (_turn(),)), "has a name that is not a word of letters, digits and underscores"),
         (Connection("slot", (_turn(),), drive="angle"), "has drive, which only types in eomgen have"),
         (Connection("slot"), "has an empty chain: a joint type has at least one elementary motion"),
         (Connection("slot", (_turn(), _turn(2, 1))), "has the velocity components [0, 2], and each from 0 to 1 is"),
         (Connection("slot", (_travel(0), _turn(1))), "has a travel before a turn among its velocity components"),
-        (Connection("slot", (_turn(0), _travel(1))), "has a travel behind a turn in its chain; travels come first"),
+        (Connection("slot", (_turn(0), _travel(1))), "has a travel after a turn in its chain; travels come first"),
         (
             Connection("slot", (_travel(3), ElementaryMotion("ball", (), (0, 1, 2)))),
-            "has a ball, a free motion or a screw beside other motions",
+            "has a ball, a free motion or a screw among other motions",
         ),
         (Connection("slot", (_turn(0, 2),)), "has turns about other directions than the axis"),
         (Connection("slot", (_travel(0, axes=(2,)),)), "has a travel along the third direction without one along"),
@@ -160,7 +160,7 @@ def test_rows_that_equations_cannot_be_derived_of_are_refused(row: Connection, f
     ("entry", "message"),
     [
         (f"slit = {slots.__name__}:SLOT", "is the joint type slot"),
-        ("slot = math:pi", "is no eomgen.scene.joint_types.Connection"),
+        ("slot = math:pi", "is not an eomgen.scene.joint_types.Connection"),
         ("slot = no_such_module:SLOT", "does not load: ModuleNotFoundError: No module named 'no_such_module'"),
     ],
 )

@@ -16,7 +16,7 @@ LIMITS = {
         "BushingEntry.preload BushingEntry.rest BushingEntry.rotational_damping "
         "BushingEntry.rotational_preload BushingEntry.rotational_stiffness BushingEntry.stiffness "
         "Constraint.semi_axes DistributedLoadEntry.force DistributedLoadEntry.moment Document.gravity "
-        "DrawnShape.axis DrawnShape.position DrawnShape.size "
+        "DrawnShape.axis DrawnShape.position DrawnShape.semi_axes DrawnShape.size "
         "ForceEntry.force ForceEntry.point ForceEntry.torque HullEntry.end HullEntry.start Include.position "
         "Joint.axis Joint.orientation Joint.position Joint.second_axis Joint.x_axis Point.position "
         "Rotation.axis ShapeFrame.position SlipEntry.axis"
@@ -37,7 +37,9 @@ LIMITS = {
     "items 3 to 3, items 6 to 6": "Body.inertia",
     "1 to 100000": "Calibration.modes",
     "length  to 200": "Controller.coordinates Controller.outputs",
-    "length 1 to 1000": "Controller.source DrawnShape.file Include.file LawEntry.source MapFile.file TableFile.file",
+    "length 1 to 1000": (
+        "Controller.source DrawnShape.file Include.file LawEntry.python LawEntry.source MapFile.file TableFile.file"
+    ),
     "length 1 to 64": "Controller.function LawEntry.function LawEntry.partials",
     "0 to 256": "Controller.memory",
     "length  to 64": (

@@ -69,7 +69,7 @@ def test_a_drive_that_jumps_is_refused_with_its_place_and_time(drive: str, what:
     assert re.fullmatch(r"test_motion_laws\.py:\d+ \(constraints\.motor\.drive\)", problem.where)
     assert problem.what.startswith(what)
     assert problem.hint.startswith(
-        'smooth = "10 ms" beside the law, or a law that is smooth there, such as a curve with interpolation'
+        'smooth = "10 ms" with the law, or a law that is smooth there, such as a curve with interpolation'
     )
 
 

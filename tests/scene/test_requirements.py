@@ -11,7 +11,7 @@ import pytest
 from eomgen.compiled.arguments import Requirements
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.describe import describe
-from eomgen.scene.joints.moved_inertia import Movable
+from eomgen.scene.joints.moved_inertia import MovableInertia
 from eomgen.scene.load import from_data
 from eomgen.scene.reading.requirements import BOUNDS, RELATIONS, UNBOUNDED, bound_of
 from eomgen.scene.sections import OWN, bounds_of
@@ -234,7 +234,7 @@ def test_no_check_where_a_scene_requires_nothing() -> None:
     assert from_data(scene_with(("springs", "coil", "stiffness"), "X")).requirements == ()
     assert len(from_data(scene_with(("springs", "coil", "stiffness"), "X / 2")).requirements) == 1
     mass, moved = from_data(scene_with(("bodies", "slider", "mass"), "X")).requirements
-    assert mass.rule is BOUNDS["bodies.mass"] and isinstance(moved.rule, Movable)
+    assert mass.rule is BOUNDS["bodies.mass"] and isinstance(moved.rule, MovableInertia)
 
 
 def test_the_first_set_of_a_batch_that_is_wrong_is_named() -> None:

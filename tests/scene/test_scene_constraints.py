@@ -462,7 +462,10 @@ _EXAMPLE = '; try: equation = "q.rod - lift(q.cam)", which is 0 on the constrain
         ('first = { body = "base" }\nequation = "z"', "(constraints.wire.second): the key second is missing"),
         ('equation = "q.z = q.x"', 'try: "q.z - (q.x)": the formula is 0 on the constraint'),
         ('velocity_equation = "v.z == 0"', 'try: "v.z": the formula is 0 on the constraint'),
-        ('equation = "q.z + t"', "the equation adds m and s; try: factors that turn one unit into the other"),
+        (
+            'equation = "q.z + t"',
+            "the equation adds q.z in m and t in s; try: a factor that turns one unit into the other",
+        ),
         ('equation = "q.z * q.x"', f'(constraints.wire): {_NO_UNIT}"m", or "rad" of angles and numbers'),
         ('velocity_equation = "q.z * v.x"', f'{_NO_UNIT}"m/s", or "rad/s" of angles and numbers'),
         ('equation = "t + 0 * q.x"', "the equation is in s; try: an equation in m or rad"),

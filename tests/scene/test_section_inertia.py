@@ -10,7 +10,7 @@ import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.formula.evaluate import evaluate
-from eomgen.scene.bodies.cross_sections import MovesAsRigidSection
+from eomgen.scene.bodies.cross_sections import SectionInertiaRule
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.load import from_data
 from tests.oracles.evaluation import Array
@@ -117,7 +117,7 @@ def test_rounding_of_a_section_is_judged_alike_in_all_units_of_length(
     """A product of mass and place that no rigid section has, as a part of the root of mass times moment."""
     scaled = matrix(2.0, 0.1 * length, -0.3 * length, length**2 * ABOUT)
     scaled[0, 3] = scaled[3, 0] = share * np.sqrt(2.0 * np.abs(scaled[:3, :3]).max())
-    rule = MovesAsRigidSection()
+    rule = SectionInertiaRule()
     assert bool(rule.broken(np.ravel(scaled).tolist())) == refused
     fault, _ = rule.fault(np.ravel(scaled).tolist())
     assert fault.startswith("no rigid section has this inertia: entry [0][3]") == refused

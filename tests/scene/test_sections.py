@@ -25,8 +25,9 @@ from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import renewed, schema
 from eomgen.scene.document.schema import Document, document_for, every_document
 from eomgen.scene.forces.register import elements_of
+from eomgen.scene.formula.scope import SceneNames
 from eomgen.scene.load import load_toml
-from eomgen.scene.reading.values import unit_of
+from eomgen.scene.reading.formula_units import unit_of
 from eomgen.scene.section import in_reading_order
 from eomgen.scene.sections import OWN, others
 from tests.models import drags_for_eomgen as drags
@@ -190,7 +191,7 @@ def test_a_word_of_another_distribution_is_a_quantity_in_formulas() -> None:
     assert infix(formula) == "wind_speed.site(20 + q.along)"
     values = evaluate_batch(formula, lambda symbol: run.t if symbol.kind == "time" else run.q[:, 0])
     assert np.allclose(values, windy(run.t, run.q[:, 0]), rtol=1e-12)
-    assert unit_of(formula, {"along": "prismatic"}) == "m/s"
+    assert unit_of(formula, SceneNames(joints={"along": "prismatic"})) == "m/s"
 
 
 @pytest.mark.usefixtures("installed")

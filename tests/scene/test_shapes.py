@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import struct
 from pathlib import Path
@@ -49,6 +50,36 @@ def text_of(corners: np.ndarray) -> bytes:
     return "\n".join(["solid part", *lines, "endsolid part"]).encode()
 
 
+def glb(document: dict[str, object] | None = None, **changes: object) -> bytes:
+    """Return the tetrahedron as a binary glTF file: the node is scaled by 2, turned by 90 deg about z and shifted, in
+    a node that is shifted; y is up."""
+    x, y, z = CORNERS.T
+    places = np.stack([x, z, -y], axis=1).astype("<f4").tobytes()
+    buffer = places + np.array(FACES, "<u2").tobytes()
+    root = {"children": [1], "translation": [0, 0, 5]}
+    turned = {"mesh": 0, "scale": [2, 2, 2], "rotation": [0, 0, 0.5**0.5, 0.5**0.5], "translation": [1, 0, 0]}
+    whole: dict[str, object] = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [root, turned],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 24},
+        ],
+        "buffers": [{"byteLength": len(buffer)}],
+    }
+    text = json.dumps({**whole, **(document or {}), **changes}).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
+    return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
+
+
 def refused(tmp_path: Path, text: str) -> str:
     (tmp_path / "cart.toml").write_text(CART + text, encoding="utf-8")
     with pytest.raises(eomgen.DescriptionError) as caught:
@@ -63,7 +94,7 @@ def refused(tmp_path: Path, text: str) -> str:
         (
             BALL.replace("sphere", "cube"),
             "cart.toml:14 (shapes.part.type): 'cube' is not known here; try: one of box, cylinder, sphere, capsule,"
-            " wheel or mesh",
+            " wheel, ellipsoid or mesh",
         ),
         (
             'type = "sphere"\nradius = 1\n',
@@ -114,11 +145,11 @@ def refused(tmp_path: Path, text: str) -> str:
         ),
         (
             BALL + 'color = "gren"',
-            "cart.toml:17 (shapes.part.color): 'gren' is no colour that is known; try: green or grey, or \"#3f7fdb\"",
+            "cart.toml:17 (shapes.part.color): 'gren' is not a known colour; try: green or grey, or \"#3f7fdb\"",
         ),
         (
             BALL + 'color = "#12"',
-            "cart.toml:17 (shapes.part.color): '#12' is no colour that is known; try: \"#3f7fdb\"",
+            "cart.toml:17 (shapes.part.color): '#12' is not a known colour; try: \"#3f7fdb\"",
         ),
         (
             BALL + "rgba = [1, 0, 0, 1]",
@@ -137,6 +168,28 @@ def refused(tmp_path: Path, text: str) -> str:
             BOX + "axis = [1, 0, 0]",
             "cart.toml:17 (shapes.part.axis): a box has no axis of symmetry; try: rotation = [{ axis = [0, 0, 1], angle"
             " = 0.5 }]",
+        ),
+        (
+            BALL.replace('"sphere"', '"ellipsoid"').replace("radius = 1", "semi_axes = [1, 2]"),
+            "cart.toml:16 (shapes.part.semi_axes): a list of 3 entries is needed here, not 2",
+        ),
+        (
+            BALL.replace('"sphere"', '"ellipsoid"').replace("radius = 1", "semi_axes = [1, -2, 1]"),
+            "cart.toml:16 (shapes.part.semi_axes[1]): a semi-axis of an ellipsoid is -2; try: a number above 0",
+        ),
+        (
+            BALL.replace('"sphere"', '"ellipsoid"'),
+            "cart.toml:16 (shapes.part.radius): an ellipsoid needs semi_axes, and semi_axes is missing; try: semi_axes"
+            " = [0.2, 0.1, 0.1]",
+        ),
+        (
+            MESH.format("hull.stl") + "scale = [1, 2]",
+            "cart.toml:17 (shapes.part.scale): a mesh has one scale or three, not 2; try: scale = 0.001",
+        ),
+        (
+            MESH.format("hull.stl") + "scale = [1, 0, 1]",
+            "cart.toml:17 (shapes.part.scale[1]): the scale of a mesh is 0; try: a number other than 0; a negative one"
+            " mirrors",
         ),
         (
             WHEEL + "axis = [1, 0, 0]\nrotation = [{ axis = [1, 0, 0], angle = 1 }]",
@@ -159,8 +212,8 @@ def refused(tmp_path: Path, text: str) -> str:
             'cart.toml:13 (shapes.part): a mesh needs file, and file is missing; try: file = "part.stl"',
         ),
         (
-            MESH.format("part.glb"),
-            "part.glb (shapes.part.file): files of the kind '.glb' are not read; try: part.stl or part.obj, exported"
+            MESH.format("part.ply"),
+            "part.ply (shapes.part.file): files of the kind '.ply' are not read; try: part.stl or part.obj, exported"
             " from the same program",
         ),
         (
@@ -202,7 +255,7 @@ def test_each_mistake_in_a_shape_has_one_message(tmp_path: Path, text: str, mess
         (
             "a.stl",
             b"solid\nvertex 0 0 0\nvertex 1 zero 0\nvertex 0 1 0\n",
-            "a.stl:3 (shapes.part.file): numbers are needed behind vertex, not '1 zero 0'; try: the export of the mesh"
+            "a.stl:3 (shapes.part.file): numbers are needed after vertex, not '1 zero 0'; try: the export of the mesh"
             " once more",
         ),
         (
@@ -223,6 +276,46 @@ def test_each_mistake_in_a_shape_has_one_message(tmp_path: Path, text: str, mess
             " more",
         ),
         (
+            "a.glb",
+            b"glTF" + bytes(30),
+            "a.glb (shapes.part.file): this is not a binary glTF file of version 2; try: an export as glTF 2.0, binary"
+            " (.glb)",
+        ),
+        (
+            "a.glb",
+            glb()[:-30],
+            "a.glb (shapes.part.file): the header promises 716 bytes of 686; try: a whole file",
+        ),
+        (
+            "a.glb",
+            glb(extensionsRequired=["KHR_draco_mesh_compression"]),
+            "a.glb (shapes.part.file): the mesh is compressed by 'KHR_draco_mesh_compression'; try: an export without"
+            " compression",
+        ),
+        (
+            "a.glb",
+            glb(meshes=[]),
+            "a.glb (shapes.part.file): the glTF file is not consistent: list index out of range; try: the export of the"
+            " mesh once more",
+        ),
+        (
+            "a.glb",
+            glb(bufferViews=[{"buffer": 0}, {"buffer": 0, "byteOffset": 60}]),
+            "a.glb (shapes.part.file): the glTF file is not consistent: an accessor reaches beyond the buffer; try: the"
+            " export of the mesh once more",
+        ),
+        (
+            "a.glb",
+            glb(nodes=[{"children": [1]}, {"children": [0]}]),
+            "a.glb (shapes.part.file): the glTF file is not consistent: nodes hold one another in a circle; try: the"
+            " export of the mesh once more",
+        ),
+        (
+            "a.glb",
+            glb(nodes=[{}]),
+            "a.glb (shapes.part.file): the mesh has no triangles; try: an export with the surfaces of the part",
+        ),
+        (
             "a.obj",
             b"v 0 0 0\nv 1 0 0\nf 1 2 3\n",
             "a.obj:3 (shapes.part.file): the face has the vertex 3, and there are 2 before it; try: vertices before the"
@@ -231,7 +324,7 @@ def test_each_mistake_in_a_shape_has_one_message(tmp_path: Path, text: str, mess
         (
             "a.obj",
             b"v 0 0 zero\n",
-            "a.obj:1 (shapes.part.file): numbers are needed behind v, not '0 0 zero'; try: the export of the mesh once"
+            "a.obj:1 (shapes.part.file): numbers are needed after v, not '0 0 zero'; try: the export of the mesh once"
             " more",
         ),
     ],
@@ -267,8 +360,18 @@ def test_formats_hold_the_same_tetrahedron_and_its_faces_look_outward(tmp_path: 
     data = {"binary.stl": binary(triangles), "text.stl": text_of(triangles), "part.obj": "\n".join(lines).encode()}
     (tmp_path / name).write_bytes(data[name])
     vertices, read = read_mesh(tmp_path / name)
-    assert sorted(vertices) == sorted(map(tuple, CORNERS.tolist()))
-    assert len(read) == 4 and volume(np.array(vertices), read) == pytest.approx(4.0)
+    assert sorted(vertices.tolist()) == sorted(CORNERS.tolist())
+    assert len(read) == 4 and volume(vertices, read) == pytest.approx(4.0)
+
+
+def test_nodes_of_a_binary_gltf_file_place_the_mesh_with_z_up(tmp_path: Path) -> None:
+    (tmp_path / "part.glb").write_bytes(glb())
+    vertices, faces = read_mesh(tmp_path / "part.glb")
+    x, y, z = CORNERS.T
+    in_file = 2.0 * np.stack([-z, x, -y], axis=1) + [1, 0, 5]  # of (x, z, -y), turned about z
+    expected = np.stack([in_file[:, 0], -in_file[:, 2], in_file[:, 1]], axis=1)
+    assert sorted(np.round(vertices, 5).tolist()) == sorted(np.round(expected, 5).tolist())
+    assert volume(vertices, faces) == pytest.approx(32.0, rel=1e-6)
 
 
 def test_a_fine_mesh_is_thinned_and_keeps_its_form(tmp_path: Path) -> None:
@@ -284,8 +387,8 @@ def test_a_fine_mesh_is_thinned_and_keeps_its_form(tmp_path: Path) -> None:
     (tmp_path / "ball.stl").write_bytes(binary(triangles))
     vertices, faces = read_mesh(tmp_path / "ball.stl")
     assert 0.3 * MOST < len(faces) <= MOST
-    assert volume(np.array(vertices), faces) == pytest.approx(4.0 / 3.0 * np.pi, rel=0.03)
-    assert np.ptp(np.array(vertices), axis=0) == pytest.approx(2.0, rel=0.03)
+    assert volume(vertices, faces) == pytest.approx(4.0 / 3.0 * np.pi, rel=0.03)
+    assert np.ptp(vertices, axis=0) == pytest.approx(2.0, rel=0.03)
 
 
 # -- solids ------------------------------------------------------------------------------------------------------------
@@ -298,6 +401,7 @@ def test_a_fine_mesh_is_thinned_and_keeps_its_form(tmp_path: Path) -> None:
         ("cylinder", (0.3, 0.7), np.pi * 0.3**2 * 0.7),
         ("sphere", (0.3,), 4.0 / 3.0 * np.pi * 0.3**3),
         ("capsule", (0.3, 0.7), np.pi * 0.3**2 * (0.7 + 0.4)),
+        ("ellipsoid", (0.3, 0.7, 0.2), 4.0 / 3.0 * np.pi * 0.3 * 0.7 * 0.2),
     ],
 )
 def test_surfaces_enclose_the_volume_of_the_solid(kind: str, sizes: tuple[float, ...], exact: float) -> None:
@@ -349,7 +453,8 @@ def test_a_changed_mesh_is_read_again(tmp_path: Path) -> None:
     first = eomgen.load(file)
     (tmp_path / "part.stl").write_bytes(binary(2.0 * CORNERS[FACES]))
     second = eomgen.load(file)
-    assert np.max(second.shapes[0].vertices) == 2.0 * np.max(first.shapes[0].vertices)
+    largest = [np.max(np.frombuffer(scene.shapes[0].vertices, np.float32)) for scene in (first, second)]
+    assert largest[1] == 2.0 * largest[0]
     assert first.digest == second.digest
 
 

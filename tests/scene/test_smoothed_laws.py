@@ -166,7 +166,12 @@ def test_a_length_over_time_and_a_driven_constraint_take_smooth() -> None:
         ("sign(sin(t))", T, {}, "the times are not known beforehand at which sign() of something else than a straight"),
         ("1 if t > late else 0", T, {}, "the times are not known beforehand at which a comparison of something else"),
         ("stairs(t**2)", T, {"stairs": STAIRS}, "the times are not known beforehand at which stairs jumps"),
-        ("stairs(t)", 0.8, {"stairs": STAIRS}, "corners of stairs are 0.75 apart, less than a transition, 0.8"),
+        (
+            "stairs(t)",
+            0.8,
+            {"stairs": STAIRS},
+            "corners of stairs have a distance of 0.75, less than a transition, 0.8",
+        ),
         ("t", 0.0, {}, "(joints.x.smooth): the duration is 0 s, and has to be positive; try: smooth ="),
         (None, T, {}, "(joints.x.smooth): smooth is of a drive over time, and there is none"),
         ("derivative.road(t)", T, {"road": ROAD}, "a derivative of road jumps, which cannot be smoothed by itself"),
@@ -179,7 +184,7 @@ def test_what_cannot_be_smoothed_is_refused(drive: str | None, smooth: float, cu
 
 
 def test_the_refusal_of_a_jump_names_the_key() -> None:
-    with pytest.raises(eomgen.DescriptionError, match=r'try: smooth = "10 ms" beside the law, or a law that is smooth'):
+    with pytest.raises(eomgen.DescriptionError, match=r'try: smooth = "10 ms" with the law, or a law that is smooth'):
         eomgen.build(driven("1 if t > 0.5 else 0", None), profile="quick", method="rk4_partitioned")
-    with pytest.raises(eomgen.DescriptionError, match=r'interpolation = "quintic", or smooth = "10 ms" beside the law'):
+    with pytest.raises(eomgen.DescriptionError, match=r'interpolation = "quintic", or smooth = "10 ms" with the law'):
         driven("road(t)", None, road=ROAD)

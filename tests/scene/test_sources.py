@@ -17,7 +17,7 @@ from eomgen.scene.sources.source import Source
 #: A format of somebody else: as many equal links, one below the other, as the file says.
 CHAINS = """
 from eomgen import DescriptionError, Problem
-from eomgen.scene.sources.source import Option, Read, Source
+from eomgen.scene.sources.source import ConvertedScene, Option, Source
 
 
 def read(text, *, file, strict=False, included=False, mass=1.0, long=False):
@@ -32,7 +32,7 @@ def read(text, *, file, strict=False, included=False, mass=1.0, long=False):
         for parent, name in zip(["base", *names], names)
     }
     data = {"format": 1, "name": "chain", "bodies": {name: dict(body) for name in names}, "joints": joints}
-    return Read(data, {"bodies": 1}, [f"{len(names)} links"])
+    return ConvertedScene(data, {"bodies": 1}, [f"{len(names)} links"])
 
 
 CHAINS = Source("chains", (".chain",), "a .chain file", read, (Option("long", False, "links of two metres"),))
@@ -126,7 +126,7 @@ def test_what_a_source_of_others_refuses_is_said_like_everything_else(installed:
     ("text", "what"),
     [
         ("raise RuntimeError('no licence')", "does not load: RuntimeError: no licence"),
-        ("CHAINS = 3", r"is no eomgen\.scene\.sources\.source\.Source"),
+        ("CHAINS = 3", r"is not an eomgen\.scene\.sources\.source\.Source"),
         (CHAINS.replace('".chain"', '".urdf"'), r"reads \.urdf files, which another source does"),
     ],
 )

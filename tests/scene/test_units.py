@@ -319,7 +319,7 @@ def test_a_label_beside_a_number_converts_nothing_and_says_so() -> None:
     assert scene.parameters[0].value == 0.8
     what = "its unit mm is a label, so 0.8 is taken as it is"
     assert scene.notes[0] == f'parameters.length: {what}; "0.8 mm" would be converted to SI'
-    assert scene.notes[1] == "parameters.turns.unit: 'per day' is no unit that is known, and shown as it is"
+    assert scene.notes[1] == "parameters.turns.unit: 'per day' is not a known unit, and is shown unchanged"
     assert len(scene.notes) == 3 and not any(note.startswith("parameters.") for note in read().notes)
 
 

@@ -103,7 +103,7 @@ def test_mimics_of_mimics_and_across_branches() -> None:
     scene = load_urdf(text)
     assert mimics_of(scene) == {"first": ("last", -0.5, 0.0), "last": ("lead", 2.0, 0.3), "still": ("lead", 0.0, 0.0)}
     note = (
-        "joints that mimic others are no coordinates of their own: first follows last, last follows lead, still follows"
+        "joints that mimic others are not independent coordinates: first follows last, last follows lead, still follows"
         " lead"
     )
     assert note in scene.notes

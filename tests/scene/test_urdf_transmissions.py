@@ -62,7 +62,7 @@ def test_an_actuator_moves_its_joint_with_the_reduction(transmission: str, expec
     scene = load_urdf(ARM.format(transmission), transmissions=True)
     assert [item.name for item in scene.inputs] == ["m1"]
     assert scene.inputs[0].unit == ("" if expected[2] else "N m")
-    assert "inputs are efforts of actuators behind transmissions: m1" in scene.notes
+    assert "inputs are efforts of actuators with transmissions: m1" in scene.notes
     assert not [note for note in scene.notes if note.startswith(("not read", "not modelled"))]
     np.testing.assert_allclose(generalized_forces(ARM.format(transmission), [1.0], transmissions=True), expected)
 
@@ -139,11 +139,11 @@ def test_joints_that_are_held_or_follow_are_not_driven() -> None:
             ">-30<",
             ">0<",
             (
-                "arm.urdf:11 (transmissions.wrist): the mechanical reduction '0' is no number other than 0; "
+                "arm.urdf:11 (transmissions.wrist): the mechanical reduction '0' is not a number other than 0; "
                 "try: efforts of the joint over efforts of the actuator, e.g. 50"
             ),
         ),
-        (">-30<", ">a<", "the mechanical reduction 'a' is no number other than 0"),
+        (">-30<", ">a<", "the mechanical reduction 'a' is not a number other than 0"),
         (
             '<joint name="b">',
             '<joint name="c"/><joint name="b">',

@@ -68,7 +68,7 @@ def test_the_balance_of_energy_is_judged_where_the_rows_allow_it() -> None:
     off = energy_balance(t, energies(0.1))
     assert off.error == pytest.approx(1.0 / swing, rel=1e-3) and str(off) == "off by 43 % of the energies at work"
     sparse = {name: values[::150] for name, values in energies(0.0).items()}
-    assert str(energy_balance(t[::150], sparse)) == "not known: the rows are too far apart to tell the work in between"
+    assert str(energy_balance(t[::150], sparse)) == "not known: the rows are too widely spaced for the work in between"
     few = {name: values[::250] for name, values in energies(0.0).items()}
     three = {name: values[::400] for name, values in energies(0.0).items()}
     assert str(energy_balance(t[::400], three)).startswith("not known: 3 rows")
@@ -108,7 +108,7 @@ def test_balances_of_energy_know_no_origin_of_time_and_no_unit_of_energy(rows: i
         moved = energy_balance(t + start, {name: joule * values for name, values in energy.items()})
         assert moved.unknown == balance.unknown
         if rows < 5 and gain < 5e3:
-            assert moved.error is None and f"{rows} rows tell too little" in moved.unknown
+            assert moved.error is None and f"{rows} rows are too few" in moved.unknown
         elif rows < 5:
             assert moved.error == moved.gain == pytest.approx(gain / moving)
         else:

@@ -254,7 +254,9 @@ def test_another_compilation_is_refused(file: Path) -> None:
 def test_other_files_are_no_checkpoints(file: Path, tmp_path: Path) -> None:
     for data in (b"", b"hello", b"PK\x03\x04 cut short"):
         file.write_bytes(data)
-        with pytest.raises(eomgen.FileError, match=r"run\.ckpt: this is not a checkpoint written by eomgen: it is no "):
+        with pytest.raises(
+            eomgen.FileError, match=r"run\.ckpt: this is not a checkpoint written by eomgen: it is not "
+        ):
             pendulum().resume(file)
     solution = pendulum().simulate(0.05, 1e-3, checkpoint=file).save(tmp_path / "solution.npz")
     with pytest.raises(eomgen.FileError, match=r"solution\.npz: this is not a checkpoint written by eomgen"):

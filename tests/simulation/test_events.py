@@ -527,7 +527,7 @@ def test_events_in_single_precision() -> None:
             {"when": "q.ball", "action": "reset", "reset": {"v.bell": 0}},
             "there is no joint 'bell' (column 1); try: ball",
         ),
-        ({"when": "q.ball", "action": "reset", "reset": {"2*v.ball": 0}}, "'2*v.ball' is no number of the state"),
+        ({"when": "q.ball", "action": "reset", "reset": {"2*v.ball": 0}}, "'2*v.ball' is not a number of the state"),
         ({"when": "q.ball", "action": "impact"}, "the action impact needs the key restitution"),
         (
             {"when": "q.ball", "action": "impact", "restitution": -1},

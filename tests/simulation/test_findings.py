@@ -16,7 +16,7 @@ import pytest
 
 from eomgen.analysis.state_warnings import LargestBending
 from eomgen.errors import Problem, UsageError
-from eomgen.results.error_estimate import ErrorEstimate, Largest
+from eomgen.results.error_estimate import ErrorEstimate, LargestError
 from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.unseen_laws import UnseenLaw
@@ -25,13 +25,13 @@ from eomgen.simulation.judgement.finished_run import ANY_FAILURE, FACTS, Check, 
 from eomgen.simulation.judgement.instability import Growth
 from eomgen.simulation.judgement.invariants import Drift, EnergyBalance, Violation
 from eomgen.simulation.judgement.register import BY_NAME, CHECKS, Verdict, message_of
-from eomgen.simulation.judgement.start_checks import Fastest
+from eomgen.simulation.judgement.start_checks import FastestDecay
 from tests.models.scenes import pendulum
 
 DOCS = Path(__file__).parents[2] / "docs"
 LARGE = ErrorEstimate(
     available=True, t=np.array([0.5]), relative_at=np.array([0.2]), relative=0.2, order=2.0, declared_order=2.0,
-    largest=Largest("q.hinge", 0.1, "rad", 0.5, 0.2), increment_at=np.zeros((1, 1)), z_at=np.zeros((1, 0)),
+    largest=LargestError("q.hinge", 0.1, "rad", 0.5, 0.2), increment_at=np.zeros((1, 1)), z_at=np.zeros((1, 0)),
 )  # fmt: skip  # two lines
 Change = Callable[[FinishedRun, pytest.MonkeyPatch], None]
 
@@ -141,7 +141,7 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
     "unresolved_damping": (method_with(real_stability=1e-9),),
     "unresolved_states": (
         method_with(real_stability=1e-9),
-        returning(start_checks, "decay_of_states", Fastest("internal states decay", 5.0)),
+        returning(start_checks, "decay_of_states", FastestDecay("internal states decay", 5.0)),
     ),
     "lost_digits": (
         returning(start_checks, "largest_cancellation", 1e10),

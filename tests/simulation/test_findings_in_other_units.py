@@ -17,17 +17,17 @@ import pytest
 
 import eomgen
 from eomgen.results.finding import Finding
-from eomgen.scene.scaling import LENGTH, MASS, TIME, UnitsOf, with_factors
+from eomgen.scene.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
 from eomgen.simulation.judgement.register import CHECKS
 from tests.oracles.moved_scenes import moved
 
 BINARY = (
-    UnitsOf(2.0**-20, 2.0**-30, 2.0**-40),
-    UnitsOf(2.0**30, 2.0**40, 2.0**40),
-    UnitsOf(2.0**-30, 2.0**40, 2.0**20),
+    SceneUnits(2.0**-20, 2.0**-30, 2.0**-40),
+    SceneUnits(2.0**30, 2.0**40, 2.0**40),
+    SceneUnits(2.0**-30, 2.0**40, 2.0**20),
 )
 #: mm-t-s, km-t-h, and nm with masses and times of atoms.
-IN_USE = (UnitsOf(1e3, 1e-3, 1.0), UnitsOf(1e-3, 1e-3, 1.0 / 3600.0), UnitsOf(1e9, 1e27, 1e15))
+IN_USE = (SceneUnits(1e3, 1e-3, 1.0), SceneUnits(1e-3, 1e-3, 1.0 / 3600.0), SceneUnits(1e9, 1e27, 1e15))
 #: Checks without a case, and why.
 NOT_HERE = {
     "infinite_energy": "it is the largest double",
@@ -223,7 +223,7 @@ CASES = {
 
 
 @cache
-def model_of(scene: str, units: UnitsOf | None = None) -> eomgen.Model:
+def model_of(scene: str, units: SceneUnits | None = None) -> eomgen.Model:
     """Return a model with tunable units; in units that are given, with these as fixed numbers."""
     data = with_factors({"format": 1, "name": scene, **SCENES[scene]}, (LENGTH, MASS, TIME))
     for name, size in {} if units is None else units.parameters.items():
@@ -231,11 +231,11 @@ def model_of(scene: str, units: UnitsOf | None = None) -> eomgen.Model:
     return eomgen.build(data, profile="quick")
 
 
-def run_of(case: Case, units: UnitsOf, model: eomgen.Model | None = None) -> tuple[eomgen.Solution, list[Finding]]:
+def run_of(case: Case, units: SceneUnits, model: eomgen.Model | None = None) -> tuple[eomgen.Solution, list[Finding]]:
     """Return a run in units, and its findings in the units of the scene."""
     fixed = case.scene in FIXED
     model = model or model_of(case.scene, units if fixed else None)
-    own = model_of(case.scene, UnitsOf() if fixed else None)
+    own = model_of(case.scene, SceneUnits() if fixed else None)
     start: dict[str, Any] = {}
     for name, given, default, of in (
         ("q", case.q, own.initial_q, model.q_units),
@@ -286,7 +286,7 @@ def test_every_check_has_a_case_or_a_reason_for_none() -> None:
 @pytest.mark.parametrize("name", CASES)
 def test_findings_are_the_same_but_for_last_digits_in_units_that_are_powers_of_two(name: str) -> None:
     case = CASES[name]
-    own, expected = run_of(case, UnitsOf())
+    own, expected = run_of(case, SceneUnits())
     assert set(case.found) <= {finding.name for finding in expected}
     if not case.found:
         assert not expected
@@ -300,7 +300,7 @@ def test_findings_are_the_same_but_for_last_digits_in_units_that_are_powers_of_t
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_findings_are_the_same_in_units_in_use(name: str) -> None:
-    _, expected = run_of(CASES[name], UnitsOf())
+    _, expected = run_of(CASES[name], SceneUnits())
     for units in IN_USE:
         same(run_of(CASES[name], units)[1], expected, math.inf if CASES[name].rough else 1e-3)
 
@@ -309,8 +309,8 @@ def test_findings_are_the_same_in_units_in_use(name: str) -> None:
 @pytest.mark.parametrize("name", ["tumbling", "tumbling well", "crank", "slow crank", "spring", "bouncing", "behind"])
 def test_findings_are_the_same_elsewhere_and_turned(name: str) -> None:
     case = CASES[name]
-    _, expected = run_of(case, UnitsOf())
-    same(run_of(case, UnitsOf(), moved_model(case.scene))[1], expected, 1e-3)
+    _, expected = run_of(case, SceneUnits())
+    same(run_of(case, SceneUnits(), moved_model(case.scene))[1], expected, 1e-3)
 
 
 @cache

@@ -210,7 +210,7 @@ def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
     )
     shaken = resting_tree().base([0, 0, "0.01*sin(9*t)"])
     assert refusal(built(shaken)[1], 0.1, STEP) == (
-        "usage error: start: the scene starts at static equilibrium beside moving drives, which has no derivatives"
+        "usage error: start: the scene starts at equilibrium relative to moving drives, which has no derivatives"
         " here; try: initial = model.equilibrium().initial, for a start that is held"
     )
 

@@ -168,7 +168,7 @@ def test_work_of_pulses_between_rows_is_not_known() -> None:
     fine, sparse = (driven.simulate(3.0, 1e-4, record_every=every) for every in (1, 1000))
     assert fine.success and fine.metadata["energy_balance"].startswith("off by 0.0")
     assert sparse.success and sparse.message == "reached t = 3 s in 30000 steps"
-    assert sparse.metadata["energy_balance"] == "not known: the rows are too far apart to tell the work in between"
+    assert sparse.metadata["energy_balance"] == "not known: the rows are too widely spaced for the work in between"
 
 
 @pytest.mark.parametrize(
@@ -260,7 +260,7 @@ def test_two_rows_tell_the_balance_of_what_has_no_power() -> None:
     assert f"the energy is out of balance by {100 * solution.stats['energy_error']:.3g} % of" in solution.message
     damped = run(1e4, 1000, damping=1.0, record_every=1000)
     assert "energy_error" not in damped.stats
-    assert damped.metadata["energy_balance"] == "not known: 2 rows tell too little of the work in between"
+    assert damped.metadata["energy_balance"] == "not known: 2 rows are too few for the work in between"
     fine = run(1e4, 1000, damping=1.0, method="generalized_alpha")
     assert fine.success and fine.stats["energy_error"] < 0.01 and fine.metadata["energy_balance"].startswith("off by ")
 

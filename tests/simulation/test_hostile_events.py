@@ -136,7 +136,7 @@ def test_a_force_without_a_value_behind_an_event_names_the_event() -> None:
         not run.success
         and (
             "the first block that is not finite is Q (the generalized force), component v.ball at t = 0.33690856 s,"
-            " behind the event break, where in a formula 1 / 0 has no value at mode_gap = 0; try: another start, or"
+            " after the event break, where in a formula 1 / 0 has no value at mode_gap = 0; try: another start, or"
         )
         in run.message
     )
@@ -154,7 +154,7 @@ def test_an_impact_that_the_run_starts_behind_or_on_is_told_of() -> None:
     floor = {"when": "q.ball", "direction": "falling", "action": "impact", "restitution": 0.5}
     behind = falling({"floor": floor}, {"position": -0.5, "velocity": 5.0}).simulate(0.5, 0.01, method="rk4")
     text = (
-        "the run starts behind the impact floor, which is met from the side where its formula is above zero: at the"
+        "the run starts past the impact floor, which is met from the side where its formula is above zero: at the"
         " start it is"
         ' -0.5; try: another initial state, or direction = "rising"'
     )

@@ -151,7 +151,7 @@ def test_names_that_are_no_samples_are_refused() -> None:
     options = options_of("trapezoidal", samples("torque"))
     for name, told in {
         "inputs.torq": "there is no input 'torq'; try: torque",
-        "inputs.torque[a]": "by: 'inputs.torque[a]' is no sample of an input; try: inputs.torque, inputs.torque[3],",
+        "inputs.torque[a]": "by: 'inputs.torque[a]' is not a sample of an input; try: inputs.torque, inputs.torque[3],",
         "inputs.torque[99]": "by: the run has rows 0 to 12, and inputs.torque[99] is none of them; try: inputs.torque",
         "inputs.road": 'by: the input road follows a formula of the scene; try: inputs={"road": ...}, to give values',
     }.items():

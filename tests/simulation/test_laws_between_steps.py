@@ -425,7 +425,7 @@ def test_a_first_step_that_ends_on_top_of_a_barrier_is_noticed() -> None:
 @pytest.mark.parametrize("text", ["0", "-1", "nan", "-2 ms"])
 def test_a_largest_step_that_is_none_is_refused(text: str, capsys: pytest.CaptureFixture) -> None:
     assert main(["simulate", "scene.toml", "--out", "there", f"--largest-step={text}"]) == 2
-    assert f"--largest-step: '{text}' is no step; try: 0.003, or \"3 ms\"" in capsys.readouterr().err
+    assert f"--largest-step: '{text}' is not a step; try: 0.003, or \"3 ms\"" in capsys.readouterr().err
 
 
 #: Loads of 1 kg, or 1 kg m^2, that a narrow part stops or slows down, by a quantity of the place where they act.

@@ -149,7 +149,7 @@ def rope(length: float | str, height: float) -> dict[str, Any]:
 
 UNDEFINED = (
     "model error: constraints: these rows have no finite derivative where constraints are to be met: rope: distance; "
-    "try: a state in which the points of a distance lie apart, and lengths above 0"
+    "try: a state in which the points of a distance differ, and lengths above 0"
 )
 
 

@@ -208,7 +208,7 @@ def failing(t: float, signals: Any) -> float:
             "the function gives an array of shape (2,) at t = 0 s, and has to give one number, servo",
         ),
         (lambda t, s: None, "the function gives nothing at t = 0 s, and has to give one number, servo"),
-        (lambda t, s: "full", "the function gives str, which is no array of numbers at t = 0 s"),
+        (lambda t, s: "full", "the function gives str, which is not an array of numbers at t = 0 s"),
         (lambda t, s: math.nan, "controller servo: the function gives nan at t = 0 s"),
         (lambda t: 0.0, "the function does not take the 2 arguments that it is called with; try: def law(t, signals)"),
     ],
@@ -442,7 +442,7 @@ def test_a_linked_function_that_fails_says_in_which_way(old: str, new: str, what
 @pytest.mark.parametrize(
     ("keys", "text"),
     [
-        ('source = "none.c"\nfunction = "f"', "is no file; try: the path of a C file, from the scene file's folder"),
+        ('source = "none.c"\nfunction = "f"', "is not a file; try: the path of a C file, from the scene file's folder"),
         ('source = "servo law.c"', "the name of the function in the C file is missing"),
         ('source = "servo law.c"\nfunction = "other"', "servo law.c has no function other; try: int other(double t"),
         ('source = "servo law.c"\nfunction = "while"', "'while' cannot be the name of a C function here"),

@@ -287,8 +287,8 @@ def test_what_has_no_derivatives_is_refused_by_name() -> None:
     with pytest.raises(UsageError, match="of: there is nothing to take derivatives of"):
         found.gradients([])
     assert refusal(model, 0.1, STEP, record_every=4) == (
-        "usage error: record_every: 10 steps are no rows of 4 steps each, and the end of the run would be none of them;"
-        " try: record_every = 2"
+        "usage error: record_every: 10 steps are not a whole number of rows of 4 steps, so the end of the run has no"
+        " row; try: record_every = 2"
     )
 
 
@@ -312,7 +312,7 @@ def test_derivatives_that_are_no_numbers_are_told() -> None:
     builder.effort("push", "slide", "k").output("place", formula="sqrt(abs(q.slide))")
     found = built(builder)[1].sensitivities(0.1, STEP)
     for ask in (lambda: found.derivatives, lambda: found.gradient("sum(place)")):
-        with pytest.raises(NumericalError, match="derivatives are no finite numbers somewhere in the run: a formula"):
+        with pytest.raises(NumericalError, match="derivatives are not finite numbers somewhere in the run: a formula"):
             ask()
     rough = SceneBuilder("rough", gravity=[0, 0, 0]).parameter("k", 1.0, tunable=True).body("mass", 1.0)
     rough.joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0], initial={"position": 0.1})
@@ -321,7 +321,7 @@ def test_derivatives_that_are_no_numbers_are_told() -> None:
     with pytest.raises(NumericalError) as caught:
         _ = model.sensitivities(0.1, STEP).derivatives
     assert str(caught.value) == (
-        "numerical error: sensitivities: derivatives are no finite numbers somewhere in the run: a formula has none"
+        "numerical error: sensitivities: derivatives are not finite numbers somewhere in the run: a formula has none"
         " there, of the forces perhaps abs(v.slide) ** 0.5; try: a formula that is smooth there, sqrt(x**2 + 1e-6) for"
         " abs(x); eomgen check names formulas that are not"
     )

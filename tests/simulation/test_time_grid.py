@@ -106,7 +106,7 @@ def test_a_step_in_which_time_cannot_move_on_is_refused(start: float, step: floa
         pendulum().simulate(start + 32 * step + 64.0, step, t_start=start, inputs={"push": 0.0})
     latest = max(start, start + 32 * step + 64.0, key=abs)
     said = (
-        f"step: at t = {latest:.9g} s neighbouring numbers are {apart} s apart, too far for a step of {step:.3g} s;"
+        f"step: at t = {latest:.9g} s neighbouring numbers differ by {apart} s, too much for a step of {step:.3g} s;"
         " try: "
     )
     assert said in str(refused.value)
@@ -126,12 +126,12 @@ def test_sixteen_neighbouring_numbers_are_the_shortest_step(latest: float) -> No
     apart = abs(float(np.spacing(latest)))
     begin, end = sorted((latest, latest - np.sign(latest) * 1e4 * apart))
     assert time_grid(begin, end, 16.0 * apart).steps == 625
-    with pytest.raises(UsageError, match="neighbouring numbers are"):
+    with pytest.raises(UsageError, match="neighbouring numbers differ by"):
         time_grid(begin, end, 15.9 * apart)
 
 
 def test_a_float_stepper_has_the_time_of_float() -> None:
-    with pytest.raises(UsageError, match=r"at t = 10000 s neighbouring numbers are 0.000977 s apart, too far for"):
+    with pytest.raises(UsageError, match=r"at t = 10000 s neighbouring numbers differ by 0.000977 s, too much for"):
         time_grid(0.0, 1e4, 1e-3, "float")
     assert time_grid(0.0, 1e4, 1e-3).steps == 10_000_000
 

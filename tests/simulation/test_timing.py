@@ -9,7 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.integrators.families.register import method_named
-from eomgen.simulation.timing import Repeated, step_times
+from eomgen.simulation.timing import RepeatedRun, step_times
 
 #: A mass on a spring that passes its middle 63 times in 10 s, more often than a library keeps events.
 OSCILLATOR: dict[str, Any] = {
@@ -38,7 +38,7 @@ def test_a_repeated_run_goes_on_after_events(real: Literal["double", "float"]) -
     push = {"push": np.linspace(0.0, 40.0, 2001)}
     run = model.simulate(10.0, 5e-3, method="rk4", inputs=push)
     assert run.success and len(run.events) == pytest.approx(63, abs=1)
-    repeated = Repeated(model, run, method_named("rk4"), push)
+    repeated = RepeatedRun(model, run, method_named("rk4"), push)
     for _ in range(2):
         assert repeated.seconds() > 0.0
         assert repeated.state[0] == pytest.approx(10.0, rel=1e-6)

@@ -31,8 +31,8 @@ from eomgen.products.studies.ladders.runs import (
     REFUSED,
     STOPPED,
     UNFINISHED,
-    Ended,
     Request,
+    RunEnding,
     RunnerProcess,
     simulated,
 )
@@ -66,55 +66,55 @@ def test_a_swing_has_no_fails() -> None:
 @pytest.mark.parametrize(
     ("ended", "error", "expected"),
     [
-        (Ended(REACHED, ""), 0.005, "holds"),
-        (Ended(REACHED, ""), 0.05, "coarse"),
-        (Ended(REACHED, "the estimated error is ..."), 0.5, "warned"),
-        (Ended(REACHED, ""), 0.5, "fails"),
-        (Ended(REACHED, ""), float("inf"), "fails"),
-        (Ended(REACHED, "", finite=False), None, "fails"),
-        (Ended(REACHED, ""), None, "unknown"),
-        (Ended(STOPPED, "stopped at ..."), None, "stopped"),
-        (Ended(STOPPED, ""), None, "fails"),
-        (Ended(REFUSED, "usage error"), None, "refused"),
-        (Ended(UNFINISHED, "interrupted"), None, "unfinished"),
-        (Ended(HANG, ""), None, "fails"),
-        (Ended(CRASH, ""), None, "fails"),
-        (Ended(RAISED, "ValueError"), None, "fails"),
+        (RunEnding(REACHED, ""), 0.005, "holds"),
+        (RunEnding(REACHED, ""), 0.05, "coarse"),
+        (RunEnding(REACHED, "the estimated error is ..."), 0.5, "warned"),
+        (RunEnding(REACHED, ""), 0.5, "fails"),
+        (RunEnding(REACHED, ""), float("inf"), "fails"),
+        (RunEnding(REACHED, "", finite=False), None, "fails"),
+        (RunEnding(REACHED, ""), None, "unknown"),
+        (RunEnding(STOPPED, "stopped at ..."), None, "stopped"),
+        (RunEnding(STOPPED, ""), None, "fails"),
+        (RunEnding(REFUSED, "usage error"), None, "refused"),
+        (RunEnding(UNFINISHED, "interrupted"), None, "unfinished"),
+        (RunEnding(HANG, ""), None, "fails"),
+        (RunEnding(CRASH, ""), None, "fails"),
+        (RunEnding(RAISED, "ValueError"), None, "fails"),
     ],
 )
-def test_verdicts(ended: Ended, error: float | None, expected: str) -> None:
+def test_verdicts(ended: RunEnding, error: float | None, expected: str) -> None:
     assert verdict(ended, error, 0.01) == expected and expected in VERDICTS
 
 
-def deaf() -> Ended:
+def deaf() -> RunEnding:
     signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     time.sleep(60.0)
-    return Ended(REACHED, "")
+    return RunEnding(REACHED, "")
 
 
-def slow() -> Ended:
+def slow() -> RunEnding:
     time.sleep(60.0)
-    return Ended(REACHED, "")
+    return RunEnding(REACHED, "")
 
 
-def killed() -> Ended:
+def killed() -> RunEnding:
     faulthandler.disable()  # whoever reads the tests' output would look for a fault
     os.kill(os.getpid(), signal.SIGSEGV)
-    return Ended(REACHED, "")
+    return RunEnding(REACHED, "")
 
 
-def wrong() -> Ended:
+def wrong() -> RunEnding:
     raise ValueError("no")
 
 
-def right() -> Ended:
+def right() -> RunEnding:
     arrays = {"t": np.array([0.0, 0.1]), "q": np.array([[1.0 / 3.0], [np.nan]])}
-    return Ended(REACHED, f"by process {os.getpid()}", arrays, finite=False)
+    return RunEnding(REACHED, f"by process {os.getpid()}", arrays, finite=False)
 
 
-def late() -> Ended:
+def late() -> RunEnding:
     time.sleep(0.3)
-    return Ended(REACHED, "")
+    return RunEnding(REACHED, "")
 
 
 def nothing(request: object) -> None:
@@ -154,7 +154,7 @@ def test_the_time_limit_is_not_for_compiling() -> None:
     assert compiled.ended(late, 0.1).how == UNFINISHED
     compiled.close()
     broken = RunnerProcess(lambda _: wrong(), lambda call: call())
-    assert broken.ended(right, 20.0) == Ended(RAISED, "ValueError: no")
+    assert broken.ended(right, 20.0) == RunEnding(RAISED, "ValueError: no")
     broken.close()
 
 
@@ -163,7 +163,7 @@ def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.Monke
     """A process that others have run in may be broken: here the third run of each crashes."""
     runs: list[float] = []
 
-    def fragile(*given: Any, **more: Any) -> Ended:
+    def fragile(*given: Any, **more: Any) -> RunEnding:
         runs.append(1.0)
         if len(runs) == 3:
             os.kill(os.getpid(), signal.SIGSEGV)
@@ -178,7 +178,7 @@ def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.Monke
 def test_single_precision_is_held_against_double_precision(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, str]] = []
 
-    def noted(self: RunnerProcess, request: Any, limit: float) -> Ended:
+    def noted(self: RunnerProcess, request: Any, limit: float) -> RunEnding:
         asked.append((request.conditions.model, request.method))
         return simulated(subject.model(request.conditions.model), request.conditions, request.method, **request.more)
 
@@ -195,8 +195,8 @@ def test_runs_that_stand_still_by_rounding_are_no_reference() -> None:
     conditions = subject.conditions(step=1e-3, steps=200)
     still = {"t": np.linspace(0.0, 0.2, 21), "q": np.full((21, 1), 0.5), "v": np.full((21, 1), 1e-3)}
 
-    def ended(request: Request, limit: float) -> Ended:
-        return Ended(REACHED, "", still)
+    def ended(request: Request, limit: float) -> RunEnding:
+        return RunEnding(REACHED, "", still)
 
     near, far = (reference(subject, conditions.varied(q=np.array([turn])), ended) for turn in (0.5, 2e9 * np.pi))
     assert near.arrays is not None
@@ -351,7 +351,7 @@ def test_what_the_budget_leaves_out_is_said() -> None:
 def test_unknown_names_are_refused() -> None:
     with pytest.raises(eomgen.UsageError, match="there is no ladder 'stif'; try: stiffness"):
         eomgen.extremes(PENDULUM, ladders=["stif"])
-    with pytest.raises(eomgen.UsageError, match=r"'soft' is no value of the ladder step; try: --cell step:1e-08"):
+    with pytest.raises(eomgen.UsageError, match=r"'soft' is not a value of the ladder step; try: --cell step:1e-08"):
         eomgen.extremes(PENDULUM, cells=["step:soft"])
     for unknown in ({"cells": ["step:0.1:rk5"]}, {"ladders": ["step"], "methods": ["rk5"]}):
         with pytest.raises(eomgen.UsageError, match="there is no method 'rk5'; try: "):

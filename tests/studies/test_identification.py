@@ -295,7 +295,7 @@ def test_a_bound_that_holds_an_estimate_is_named(slider: eomgen.Model) -> None:
     found = found_by(slider, data(), "stiffness", "damping", bounds={"stiffness": (20.0, 28.0)})
     assert found["stiffness"].state == "on its bound" and found["stiffness"].value == pytest.approx(28.0, rel=1e-5)
     assert "on a bound: stiffness" in found.message
-    assert "residuals are no white noise (correlation one sample apart: x 0." in found.message
+    assert "residuals are not white noise (correlation at lag 1: x 0." in found.message
 
 
 def test_runs_that_fail_on_the_way_are_counted(slider: eomgen.Model) -> None:
@@ -345,10 +345,10 @@ def test_data_of_a_solution_are_read_as_they_were_written(slider: eomgen.Model, 
         ("0.0,1.0\n0.1,2.0", "the first line has numbers in place of names"),
         ("t,x,x\n0,1,2", "the column 'x' is there twice"),
         ("t,x\n0,1\n1,2,3", "line 3: the row has 3 cells, and there are 2 names"),
-        ('t,x\n0,"1\n1,2"', "line 2: this is no CSV: unexpected end of data"),
+        ('t,x\n0,"1\n1,2"', "line 2: this is not a CSV file: unexpected end of data"),
         ("t,x", "the table has no rows below its names"),
-        ("t,x\n0,1\n1,two", "line 3, column x: 'two' is no number; try: numbers alone, without units"),
-        ("t;x\n0;1,5\n1;2", "line 2, column x: '1,5' is no number; try: a decimal point in place of the comma"),
+        ("t,x\n0,1\n1,two", "line 3, column x: 'two' is not a number; try: numbers alone, without units"),
+        ("t;x\n0;1,5\n1;2", "line 2, column x: '1,5' is not a number; try: a decimal point in place of the comma"),
     ],
 )
 def test_files_that_are_no_tables(slider: eomgen.Model, tmp_path: Path, text: str, told: str) -> None:
@@ -363,7 +363,7 @@ def test_a_file_that_is_not_there_or_no_text(slider: eomgen.Model, tmp_path: Pat
     (tmp_path / "run1.csv").write_bytes(b"\xff\xfe\x00\x80")
     with pytest.raises(FileError, match=r"runl.csv: cannot be read: No such file or directory; try: .*run1.csv"):
         found_by(slider, tmp_path / "runl.csv", "stiffness")
-    with pytest.raises(FileError, match=r"this is no text in UTF-8, and a CSV file is needed"):
+    with pytest.raises(FileError, match=r"this is not a text in UTF-8, and a CSV file is needed"):
         found_by(slider, tmp_path / "run1.csv", "stiffness")
 
 
@@ -375,7 +375,7 @@ def test_a_file_that_is_not_there_or_no_text(slider: eomgen.Model, tmp_path: Pat
         ({"x": None}, "run1: no column is an output of the scene: t; try: columns named x, force"),
         ({"t": None}, "run1: there is no column t of times in s; try: t in place of one of x"),
         ({"t": 1.0}, "run1: time does not increase: 1 s in row 2 follows 1 s; try: rows in the order of their times"),
-        ({"t": np.nan}, "run1: 201 of 201 times are no numbers, the first in row 1"),
+        ({"t": np.nan}, "run1: 201 of 201 times are not numbers, the first in row 1"),
         ({"push": np.nan}, "run1: 201 of 201 rows have missing values (push 201)"),
         ({"x": "text"}, "data: the column x is str, no array of numbers"),
         ({"x": np.zeros(201, complex)}, "data: the column x is complex, no array of numbers"),
@@ -428,7 +428,7 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
         (["stiffness"], {"states": "q.slide"}, "states: a list of names is needed, not 'q.slide'"),
         (["stiffness"], {"bounds": {"stiffness": (26.0, 40.0)}}, "the search starts at 25, outside 26 to 40"),
         (["stiffness"], {"bounds": {"stiffness": (40.0, 20.0)}}, "bounds of stiffness: 40 is not below 20"),
-        (["stiffness"], {"bounds": {"stiffness": 40.0}}, "bounds of stiffness: 40.0 are no two numbers"),
+        (["stiffness"], {"bounds": {"stiffness": 40.0}}, "bounds of stiffness: 40.0 are not two numbers"),
         (["stiffness"], {"bounds": {"stiffness": (26.0, 40.0)}}, "try: values={'stiffness': 33} (--set stiffness=33)"),
         (
             ["stiffness"],
@@ -438,7 +438,7 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
         (
             ["stiffness"],
             {"bounds": {"stiffness": (np.nan, 20.0)}},
-            "(nan, 20) has a bound that is no number; try: -inf",
+            "(nan, 20) has a bound that is not a number; try: -inf",
         ),
         (["stiffness"], {"bounds": [(1.0, 2.0)]}, "bounds: bounds by name are needed, not [(1.0, 2.0)]"),
         (["stiffness"], {"deviations": {"x": np.ones(2)}}, "deviations of x: a number is needed, not ndarray"),
@@ -466,9 +466,9 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
         (["stiffness"], {"outputs": ["force"]}, "run1: no column is an output of the scene: t, x"),
         (["stiffness"], {"outputs": "x"}, "outputs: a list of names is needed, not the text 'x'"),
         (["stiffness"], {"missing": "skip"}, "missing: 'skip' is none of the choices; try: refuse or drop"),
-        (["stiffness"], {"confidence": 95}, "confidence: 95 is no probability; try: confidence=0.95"),
+        (["stiffness"], {"confidence": 95}, "confidence: 95 is not a probability; try: confidence=0.95"),
         (["stiffness"], {"t_start": 1.0}, "t_start: run1 begins at t = 0 s, before the run at 1 s"),
-        (["stiffness"], {"step": -1.0}, "step: -1 s is no step"),
+        (["stiffness"], {"step": -1.0}, "step: -1 s is not a step"),
         (["stiffness"], {"initial": ["q.slide"]}, "initial: the state that runs start at is needed, not the name"),
         (["stiffness"], {"initial": [{}, {}]}, "initial: there are 2 initial states for 1 runs"),
         (["stiffness"], {"method": "rk4"}, "rk4 has no derivatives of runs here"),

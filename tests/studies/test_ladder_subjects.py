@@ -12,7 +12,7 @@ import pytest
 from eomgen.errors import EomgenError
 from eomgen.products.studies.ladders.runs import ROWS
 from eomgen.products.studies.ladders.subject import FACTORS, FINE, OWN, STEPS, Subject, _data_of, _numbers, _reach
-from eomgen.scene.scaling import LENGTH, MASS, ORIGIN, TIME, UnitsOf
+from eomgen.scene.scaling import LENGTH, MASS, ORIGIN, TIME, SceneUnits
 
 #: Pull of a spring, of a weight, and rate of a state: of a slider of 2 kg, in SI.
 STIFFNESS, WEIGHT, MASS_SI = 8.0, 9.0, 2.0
@@ -79,12 +79,12 @@ def test_units_change_conditions() -> None:
     subject = subject_of()
     subject.factors = (LENGTH, TIME)
     plain = subject.conditions(v=np.array([4.0]))
-    changed = subject.in_units(UnitsOf(length=10.0, mass=3.0, time=0.5), plain)
+    changed = subject.in_units(SceneUnits(length=10.0, mass=3.0, time=0.5), plain)
     assert (changed.model, changed.step, changed.steps) == (FACTORS, 0.5 * plain.step, STEPS)
     assert [part.tolist() for part in (changed.q, changed.v, changed.z)] == [[5.0], [80.0], [2.5]]  # type: ignore[union-attr]
     assert changed.parameters == {LENGTH: 10.0, TIME: 0.5}
     assert [part.tolist() for part in changed.sizes] == [[10.0], [20.0]]  # type: ignore[union-attr]
-    with_states = subject.in_units(UnitsOf(length=10.0), subject.conditions(z=np.array([3.0])))
+    with_states = subject.in_units(SceneUnits(length=10.0), subject.conditions(z=np.array([3.0])))
     assert with_states.z.tolist() == [30.0]  # type: ignore[union-attr]
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from eomgen.errors import UsageError
 from eomgen.integrators.families.family import Sizes
-from eomgen.integrators.families.register import METHOD_NAMES, method_compiled, row_of
+from eomgen.integrators.families.register import method_compiled, method_names, row_of
 from eomgen.products.studies.method_facts import FACTS, GROUP, MethodFacts, facts_of
 from tests.models.distributions import distribution, register
 
@@ -21,7 +21,7 @@ FAMILY = "adams = tests.integrators.adams.family:AdamsBashforth"
 
 @pytest.mark.parametrize("name", FACTS)
 def test_a_row_is_of_a_method_and_of_its_parameters_and_settings(name: str) -> None:
-    assert METHOD_NAMES[name] == name
+    assert method_names()[name] == name
     facts = FACTS[name]
     assert set(facts.compared) <= set(row_of(name)[1].parameters)
     if name != "trapezoidal_index3":  # which no parameters bear

@@ -20,7 +20,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.messages import distinct_texts
 from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
-from eomgen.products.reliability.tails import JUMPING, MostProbablePoint, Unreached
+from eomgen.products.reliability.tails import JUMPING, MostProbablePoint, UnreachedThreshold
 from eomgen.products.reliability.vibration.distributions import against_samples, unreached, without
 from eomgen.products.reliability.vibration.inputs import processes_of, truncated_processes
 from eomgen.products.reliability.vibration.result import Distribution, Process, _covariance, _modes, _title_of_modes
@@ -250,7 +250,7 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
     [
         ({"output": "y"}, "output: there is no output 'y'; try: one of x, pair"),
         ({"output": 1}, "output: a name is needed, not int; try: one of x, pair"),
-        ({"output": "pair"}, "output: 'pair' is no single component of pair; try: pair[0] to pair[1]"),
+        ({"output": "pair"}, "output: 'pair' is not a single component of pair; try: pair[0] to pair[1]"),
         ({"thresholds": [np.nan]}, "thresholds: nan is not a finite number; try: thresholds=[0.5, 1.0]"),
         ({"thresholds": "a"}, "thresholds: a list of numbers is needed, not 'a'; try: thresholds=[0.5, 1.0]"),
         ({"thresholds": 0.5}, "thresholds: a list of numbers is needed, not 0.5"),
@@ -266,9 +266,9 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         ({"tail_samples": 19}, "tail_samples: of 19 samples no error is known"),
         ({"levels": [np.nan]}, "levels: nan is not a finite number; try: levels=[1.5]"),
         ({"times": [np.nan]}, "times: nan is not a finite number; try: times=[1.0, 2.0]"),
-        ({"times": [0.333]}, "times: t = 0.333 s is no row of the run; the nearest one is at 0.35 s"),
-        ({"at": 1.01}, "at: t = 1.01 s is no whole number of steps of 0.05 s; try: at=1 (--t-end 1)"),
-        ({"at": -1.0}, "at: there is no run from 0 s to t = -1 s; try: at=15 (--t-end), a time behind the start"),
+        ({"times": [0.333]}, "times: t = 0.333 s is not a row of the run; the nearest one is at 0.35 s"),
+        ({"at": 1.01}, "at: t = 1.01 s is not a whole number of steps of 0.05 s; try: at=1 (--t-end 1)"),
+        ({"at": -1.0}, "at: there is no run from 0 s to t = -1 s; try: at=15 (--t-end), a time after the start"),
         ({"at": 1.0, "step": 1.2}, "step: the run to t = 1 s has no whole step of 1.2 s; try: at=1.2, step=1: the end"),
         ({"inputs": {"force": 1.0}}, "inputs: force is a random process, and the study goes over all its values; try"),
         (
@@ -339,10 +339,12 @@ def test_outputs_without_spread_are_named() -> None:
 
 def test_a_gradient_that_changes_fast_is_said_to_jump_only_with_a_kink() -> None:
     last = SimpleNamespace(threshold=0.5, point=np.array([3.0, 4.0]))
-    missed = {0: Unreached(cast("MostProbablePoint", last), 1.5, JUMPING)}
+    missed = {0: UnreachedThreshold(cast("MostProbablePoint", last), 1.5, JUMPING)}
     (note,) = unreached(missed, np.array([1.5]), list)
-    assert "5 standard deviations out, where the gradient of the response changes more than its Hessian tells" in note
-    assert "beside a saddle from which motions part (no jump of slopes was found in formulas): 1.5 have none" in note
+    assert (
+        "5 standard deviations out, where the gradient of the response changes more than its Hessian predicts" in note
+    )
+    assert "near a saddle from which motions part (no jump of slopes was found in formulas): 1.5 have none" in note
     (note,) = unreached(missed, np.array([1.5]), lambda: ["max(q.slide, 0)"])
     assert "where the gradient of the response jumps" in note and ": by max(q.slide, 0): 1.5 have none" in note
 
@@ -354,7 +356,8 @@ def test_a_bistable_scene_says_that_its_forms_are_none() -> None:
     text = text.replace("force - q.slide - cubic * q.slide**3 - 0.2", "force + q.slide - q.slide**3 - 0.3")
     found = random_vibration(built(text), "x", 10.0, 0.05, thresholds=[0.0, -1.0], samples=400, method="trapezoidal")
     assert (
-        "P(y <= 0) is 0.8" in found.message and "by samples: the response is no quadratic form there" in found.message
+        "P(y <= 0) is 0.8" in found.message
+        and "by samples: the response is not a quadratic form there" in found.message
     )
     assert np.isnan(found.distributions["quadratic"].below[0]) and np.isnan(found.distributions["quadratic"].above[0])
     assert found.distributions["form"].below[0] > 0.0

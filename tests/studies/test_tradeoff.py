@@ -310,7 +310,7 @@ def test_formulations_of_a_loop_begin_in_one_state(example: str) -> None:
             "methods: no method runs on this scene: partitioned needs a system with constraints",
         ),
         ({"budget": 0.0}, "budget: a study takes a positive number of seconds, not 0; try: 120"),
-        ({"steps": [0.02, 0.015]}, "steps: the step 0.015 s is no whole part of the coarsest, 0.02 s; try: 0.01"),
+        ({"steps": [0.02, 0.015]}, "steps: the step 0.015 s is not a whole part of the coarsest, 0.02 s; try: 0.01"),
         ({"steps": [0.02, -1.0]}, "steps: steps are positive numbers of seconds, which -1 is not; try: 1e-3"),
         ({"steps": [3.0]}, "steps: the coarsest step, 3 s, does not fit into a run of 1.28 s; try: smaller steps"),
         ({"t_end": 0.0}, "t_end: a study needs a later end than 0 s; try: 10"),
@@ -324,7 +324,9 @@ def test_mistakes_are_named(options: dict[str, Any], message: str) -> None:
 
 @pytest.mark.long
 def test_a_motion_without_a_reference_is_refused() -> None:
-    with pytest.raises(eomgen.NumericalError, match=r"% of the motion: no error can be told from them; try: a shorter"):
+    with pytest.raises(
+        eomgen.NumericalError, match=r"% of the motion: no error can be computed from them; try: a shorter"
+    ):
         eomgen.tradeoff(WILD, t_end=150.0, methods=["taylor", "rk4"], steps=[0.02], budget=32.0)
 
 

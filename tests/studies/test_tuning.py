@@ -23,7 +23,7 @@ from eomgen.products.studies.tuning.tune import _shortest
 from eomgen.products.studies.work_precision.axes import candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.running import Grid, Runner, ladder_grid, tuning_grid, whole_steps
-from eomgen.simulation.timing import Repeated
+from eomgen.simulation.timing import RepeatedRun
 from tests.models.scenes import pendulum
 from tests.studies.test_tradeoff import SWING, WILD
 
@@ -404,7 +404,7 @@ def test_a_run_under_other_conditions_is_that_of_simulate() -> None:
     assert np.abs(held.outputs["angle"][:, 0] - exact.outputs["angle"]).max() <= KNOWN * 1e-4 * size
 
 
-def _halved_in_single(repeated: Repeated, count: int) -> list[float]:
+def _halved_in_single(repeated: RepeatedRun, count: int) -> list[float]:
     """Return times of a machine on which single precision takes half the time."""
     return [1e-6 * repeated.steps * (0.5 if repeated.real == "float" else 1.0)] * count
 
@@ -477,7 +477,7 @@ def test_mistakes_are_named(arguments: dict[str, Any], message: str) -> None:
 
 @pytest.mark.long
 def test_what_has_no_reference_is_not_tuned() -> None:
-    with pytest.raises(eomgen.NumericalError, match=r"differ by .* no error can be told from them"):
+    with pytest.raises(eomgen.NumericalError, match=r"differ by .* no error can be computed from them"):
         eomgen.tune(WILD, 1e-6, t_end=150.0, methods=["taylor", "rk4"])
 
 
@@ -510,7 +510,7 @@ def test_the_command_writes_the_scene(path: Path, tmp_path: Path, capsys: pytest
     assert "written: " in printed.err
     assert eomgen.load(tmp_path / "tuned.toml").simulation.step != 1e-3
     assert main(["tune", str(path), "--real-time", "soon"]) == 2
-    assert "--real-time soon: this is no time; try: --real-time 1ms" in capsys.readouterr().err
+    assert "--real-time soon: this is not a time; try: --real-time 1ms" in capsys.readouterr().err
     assert main(["tune", *arguments, "--out", str(tmp_path / "tuned.json")]) == 2
     assert "a scene is written as a .toml file; try: --out tuned.toml" in capsys.readouterr().err
 

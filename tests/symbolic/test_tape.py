@@ -98,6 +98,36 @@ def test_live_follows_what_a_map_gathers_once(tape):
     assert tape.live([-rows[0], rows[3]]) == [*range(3, 3 + 2 * 4), rows[0], rows[3]]
 
 
+@given(
+    strategies.lists(strategies.tuples(*[strategies.integers(0, 20)] * 4), min_size=1, max_size=30), strategies.data()
+)
+def test_blocks_read_by_groups_are_the_blocks_of_the_inputs_of_each(program, data):
+    """One pass for all groups gives the blocks that separate searches give: with loops, selections and constants."""
+    tape = Tape()
+    nodes = [ZERO, ONE, *(tape.input(name, k) for name in "pqvz" for k in range(2))]
+    for kind, *operands in program:
+        x, y, w = (nodes[k % len(nodes)] * (1 if k % 2 else -1) for k in operands)
+        if kind == 0:
+            kernel = Tape()
+            gathered = kernel.mul(kernel.input("gather", 0), kernel.input("gather", 1))
+            loop = Map(kernel, 2, gather=((x, y), (y, w)), stacked=(gathered,))
+            nodes += [row[0] for row in add_map(tape, loop).rows]
+        else:
+            recorded = (
+                tape.select(x, y, w),
+                tape.call(Op.COS, x),
+                tape.add(x, y),
+                tape.mul(x, y),
+                tape.call(Op.MAX, x, y),
+            )
+            nodes.append(recorded[kind % len(recorded)])
+    chosen = strategies.lists(strategies.sampled_from([*nodes, *(-node for node in nodes)]), max_size=4)
+    groups = {name: data.draw(chosen) for name in ("first", "second", "third")}
+    assert tape.blocks_read(groups) == {
+        name: {symbol.block for symbol in tape.depends_on(refs)} for name, refs in groups.items()
+    }
+
+
 def test_labels_are_the_blocks_nodes_were_recorded_in(tape):
     x = tape.input("x")
     with tape.block("arm"):

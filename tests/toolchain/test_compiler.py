@@ -18,7 +18,7 @@ from eomgen.errors import ToolchainError
 from eomgen.toolchain.compiler import (
     Compilation,
     Compiler,
-    Running,
+    RunningCompilers,
     compile_library,
     find_compiler,
     library_suffix,
@@ -195,7 +195,7 @@ def test_a_compiler_in_a_thread_of_the_background_can_be_stopped_and_does_not_ke
     """At the end of a process Python waits for the threads of pools before it says so to anyone."""
     began = tmp_path / "began"
     file = fake(tmp_path, "cc", f"touch {began}; exec sleep 60")
-    running, failures, before = Running(), [], threading.active_count()
+    running, failures, before = RunningCompilers(), [], threading.active_count()
 
     def work() -> None:
         try:

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from eomgen.toolchain.large_stack import ENOUGH, OnLargeStack, thread_time_ns, with_stack
+from eomgen.toolchain.large_stack import ENOUGH, LargeStackFunctions, thread_time_ns, with_stack
 
 MEGABYTES = 40
 DEEP = """
@@ -45,11 +45,13 @@ def test_errors_come_out_where_the_function_was_called() -> None:
         raise MemoryError("no room")
 
     with pytest.raises(MemoryError, match="no room"):
-        OnLargeStack(SimpleNamespace(eomgen_call=fails), 1 << 20).eomgen_call()
+        LargeStackFunctions(SimpleNamespace(eomgen_call=fails), 1 << 20).eomgen_call()
 
 
 def test_sizes_are_asked_for_on_the_thread_that_asks() -> None:
-    lib: Any = OnLargeStack(SimpleNamespace(eomgen_size=threading.get_ident, eomgen_run=threading.get_ident), 1 << 20)
+    lib: Any = LargeStackFunctions(
+        SimpleNamespace(eomgen_size=threading.get_ident, eomgen_run=threading.get_ident), 1 << 20
+    )
     assert lib.eomgen_size() == threading.get_ident()
     assert lib.eomgen_run() != threading.get_ident()
 
@@ -61,7 +63,7 @@ def test_time_of_such_functions_counts_for_the_thread_that_calls() -> None:
             pass
         return time.thread_time_ns() - began
 
-    lib: Any = OnLargeStack(SimpleNamespace(eomgen_run=busy), 1 << 20)
+    lib: Any = LargeStackFunctions(SimpleNamespace(eomgen_run=busy), 1 << 20)
     before = thread_time_ns()
     spent = lib.eomgen_run()
     assert thread_time_ns() - before >= spent >= 5_000_000

@@ -55,9 +55,9 @@ def test_parts_above_the_water_move_none() -> None:
 @pytest.mark.parametrize(
     ("density", "texts"),
     [
-        (0.0, []), (1.9, ["the density 1.9 kg/m^3 is no density of water; 1900 if it is in t/m^3"]),
-        (2.0, ["the density 2 kg/m^3 is no density of water"]),
-        (399.0, ["the density 399 kg/m^3 is no density of water"]),
+        (0.0, []), (1.9, ["the density 1.9 kg/m^3 is not a density of water; 1900 if it is in t/m^3"]),
+        (2.0, ["the density 2 kg/m^3 is not a density of water"]),
+        (399.0, ["the density 399 kg/m^3 is not a density of water"]),
         (400.0, []),
     ],
 )  # fmt: skip

@@ -190,5 +190,5 @@ def test_relations_under_which_the_surface_bears_pressure_are_refused() -> None:
     ) as refused:
         Sea(three_waves(0.005, SPREAD), 20.0, dispersion=lambda w: w.sqrt((w.g + w.k * w.k * 7.3e-5) * w.k))
     assert "try: w.gravity_waves, with terms that are linear in kx and ky" in str(refused.value)
-    with pytest.raises(UsageError, match="is not linear in it, so it is no uniform current's; try"):
+    with pytest.raises(UsageError, match="is not linear in it, so no uniform current gives it; try"):
         Sea(three_waves(0.005, SPREAD), 20.0, dispersion=lambda w: w.gravity_waves + w.kx * w.k * 0.1)

@@ -47,7 +47,7 @@ VECTORS, ONE = np.array([[0.05, 0.0], [0.06, 0.0]]), np.ones(2)
         ((VECTORS, -ONE, ONE), {}, "the amplitude -1 m is negative; try: the phase + pi"),
         ((VECTORS, ONE[:1], ONE), {}, "2 wave vectors have amplitudes of shape (1,) and phases of (2,)"),
         ((VECTORS[0], ONE, ONE), {}, "wave vectors have the shape (2,); try: (n, 2), at least one"),
-        ((VECTORS, ONE * np.inf, ONE), {}, "a wave vector, an amplitude or a phase is no finite number"),
+        ((VECTORS, ONE * np.inf, ONE), {}, "a wave vector, an amplitude or a phase is not a finite number"),
         ((VECTORS, ONE, ONE), {"order": 3}, "Sea: order: there is no order 3; try: 1 or 2"),
         ((VECTORS, ONE, ONE), {"gravity": -9.81}, "Sea: gravity: -9.81 m/s^2 is not above 0"),
     ],
@@ -89,15 +89,15 @@ EDGES = np.linspace(0.0, 100.0, 11)
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda: _sea().motion([[0.0, 0.0]], math.nan), "Sea: time: nan s is no finite number"),
+        (lambda: _sea().motion([[0.0, 0.0]], math.nan), "Sea: time: nan s is not a finite number"),
         (lambda: _sea().motion([[0.0, 0.0]], "now"), "Sea: time: a number is needed, not str"),
-        (lambda: _sea().elevation(np.zeros(3), 0.0, math.inf), "Sea: time: inf s is no finite number"),
+        (lambda: _sea().elevation(np.zeros(3), 0.0, math.inf), "Sea: time: inf s is not a finite number"),
         (
             lambda: _sea().elevation(np.zeros(3), np.zeros(2), 0.0),
             "Sea: x and y: shapes (3,) and (2,) do not go together",
         ),
-        (lambda: _swell().profile(512, math.nan), "Sea: time: nan s is no finite number"),
-        (lambda: RADAR.image(_sea(), math.nan, EDGES, EDGES), "Radar.image: time: nan s is no finite number"),
+        (lambda: _swell().profile(512, math.nan), "Sea: time: nan s is not a finite number"),
+        (lambda: RADAR.image(_sea(), math.nan, EDGES, EDGES), "Radar.image: time: nan s is not a finite number"),
         (lambda: RADAR.image(_sea(), 0.0, EDGES, EDGES, 0), "Radar.image: labels_per_cell: 0 is not from 1 to 1000"),
         (
             lambda: RADAR.image(_sea(), 0.0, EDGES**2, EDGES),
@@ -122,7 +122,7 @@ EDGES = np.linspace(0.0, 100.0, 11)
         ),
         (lambda: RADAR.fold_probability(discretized(Jonswap(2.0, 10.0), depth=15.0)), "Radar.fold_probability: closed"),
         (lambda: statistics_of(divided(Jonswap(2.0, 10.0), 9, depth=15.0)), "statistics_of: closed forms are of deep"),
-        (lambda: specular_points(_profile(), math.nan), "specular_points: slope: nan is no finite number"),
+        (lambda: specular_points(_profile(), math.nan), "specular_points: slope: nan is not a finite number"),
         (lambda: wave_number(0.0), "wave_number: frequency: 0 rad/s is not above 0"),
         (lambda: wave_number(1.0, -3.0), "wave_number: depth: -3 m is not above 0; try: math.inf for water without"),
         (lambda: divided(Jonswap(2.0, 10.0), 0), "divided: components: 0 is not from 1 to 1000000"),
@@ -141,13 +141,13 @@ EDGES = np.linspace(0.0, 100.0, 11)
         ),
         (
             lambda: discretized(Jonswap(2.0, 10.0), heading=math.nan),
-            "discretized: heading: nan rad is no finite number",
+            "discretized: heading: nan rad is not a finite number",
         ),
-        (lambda: SWELL.realisation(-1), "realisation: seed: -1 is no whole number from 0 on"),
-        (lambda: SWELL.realisation(1.5), "realisation: seed: 1.5 is no whole number from 0 on"),  # type: ignore[arg-type]
-        (lambda: SpectrumTable([0.1, 0.2], [1.0, math.inf]), "a frequency or a density is no finite number"),
+        (lambda: SWELL.realisation(-1), "realisation: seed: -1 is not a whole number from 0 on"),
+        (lambda: SWELL.realisation(1.5), "realisation: seed: 1.5 is not a whole number from 0 on"),  # type: ignore[arg-type]
+        (lambda: SpectrumTable([0.1, 0.2], [1.0, math.inf]), "a frequency or a density is not a finite number"),
         (lambda: Spreading(10.0, directions=2.5), "Spreading: directions: 2.5 is not from 2 to"),  # type: ignore[arg-type]
-        (lambda: Spreading(10.0, math.nan), "Spreading: heading: nan rad is no finite number"),
+        (lambda: Spreading(10.0, math.nan), "Spreading: heading: nan rad is not a finite number"),
     ],
 )
 def test_numbers_that_cannot_be_are_named(call: Callable[[], Any], text: str) -> None:

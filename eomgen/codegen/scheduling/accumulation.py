@@ -41,7 +41,7 @@ class Summand:
 
 
 @dataclass(frozen=True)
-class Accumulated:
+class AccumulatedOutputs:
     """Outputs without the additions of Maps, and the additions of each Map, by the number of the Map."""
 
     outputs: list[list[Ref]]
@@ -49,7 +49,7 @@ class Accumulated:
     nodes: dict[int, list[int]]
 
 
-def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
+def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> AccumulatedOutputs:
     """Take the results of Maps out of the outputs if all used results of a Map are summands of outputs."""
     numbers = {
         number
@@ -58,7 +58,7 @@ def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
     }
     rest = [list(refs) for refs in outputs]
     if not numbers:
-        return Accumulated(rest, {}, {})
+        return AccumulatedOutputs(rest, {}, {})
     live = tape.live(chain.from_iterable(outputs))
     uses = _uses(tape, live, outputs)
     sums, others = _sums(tape, outputs, uses)
@@ -74,7 +74,7 @@ def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated:
         if (output, component) not in kept:
             rest[output][component] = reduce(tape.add, refs, ZERO)
     nodes = {number: sorted(item.node for item in sums[number]) for number in additions}
-    return Accumulated(rest, additions, nodes)
+    return AccumulatedOutputs(rest, additions, nodes)
 
 
 def _sums(
@@ -174,7 +174,7 @@ def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Ad
 
 
 def _tabled(places: NDArray[np.int64], kinds: NDArray[np.int64]) -> tuple[Addition, ...] | None:
-    """Return additions with tabulated places; columns, (width, count), with constant distance share a table."""
+    """Return additions with tables of places (width, count); columns at a constant distance share a table."""
     if np.any(kinds != kinds[:, :1]):
         return None
     groups: dict[tuple[int, bytes], tuple[list[int], list[int], tuple[int, ...]]] = {}

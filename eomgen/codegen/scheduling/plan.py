@@ -20,7 +20,7 @@ _LONG, _SHORTER = 4, 3
 
 
 class Plan:
-    """The operations behind some outputs, cut into parts of nearly equal length.
+    """The operations that some outputs need, cut into parts of nearly equal length.
 
     Attributes
     ----------

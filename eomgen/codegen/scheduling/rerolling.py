@@ -40,7 +40,7 @@ MINIMUM_ITERATIONS = 4
 _WINDOW = 24
 _DISTANCES = 12
 
-#: Input blocks that are no arrays: structs and a number, with components that a loop cannot index.
+#: Input blocks that are not arrays: structs and a number, with components that a loop cannot index.
 UNINDEXED = frozenset({"p", "t", "base"})
 #: Input blocks of a model's functions that a loop can index.
 _ARRAYS = frozenset(INPUT_BLOCKS) - UNINDEXED
@@ -60,7 +60,7 @@ class RerolledLoop:
 
 
 def operands(tape: Tape, node: int) -> tuple[int, ...]:
-    """Return the operand references of an operation that is no result of a Map (faster than ``Tape.operands``)."""
+    """Return the operand references of an operation that is not the result of a Map (faster than ``Tape.operands``)."""
     arity = _ARITY[tape.op[node]]
     if arity == 2:
         return (tape.a[node], tape.b[node])
@@ -105,7 +105,7 @@ def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
         return ref < 0
 
     def key(node: int) -> tuple[object, ...]:
-        own = node if tape.op[node] is _CURVE else 0  # the number of a curve is no operand
+        own = node if tape.op[node] is _CURVE else 0  # the number of a curve is not an operand
         return (tape.op[node], own, *map(kind, operands(tape, node)))
 
     return np.array([numbers.setdefault(key(node), len(numbers)) for node in nodes], dtype=np.uint64)

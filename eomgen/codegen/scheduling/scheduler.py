@@ -51,7 +51,7 @@ class RunLoop:
 
 
 @dataclass
-class Open:
+class OpenPart:
     """The part that is being written."""
 
     statements: list[Statement] = field(default_factory=list)
@@ -60,6 +60,7 @@ class Open:
     workspace: bool = False
     label: str | None = None
     names: list[tuple[int, str]] = field(default_factory=list)
+    loaded: dict[int, int] = field(default_factory=dict)  # named values of earlier parts -> local values
 
 
 class Writer:
@@ -91,8 +92,9 @@ class Writer:
         self.labels = iter([*self.tape.blocks, (len(self.tape.op) + 1, "")])
         self.next_label = next(self.labels)
         self.label = ""
-        self.open = Open()
+        self.open = OpenPart()
         self.circular: set[int] = set()  # sines and cosines that were taken beforehand
+        self.crossed: dict[int, int] = {}  # node of an earlier part -> slot
 
     # -- expressions ----------------------------------------------------------------------------------------------
 
@@ -128,7 +130,18 @@ class Writer:
                 total += waiting.pop(node)
             else:
                 self._write(node)
-        return [self._leaf(ref) for ref in refs], total
+        return [self._operand(ref) for ref in refs], total
+
+    def _operand(self, ref: Ref) -> Expression:
+        """Return a leaf; a value of an earlier part that has a name in mechanics is a local value with this name."""
+        node = abs(ref)
+        if node in self.crossed and node in self.tape.names:
+            loaded = self.open.loaded
+            if node not in loaded:
+                self._emit("let", self._local(node), self._leaf(node))
+                loaded[node] = self.locals
+            return loaded[node] if ref > 0 else -loaded[node]
+        return self._leaf(ref)
 
     def _write(self, node: int) -> None:
         """Give a waiting node a separate statement."""
@@ -535,9 +548,8 @@ class _Scheduler(LoopWriter):
         plan = self.plan
         parts: list[FunctionPart] = []
         free: list[int] = []
-        slot_of: dict[int, int] = {}
         for number in range(plan.parts):
-            self.open = Open()
+            self.open = OpenPart()
             if number == 0:
                 self._leaves_out(may_fill)
             if not plan.loops:
@@ -549,8 +561,9 @@ class _Scheduler(LoopWriter):
                     self.label = self.next_label[1]
                     self.next_label = next(self.labels)
                 self._node(node)
-            for node in [node for node in slot_of if plan.last_part[node] <= number]:
-                free.append(slot_of.pop(node))
+            for node in [node for node in self.crossed if plan.last_part[node] <= number]:
+                free.append(self.crossed.pop(node))
+            saved: list[Statement] = []
             for node in plan.crossing(number):
                 if node in self.circular or node in self.kept:
                     self.expressions[node] = ("w", self.kept[node]) if node in self.kept else self.expressions[node]
@@ -558,9 +571,11 @@ class _Scheduler(LoopWriter):
                 if not free:
                     free.append(self.slots)
                     self.slots += 1
-                slot_of[node] = free.pop()
-                self._emit("save", slot_of[node], self.expressions[node])
-                self.expressions[node] = ("w", slot_of[node])
+                self.crossed[node] = free.pop()
+                saved.append(Statement("save", (self.crossed[node], self.expressions[node])))
+                self.expressions[node] = ("w", self.crossed[node])
+            if saved:
+                self.open.statements += [Statement("label", ("Values that later parts read",)), *saved]
                 self.open.workspace = True
             length = sum(plan.weight(node) for node in plan.part(number))
             inputs = tuple(block for block in self.input_order if block in self.open.inputs)

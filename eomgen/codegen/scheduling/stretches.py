@@ -131,7 +131,7 @@ def _periods(codes: NDArray[np.intp]) -> list[int]:
 _LONG = 12
 #: A loop of no more statements is cut.
 _FEW = 8
-#: A table of more ranges is no choice.
+#: A table of more ranges is not printed as a choice.
 MOST_RANGES = 4
 
 

@@ -56,7 +56,7 @@ class Recurrence:
         if system.nz:
             self.rates["z"] = self._terms(self._copied("internal_rate"))
         if by_inverse:
-            self.rates["v"] = _ByInverse(
+            self.rates["v"] = _AffineAccelerations(
                 self.series, self.source, self._copied("residual"), self._given, self._known
             ).solved(self._at_start("mass"), system.dof_parent)
         else:
@@ -106,7 +106,7 @@ class Recurrence:
         return rates
 
 
-class _ByInverse:
+class _AffineAccelerations:
     """Accelerations from a residual that is affine in the accelerations.
 
     First everything with a_k = 0, then the contribution of a_k.

@@ -21,7 +21,7 @@ class Names:
     member : callable
         ``member(name, prefix)``: an identifier for any text, different for different texts.
     output : callable
-        ``output(name, inputs)``: the argument of an output beside the arguments of input blocks.
+        ``output(name, inputs)``: the argument of an output, declared after the arguments of input blocks.
     """
 
     model: Callable[[str], str]

@@ -149,7 +149,7 @@ def _product(powers: Iterable[tuple[str, int]]) -> str:
 def _matches(dimension: Dimension, wanted: Dimension) -> bool:
     if dimension == wanted:
         return True
-    if wanted == _PITCH:  # which is told by the turn, or by the radian
+    if wanted == _PITCH:  # which is given by the turn, or by the radian
         return False
     without_angle = {name: power for name, power in wanted.items() if name != _ANGLE}
     return wanted.get(_ANGLE, 0) < 0 and dimension == without_angle

@@ -33,7 +33,8 @@ def in_label(where: str, text: str, label: str) -> float:
     Raises
     ------
     UsageError
-        For a text that is not a number with a unit, or of another dimension than the label, or a label that is no unit.
+        For a text that is not a number with a unit, or of another dimension than the label, or a label that is not a
+        unit.
     """
     if not is_quantity(text):
         raise UsageError(
@@ -51,7 +52,7 @@ def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple
     Raises
     ------
     UnitError
-        Also for a label that is no unit: such a label could mean anything.
+        Also for a label that is not a unit: such a label could mean anything.
     """
     from eomgen.formula.units.conversion import to_si, to_unit  # noqa: PLC0415  # pint comes with it
 

@@ -27,12 +27,12 @@ LENGTH = 100
 LARGEST_EXPONENT = 9
 _BEGIN = 200  # characters that decide whether a text is a number with a unit
 _NUMBER = r"[+-]?[ \t]*(?>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?)"  # 1e3 is never 1 with a unit e3
-_QUANTITY = re.compile(rf"[ \t]*({_NUMBER})[ \t]*((?:1[ \t]*/[ \t]*)?[A-Za-z%\u0080-\U0010ffff].*)", re.DOTALL)
-_DECIMAL_COMMA = re.compile(r"[ \t]*([+-]?[0-9]+),([0-9]+)[ \t]*([A-Za-z]+)")
-_WORD = re.compile(r"[A-Za-z_][A-Za-z_0-9]*")
-_FACTOR = re.compile(r"([A-Za-z_][A-Za-z_0-9]*|%)(?:[ \t]*(?:\^|\*\*)[ \t]*([+-]?[0-9]{1,4}))?")
-_TIMES = re.compile(r"[ \t]*[*.][ \t]*|[ \t]+(?=[A-Za-z_(])")
-_OVER = re.compile(r"[ \t]*/[ \t]*")
+_QUANTITY = rf"(?s)[ \t]*({_NUMBER})[ \t]*((?:1[ \t]*/[ \t]*)?[A-Za-z%\u0080-\U0010ffff].*)"
+_DECIMAL_COMMA = r"[ \t]*([+-]?[0-9]+),([0-9]+)[ \t]*([A-Za-z]+)"
+_WORD = r"[A-Za-z_][A-Za-z_0-9]*"
+_FACTOR = r"([A-Za-z_][A-Za-z_0-9]*|%)(?:[ \t]*(?:\^|\*\*)[ \t]*([+-]?[0-9]{1,4}))?"
+_TIMES = r"[ \t]*[*.][ \t]*|[ \t]+(?=[A-Za-z_(])"
+_OVER = r"[ \t]*/[ \t]*"
 _ADVICE = {
     "\u00b0": "deg",
     "\u00b2": "^2",
@@ -43,7 +43,7 @@ _ADVICE = {
     **dict.fromkeys("\u00b7\u22c5\u00d7", "a blank between units"),
 }
 
-#: Signs behind a number that make a formula of the text, though not a formula that can be read.
+#: Signs after a number that make a formula of the text, though not a formula that can be read.
 _OF_FORMULAS = "\u2212\u2013\u2014\u00f7\u2264\u2265"
 
 Factors = tuple[tuple[str, int], ...]
@@ -75,14 +75,14 @@ class QuantityWithUnit:
 
 
 def is_quantity(text: str) -> bool:
-    """Tell whether a text begins as a number with a unit does, and as no formula can."""
+    """Return whether a text begins as a number with a unit does, and as no formula can."""
     begin = text[:_BEGIN]
-    match = _QUANTITY.match(begin)
+    match = re.match(_QUANTITY, begin)
     if match is None:
-        return _DECIMAL_COMMA.match(begin) is not None
+        return re.match(_DECIMAL_COMMA, begin) is not None
     if match[2][0] in _OF_FORMULAS:
         return False
-    word = _WORD.match(match[2])
+    word = re.match(_WORD, match[2])
     return word is None or word[0] not in WORDS
 
 
@@ -101,10 +101,10 @@ def read_quantity(text: str, known: Collection[str] = ()) -> QuantityWithUnit:
     """
     if len(text) > LENGTH:
         raise UnitError(f"a number with a unit has at most {LENGTH} characters, not {len(text)}", '"250 mm"')
-    comma = _DECIMAL_COMMA.match(text)
+    comma = re.match(_DECIMAL_COMMA, text)
     if comma:
         raise UnitError(f"{shown(text)} has a comma in its number", f'"{comma[1]}.{comma[2]} {comma[3]}"')
-    match = _QUANTITY.fullmatch(text.rstrip(" \t"))
+    match = re.fullmatch(_QUANTITY, text.rstrip(" \t"))
     if match is None:
         raise UnitError(f"{shown(text)} is not a number with a unit", '"250 mm"')
     from fractions import Fraction  # noqa: PLC0415  # brings decimal arithmetic, which scenes without units do not need
@@ -156,8 +156,8 @@ class _Unit:
                 raise self.malformed()
         return tuple(result)
 
-    def accept(self, pattern: re.Pattern[str]) -> bool:
-        match = pattern.match(self.unit, self.place)
+    def accept(self, pattern: str) -> bool:
+        match = re.compile(pattern).match(self.unit, self.place)
         if match:
             self.place = match.end()
         return match is not None
@@ -178,7 +178,7 @@ class _Unit:
                 raise self.malformed()
             self.place += 1
             return result
-        match = _FACTOR.match(self.unit, self.place)
+        match = re.compile(_FACTOR).match(self.unit, self.place)
         if match is None:
             raise self.malformed()
         self.check(match[1])
@@ -223,7 +223,7 @@ class _Unit:
 
 
 def _nearest(name: str) -> str:
-    """Return the units whose names are closest: with an exponent set apart, in other letters, or of similar
+    """Return the units whose names are closest: with a separate exponent, in other letters, or of similar
     spelling."""
     power = re.fullmatch(r"([A-Za-z_]+)([0-9])", name)
     if power and power[1] in names():

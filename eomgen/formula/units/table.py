@@ -1,6 +1,6 @@
 """The table of units of scene files: names and definitions, independent of pint.
 
-Angles are a dimension of their own here, so that a torque is no stiffness, and a frequency no angular speed.
+Angles are a dimension of their own here, so that a torque is not a stiffness, and a frequency is not an angular speed.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ PREFIXES = (
     ("u", "micro", "1e-6"),
     ("n", "nano", "1e-9"),
 )
-#: Names that are no units here, with the reason; a hint after the stroke.
+#: Names that are not units here, with the reason; a hint after the stroke.
 REFUSED = {
     **dict.fromkeys(
         ("degC", "celsius", "degreeC", "degF", "fahrenheit"),
@@ -126,7 +126,7 @@ NAMED = {
 }
 
 
-class Named(NamedTuple):
+class UnitName(NamedTuple):
     """A known name of a unit: the name in pint, the SI unit of the same kind, and whether the name is that SI unit."""
 
     pint: str
@@ -135,21 +135,21 @@ class Named(NamedTuple):
 
 
 @cache
-def names() -> dict[str, Named]:
+def names() -> dict[str, UnitName]:
     """Return every name of a unit, with and without prefixes."""
     return dict(_every())
 
 
-def _every() -> Iterator[tuple[str, Named]]:
+def _every() -> Iterator[tuple[str, UnitName]]:
     for unit in UNITS:
         words = unit.words.split()
         first = words[0]
-        plain = Named(first, unit.coherent, unit.coherent.replace(" ", "") == unit.symbol)
+        plain = UnitName(first, unit.coherent, unit.coherent.replace(" ", "") == unit.symbol)
         yield unit.symbol, plain
         for word in words:
             yield from ((name, plain) for name in _numbers(word))
         for short, long, _ in PREFIXES if unit.prefixed else ():
-            named = Named(long + first, unit.coherent, short + unit.symbol == unit.coherent)
+            named = UnitName(long + first, unit.coherent, short + unit.symbol == unit.coherent)
             yield short + unit.symbol, named
             for word in words:
                 yield from ((name, named) for name in _numbers(long + word))

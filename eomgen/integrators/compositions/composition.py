@@ -158,7 +158,7 @@ class Composition:
 
     @functools.cached_property
     def leapfrogs(self) -> tuple[float, ...]:
-        """The fractions of the leapfrogs whose product is a step, in order; empty if the step is no such product.
+        """The fractions of the leapfrogs whose product is a step, in order; empty if the step is not such a product.
 
         In place of leapfrogs any other symmetric steps of order 2 give a method of the same order.
         """
@@ -222,8 +222,8 @@ class Composition:
         """The limit of sqrt(rho)/(omega h)^order for small steps, with the mean energy error rho sin^2 that an
         oscillator of thermal energy has after any number of steps, in units of the temperature.
 
-        With b and c, the entries beside the diagonal of the oscillator's matrix, rho = -(b + c)^2/(2 b c) (Blanes,
-        Casas, Sanz-Serna, SIAM J. Sci. Comput. 36 (2014) A1556).
+        With b and c, the off-diagonal entries of the oscillator's matrix, rho = -(b + c)^2/(2 b c) (Blanes, Casas,
+        Sanz-Serna, SIAM J. Sci. Comput. 36 (2014) A1556).
         """
         degree = self.order + 2
         rows = np.zeros((2, 2, degree))  # of (q, p), as power series in the step

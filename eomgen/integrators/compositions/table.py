@@ -211,7 +211,7 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
     ),
 }
 #: Names that contain the order, and the numbers of leapfrogs on either side of the backward leapfrog.
-_BY_RULE = re.compile(r"(yoshida|suzuki|creutz_gocksch)(\d+)(?:_(\d+))?")
+_BY_RULE = r"(yoshida|suzuki|creutz_gocksch)(\d+)(?:_(\d+))?"
 #: Names of compositions in other programs.
 _ALIASES: Mapping[str, str] = {
     "verlet": "leapfrog",
@@ -241,7 +241,7 @@ def composition_named(name: str, first: Part = "drift") -> Composition:
 
 def names_composition(name: str) -> bool:
     """Return whether a name is in the table, or follows a rule of the table, for any order."""
-    rule = _BY_RULE.fullmatch(_key(name))
+    rule = re.fullmatch(_BY_RULE, _key(name))
     return _key(name) in _TABULATED or (rule is not None and (rule[1] in _FORWARD) != bool(rule[3]))
 
 
@@ -257,7 +257,7 @@ def _made(name: str, first: Part) -> Composition:
     if name in _TABULATED:
         order, source, lists = _TABULATED[name]
         return Composition(name, order, first, lists.get(first, lists["drift"]), source)
-    rule = _BY_RULE.fullmatch(name)
+    rule = re.fullmatch(_BY_RULE, name)
     if rule is None or not names_composition(name):
         known = dict.fromkeys((*_TABULATED, "yoshida4", "yoshida6", "suzuki4", "suzuki6"))
         hint = nearest(name, known) or "yoshida<order>, suzuki<order> or one of " + ", ".join(_TABULATED)

@@ -50,20 +50,29 @@ def check_tolerance(tolerance: float) -> None:
 
 def tolerance_setting(tolerance: float) -> Setting:
     """Return the setting ``tolerance`` with this default; the least value in single precision is 1e-5."""
-    comment = "of the local error of a step, relative to the motion within it"
+    comment = "tolerance of the local error of a step, relative to the motion within it"
     return Setting("tolerance", tolerance, comment, single=1e-5)
 
 
 def longest_setting(longest: float) -> Setting:
     """Return the row of a bound on the method's own steps; ``longest``: in steps of the grid, if there is none."""
-    return Setting("largest_step", 0.0, f"of the method's own, s, at most {longest:.0f} steps of the grid; 0: these")
+    return Setting(
+        "largest_step",
+        0.0,
+        f"largest step that the method chooses, s, at most {longest:.0f} steps of the grid; 0: only this bound",
+    )
 
 
 def step_state(sizes: Sizes) -> tuple[Field, ...]:
     """Return the state of the choice of the next step."""
     fields = [
-        Field("own_step", "the next step of the method's own, s; 0: none yet", group="control", member="step"),
-        Field("own_error", "estimate of the last one's error, in tolerances", group="control", member="error"),
+        Field("own_step", "size of the next adaptive step, s; 0: none yet", group="control", member="step"),
+        Field(
+            "own_error",
+            "error estimate of the last step as a multiple of the tolerance",
+            group="control",
+            member="error",
+        ),
         Field("own_speed", "size of velocities, and the largest so far", 2, group="control", member="speed"),
         Field("own_change", "size of accelerations, and the largest so far", 2, group="control", member="change"),
     ]
@@ -73,20 +82,20 @@ def step_state(sizes: Sizes) -> tuple[Field, ...]:
     return tuple(fields)
 
 
-STEP_GROUPS: tuple[tuple[str, str], ...] = (("control", "Data from which the method's next own step follows."),)
+STEP_GROUPS: tuple[tuple[str, str], ...] = (("control", "Data for the size of the next adaptive step."),)
 
 
 def step_statistics() -> tuple[Field, ...]:
     """Return the counters of the method's own steps."""
     return (
-        Field("own_steps", "steps of the method's own", 0, "long"),
-        Field("rejections", "steps that were taken again in smaller ones", 0, "long"),
-        Field("smallest_step", "the smallest of its own, s"),
-        Field("smallest_step_time", "time at its start, s"),
-        Field("largest_step", "the largest, s"),
+        Field("own_steps", "adaptive steps", 0, "long"),
+        Field("rejections", "adaptive steps that were repeated with smaller ones", 0, "long"),
+        Field("smallest_step", "smallest adaptive step, s"),
+        Field("smallest_step_time", "time at the start of the smallest step, s"),
+        Field("largest_step", "largest adaptive step, s"),
         Field(
             "hardest",
-            "the velocity component, or behind these the internal state, with the largest error in the smallest step",
+            "the velocity component, or then the internal state, with the largest error in the smallest step",
             0,
             "long",
         ),

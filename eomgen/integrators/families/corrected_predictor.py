@@ -78,7 +78,7 @@ class CorrectedPredictor(OneFactorization):
         return ("update",)
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        meaning = "steps between two matrices; 0: the matrix of the first step serves for all of its length"
+        meaning = "number of steps with one matrix; 0: all steps of this size use the matrix of the first"
         return (Setting("matrix_every", 1, meaning, (0, 1_000_000_000)), STOP_AT_GROWTH)
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:

@@ -126,7 +126,7 @@ class DiscontinuousGalerkin(OneFactorization):
     family = "discontinuous_galerkin"
     dense_output: ClassVar[DenseOutput] = "hermite_5"
     state_is_all = True
-    renewal = "needs nothing, because it begins with the forces of its own time"
+    renewal = "needs no restart, because it evaluates the forces at its start"
 
     def __post_init__(self) -> None:
         operators, one = self.operators, Fraction(1)
@@ -357,7 +357,7 @@ METHODS: Mapping[str, FamilyMember] = {
     "tdg2s": FamilyMember(_tdg2s, False),
     "tdg3": FamilyMember(_tdg3, True),
 }
-_FIXED = ("its two passes are of orders 2 and 4, too far apart for an estimate of errors", "tdg2")
+_FIXED = ("its two passes are of orders 2 and 4, too different for an estimate of errors", "tdg2")
 
 
 DEFAULT_TOLERANCE = 1e-6

@@ -16,7 +16,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.integrators.families.needs import Need
+    from eomgen.integrators.families.needs import SystemRequirement
     from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
@@ -44,7 +44,7 @@ class MethodName:
     make : makes the method from given parameters
     parameters : of ``simulate`` and of scenes, accepted ones
     aliases : other names for the same
-    idle : parameters without effect, which are no mistake
+    idle : parameters without effect, which are not a mistake
     differs : facts of a scene without each of which another method of the family does the same
     by_tolerance : name of the method for a given tolerance; empty: this method
     fixed_steps : reason for which the steps cannot follow a tolerance, and a remedy; empty for methods with a tolerance
@@ -208,7 +208,7 @@ class Family(ABC):
 
     order: int
     source: str
-    needs: tuple[Need, ...] = ()
+    needs: tuple[SystemRequirement, ...] = ()
 
     @classmethod
     @abstractmethod
@@ -358,7 +358,9 @@ def velocities(factors: Sequence[Any]) -> int:
 #: Terms of constraints that steppers call, or that bring a state onto the constraints.
 KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
 #: Counters of ``newton/step_matrix.c.jinja`` for families that include this template.
-EXCHANGES = Field("exchanges", "factorizations whose pivots had to be chosen anew", kind="long")
+EXCHANGES = Field(
+    "exchanges", "factorizations with pivots chosen by size, because the planned pivots were too small", kind="long"
+)
 #: Statuses of most steppers.
 NOT_FINITE = Status(
     3,

@@ -2,7 +2,7 @@
 
 Generalized-alpha on Lie groups: Bruls and Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002; Arnold, Bruls and
 Cardona, Numer. Math. 129 (2015) 149; scaling: Arnold and Hante, J. Comput. Nonlinear Dyn. 12 (2017) 021002.
-Equations of first order beside them: Jansen, Whiting and Hulbert, Comput. Methods Appl. Mech. Engrg. 190 (2000) 305.
+Internal states of first order: Jansen, Whiting and Hulbert, Comput. Methods Appl. Mech. Engrg. 190 (2000) 305.
 Runge-Kutta on Lie groups: Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115.
 """
 
@@ -39,7 +39,7 @@ from eomgen.integrators.families.family import (
     velocities,
 )
 from eomgen.integrators.families.generalized_alpha_cases import Coefficients, hht, newmark, trapezoidal, wbz
-from eomgen.integrators.families.needs import UNCONSTRAINED_CONDITIONALLY_STABLE, Need
+from eomgen.integrators.families.needs import UNCONSTRAINED_CONDITIONALLY_STABLE, SystemRequirement
 from eomgen.lie.product import Factor
 
 if TYPE_CHECKING:
@@ -137,13 +137,13 @@ class GeneralizedAlpha(Family):
     case: Coefficients | None = None
     order: int = field(default=2, init=False)
     source: str = field(default=_SOURCE, init=False)
-    needs: tuple[Need, ...] = field(default=(), init=False)
+    needs: tuple[SystemRequirement, ...] = field(default=(), init=False)
     family = "generalized_alpha"
     dense_output: ClassVar[DenseOutput] = "hermite_3"
     implicit = True
     holds_constraints = True
-    renewal = "starts anew from q and v, as behind a jump of the forces"
-    projection = "the nearest change in the metric of M"
+    renewal = "starts anew from q and v, as after a jump of the forces"
+    projection = "the smallest change in the metric of M"
 
     def __post_init__(self) -> None:
         if self.case is not None:
@@ -293,11 +293,14 @@ class GeneralizedAlpha(Family):
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         before = "of the last two steps, newest first, for predictions"
-        fields = [Field("a", "algorithmic acceleration", sizes.v), Field("a_before", f"that {before}", 2 * sizes.v)]
+        fields = [
+            Field("a", "algorithmic acceleration", sizes.v),
+            Field("a_before", f"algorithmic accelerations {before}", 2 * sizes.v),
+        ]
         if self._eta(sizes):
             fields += [
                 Field("eta", "multipliers of the velocity constraints", self._eta(sizes)),
-                Field("inverse_inertia", "1/M_ii at the start, by which they move positions", sizes.v),
+                Field("inverse_inertia", "1/M_ii at the start: change of positions per eta", sizes.v),
             ]
         if self.variant == SPATIAL:
             mean = "mean velocities of the last three steps, newest first, in the frame of the state"
@@ -307,18 +310,18 @@ class GeneralizedAlpha(Family):
         if sizes.z:
             fields += [
                 Field("z_rate", "algorithmic rate of z", sizes.z),
-                Field("z_rate_before", f"that {before}", 2 * sizes.z),
+                Field("z_rate_before", f"algorithmic rates {before}", 2 * sizes.z),
             ]
         return (
             *fields,
             Field(
                 "history",
-                "how many steps there are to predict from, at most 3; -1: none, and the first is damped",
+                "number of steps for predictions, at most 3; -1: none, and the first step is damped",
                 0,
                 "long",
             ),
-            Field("predictor_order", "of the polynomial that would have predicted the last step best", 0, "long"),
-            *(Field(name, "of the method, with which a was made") for name in self.coefficients),
+            Field("predictor_order", "order of the polynomial with the best prediction of the last step", 0, "long"),
+            *(Field(name, "coefficient with which a was computed") for name in self.coefficients),
         )
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
@@ -327,20 +330,20 @@ class GeneralizedAlpha(Family):
             "rho_inf": f"spectral radius at infinite frequency, 0 to 1{below}",
             "alpha_m": "(1 - alpha_m) a' + alpha_m a = (1 - alpha_f) vdot' + alpha_f vdot",
             "alpha_f": "alpha_m <= alpha_f <= 1/2",
-            "beta": "Newmark's, > 0",
-            "gamma": "Newmark's, >= 1/2; order 2 where gamma = 1/2 + alpha_f - alpha_m",
+            "beta": "Newmark coefficient, > 0",
+            "gamma": "Newmark coefficient, >= 1/2; order 2 if gamma = 1/2 + alpha_f - alpha_m",
         }
         also = (", step lam" if sizes.lam else "") + (" and eta" if self._eta(sizes) else "")
         also += ", and (z - z_n)/step" if sizes.z else ""
-        increment = (
-            f"of the Newton increment of the mean velocity over a step{also}, weighted RMS, relative to each component"
-        )
-        whole_motion = "of the same, relative to the size that the whole motion has in such components"
-        perturb = "1: start with velocities that spare multipliers an error of first order; 0: with those given"
+        increment = f"tolerance of Newton increments of mean velocity{also}: weighted RMS, relative to each component"
+        whole_motion = "tolerance of the same increments, relative to the size of the whole motion in such components"
+        perturb = "1: start with velocities that avoid a first-order error of the multipliers; 0: with the given ones"
         whole = (
-            Setting("max_iterations", MAX_ITERATIONS, "per attempt", (1, 2**31 - 1)),
-            Setting("max_halvings", MAX_HALVINGS, "of a step that fails with a fresh matrix", (0, 30)),
-            Setting("reuse", 1, "1: keep a factorization as long as it converges well; 0: one per step", (0, 1)),
+            Setting("max_iterations", MAX_ITERATIONS, "Newton iterations per attempt at most", (1, 2**31 - 1)),
+            Setting("max_halvings", MAX_HALVINGS, "halvings at most of a step that fails with a fresh matrix", (0, 30)),
+            Setting(
+                "reuse", 1, "1: reuse a factorization as long as iterations converge well; 0: one per step", (0, 1)
+            ),
             *((Setting("perturb", 1, perturb, (0, 1)),) if self._index_3(sizes) else ()),
         )
         return (
@@ -386,16 +389,16 @@ class GeneralizedAlpha(Family):
         if not sizes.lam:
             return ()
         raw = (
-            "; if that is much, rows of the record hold the values that follow from q and v"
+            "; if it is large, rows of the record hold the values that follow from q and v"
             if self._index_3(sizes)
             else ""
         )
         return (
-            Field("max_constraint", "largest |Phi| of the states recorded, and of the last one"),
-            Field("max_constraint_velocity", "largest |w| of these"),
+            Field("max_constraint", "largest |Phi| over the recorded states and the last one"),
+            Field("max_constraint_velocity", "largest |w| over these states"),
             Field("max_eta", "largest multiplier of the velocity constraints; it is O(step^2)"),
-            Field("max_rounding", f"largest part of the multipliers of these states that was rounding{raw}"),
-            Field("pivot_ratio", "largest by smallest pivot of the last iteration matrix"),
+            Field("max_rounding", f"largest rounding relative to the multipliers over these states{raw}"),
+            Field("pivot_ratio", "ratio of largest to smallest pivot of the last iteration matrix"),
         )
 
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:

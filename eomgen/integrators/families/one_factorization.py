@@ -1,11 +1,11 @@
 """Common part of families with steps of one factorization: equations linearised about the start of the step, and the
 guard against growth that they cannot follow.
 
-Their matrix represents (I - gain J) d = right side in forces, (M + gain C + gain^2 K) d_v, with internal states behind;
+Their matrix represents (I - gain J) d = right side in forces, (M + gain C + gain^2 K) d_v, with internal states last;
 increments are about none, so pivots are chosen ``at_start`` and M may be singular if the matrix is not. Constraints
 border it by B^T of the start and B of the end of a step.
 
-The guard: ``newton/growth.c.jinja`` looks at the pivots (``newton.signs``); a step calls ``_note_growth`` behind a
+The guard: ``newton/growth.c.jinja`` looks at the pivots (``newton.signs``); a step calls ``_note_growth`` after a
 factorization, with ``stop_at_growth`` in its workspace. If a method chooses its steps, such a step is tried again as a
 smaller one.
 """
@@ -43,12 +43,12 @@ SHRINK_AT_GROWTH = Setting(
     "stop_at_growth", 1, "0: growth that a step cannot follow is only counted; 1: a smaller step is taken", (0, 1)
 )
 UNFOLLOWED_GROWTH = Field(
-    "unfollowed_growth", "matrices with something that grows so fast that the step would damp it", kind="long"
+    "unfollowed_growth", "number of matrices with growth so fast that the step would damp it", kind="long"
 )
 GROWTH_STATUS = Status(
     10,
     "UNFOLLOWED_GROWTH",
-    "something grows by itself so fast that a step would damp it, as behind a force that pushes away",
+    "something grows by itself so fast that a step would damp it, as with a force that pushes away",
     f"{SMALLER_STEP}, or stop_at_growth = 0 if the growth does not matter",
 )
 #: The same status for matrices bordered by constraints, since rows of constraints may change a sign too.
@@ -86,7 +86,9 @@ class OneFactorization(Family):
         return with_row_sums(system)
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        unit = Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z)
+        unit = Field(
+            "unit", "units of velocities, 1/sqrt(M_ii) at the start, in which pivots are compared", sizes.v + sizes.z
+        )
         return (unit, *_remainders(sizes))
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
@@ -115,7 +117,7 @@ def linear_system(
     ----------
     gain : gamma times the step, s
     samples : of the matrix; None: taken here
-    guarded : whether signs of pivots tell of growth, see ``newton.signs``
+    guarded : whether signs of pivots show growth, see ``newton.signs``
     turned : whether increments of rotations are multiplied by T(gain v)
     """
     from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415

@@ -32,7 +32,7 @@ from eomgen.integrators.families.family import (
     rotation_too_large,
     velocities,
 )
-from eomgen.integrators.families.needs import Need, constrained
+from eomgen.integrators.families.needs import SystemRequirement, constrained
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4, RungeKuttaMuntheKaas
 
 if TYPE_CHECKING:
@@ -56,23 +56,35 @@ NEAR_PART, SINGULAR_PART = 0.03, 3e-4
 
 def partition_state(sizes: Sizes) -> tuple[Field, ...]:
     """Return the members of a state for the partition."""
-    largest = "largest so far of the smallest pivot of B_D, rows and columns weighed by inertias"
+    largest = "largest value so far of the smallest pivot of B_D, rows and columns weighted by inertia"
     return (
         Field("dependent", "velocity components that follow from the others, in increasing order", sizes.lam, "long"),
         Field("largest_regularity", largest, group="passage"),
-        Field("passage_t", "of the last two states with regular constraints, newest first", 2, "real", "passage", "t"),
-        Field("passage_vdot", "their accelerations", 2 * sizes.v, "real", "passage", "vdot"),
-        Field("history", "how many of them there are", 0, "long", "passage"),
+        Field(
+            "passage_t",
+            "times of the last two states with regular constraints, newest first",
+            2,
+            "real",
+            "passage",
+            "t",
+        ),
+        Field("passage_vdot", "accelerations of these states", 2 * sizes.v, "real", "passage", "vdot"),
+        Field("history", "number of these states", 0, "long", "passage"),
         Field("singularity_near", "1: a singular position is near", 0, "long", "passage"),
     )
 
 
 PARTITION_STATISTICS = (
-    Field("partitions", "sets of dependent components that were in use, one after the other", 0, "long"),
-    Field("max_constraint", "largest |Phi| of all states that steps ended in"),
-    Field("max_constraint_velocity", "largest |w| of these"),
-    Field("max_pivot_ratio", "largest by smallest pivot of B_D, weighed, in any evaluation"),
-    Field("singular_passages", "positions passed where the constraints are singular, or nearly", 0, "long"),
+    Field("partitions", "number of sets of dependent components in use, one after the other", 0, "long"),
+    Field("max_constraint", "largest |Phi| over the ends of all steps"),
+    Field("max_constraint_velocity", "largest |w| over these states"),
+    Field("max_pivot_ratio", "largest ratio of largest to smallest weighted pivot of B_D over all evaluations"),
+    Field(
+        "singular_passages",
+        "number of singular, or nearly singular, positions of the constraints that were passed",
+        0,
+        "long",
+    ),
 )
 
 
@@ -128,7 +140,7 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
     passes_singularities = True
     state_is_all = False
     projection = "changes of the dependent components"
-    groups = (("passage", "Data that lead a motion past singular positions of the constraints."),)
+    groups = (("passage", "Data for passing singular positions of the constraints."),)
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
@@ -202,7 +214,7 @@ class PartitionedEmbeddedRungeKutta(EmbeddedRungeKutta):
         return f"{super().source}; Wehage and Haug 1982"
 
     @property
-    def needs(self) -> tuple[Need, ...]:  # type: ignore[override]
+    def needs(self) -> tuple[SystemRequirement, ...]:  # type: ignore[override]
         return (constrained(self.pair.name),)
 
     @classmethod

@@ -47,7 +47,9 @@ if TYPE_CHECKING:
 #: steps.
 RELATIVE_TOLERANCE, SINGLE_RELATIVE_TOLERANCE = 1e-12, 1e-5
 MAX_ITERATIONS = 50
-_SIDES = "of rows: 0: of the accelerations; 1: before the row; 2: after it; 3: their mean; 2 and 3 look a step ahead"
+_SIDES = (
+    "in rows of the record: 0: by accelerations; 1: before the row; 2: after it; 3: mean; 2 and 3 solve a step ahead"
+)
 _FIXED = ("it keeps momenta and energies because its steps are all of one size", "generalized_alpha, or rk45")
 
 
@@ -64,7 +66,7 @@ class Rattlie(Family):
     holds_constraints = True
     state_is_all = True
     renewal = "evaluates accelerations and multipliers anew, by which it predicts"
-    projection = "the nearest change in the metric of M"
+    projection = "the smallest change in the metric of M"
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
@@ -96,23 +98,25 @@ class Rattlie(Family):
         return "generalized_alpha, which is stable at any step"
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        unit = Field("unit", "size of each unknown alone at a kinetic energy of 1/2", sizes.v + sizes.lam)
+        unit = Field(
+            "unit", "unit of each unknown: its value that alone makes a kinetic energy of 1/2", sizes.v + sizes.lam
+        )
         if not sizes.lam:
             return (unit,)
         return (
             unit,
             Field("lam_before", "multipliers at the end of the last step", sizes.lam),
-            Field("lam_after", "multipliers at its start, from that side", sizes.lam),
-            Field("lam_mean", "their mean with those before it, at its start; of order 2", sizes.lam),
-            Field("last_step", "its length, 0 when there was none"),
-            Field("side", "which multipliers rows have, as in the settings", 0, "long"),
+            Field("lam_after", "multipliers at the start of the last step, by this step", sizes.lam),
+            Field("lam_mean", "mean of lam_after and the multipliers by the step before; of order 2", sizes.lam),
+            Field("last_step", "size of the last step, s; 0: none"),
+            Field("side", "multipliers in rows of the record, as in the settings", 0, "long"),
         )
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        increment = "of the Newton increment of the mean velocity over a step, by kinetic energy"
+        increment = "tolerance of the Newton increment of the mean velocity over a step, in the norm of kinetic energy"
         return (
             Setting("rtol", RELATIVE_TOLERANCE, increment, single=SINGLE_RELATIVE_TOLERANCE),
-            Setting("max_iterations", MAX_ITERATIONS, "of a step", (1, 2**31 - 1)),
+            Setting("max_iterations", MAX_ITERATIONS, "iterations of a step at most", (1, 2**31 - 1)),
             *((Setting("multipliers", 0, _SIDES, (0, 3)),) if sizes.lam else ()),
         )
 
@@ -129,8 +133,8 @@ class Rattlie(Family):
         if not sizes.lam:
             return ()
         return (
-            Field("max_constraint", "largest |Phi| of all states that steps ended in"),
-            Field("max_constraint_velocity", "largest |w| of these"),
+            Field("max_constraint", "largest |Phi| over the ends of all steps"),
+            Field("max_constraint_velocity", "largest |w| over these states"),
             Field("max_jump", "largest jump of a multiplier from one step to the next; it is O(step)"),
         )
 
@@ -169,7 +173,7 @@ class Rattlie(Family):
 
 
 #: Terms outside the matrix of a step: forces and internal states belong to an end, the change of momenta with positions
-#: is O(step^2), and rates of constraints are no equations of the step.
+#: is O(step^2), and rates of constraints are not equations of the step.
 _LEFT_OUT = ("K", "Z", "Rz", "Fq", "Fv", "Fz", "Fx")
 
 

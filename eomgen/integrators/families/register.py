@@ -6,27 +6,16 @@ from __future__ import annotations
 import functools
 import hashlib
 import inspect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.integrators.families.adaptive_generalized_alpha import AdaptiveGeneralizedAlpha
-from eomgen.integrators.families.composition import SymplecticComposition
-from eomgen.integrators.families.corrected_predictor import CorrectedPredictor
-from eomgen.integrators.families.discontinuous_galerkin import AdaptiveDiscontinuousGalerkin, DiscontinuousGalerkin
-from eomgen.integrators.families.embedded_pair import EmbeddedRungeKutta
 from eomgen.integrators.families.family import Family, MethodName
-from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
-from eomgen.integrators.families.hermite import Hermite
-from eomgen.integrators.families.partitioned import PartitionedEmbeddedRungeKutta, PartitionedRungeKutta
-from eomgen.integrators.families.rattlie import Rattlie
-from eomgen.integrators.families.rosenbrock import Rosenbrock
-from eomgen.integrators.families.runge_kutta import RungeKuttaMuntheKaas
-from eomgen.integrators.families.taylor import Taylor
 from eomgen.system.description import Simulation
 
 if TYPE_CHECKING:
@@ -37,22 +26,45 @@ if TYPE_CHECKING:
 
 #: The group of entry points for families of other distributions: subclasses of ``Family``.
 GROUP = "eomgen.integrator_families"
-BUILT_IN: tuple[type[Family], ...] = (
-    GeneralizedAlpha,
-    AdaptiveGeneralizedAlpha,
-    RungeKuttaMuntheKaas,
-    EmbeddedRungeKutta,
-    PartitionedRungeKutta,
-    PartitionedEmbeddedRungeKutta,
-    Hermite,
-    Rosenbrock,
-    CorrectedPredictor,
-    Rattlie,
-    SymplecticComposition,
-    DiscontinuousGalerkin,
-    AdaptiveDiscontinuousGalerkin,
-    Taylor,
-)
+
+
+class _Families(Sequence[type[Family]]):
+    """Families in the order in which their methods are looked for, each imported when it is reached: a run needs one of
+    them, and most runs the first."""
+
+    _TARGETS = (
+        ("generalized_alpha", "GeneralizedAlpha"),
+        ("adaptive_generalized_alpha", "AdaptiveGeneralizedAlpha"),
+        ("runge_kutta", "RungeKuttaMuntheKaas"),
+        ("embedded_pair", "EmbeddedRungeKutta"),
+        ("partitioned", "PartitionedRungeKutta"),
+        ("partitioned", "PartitionedEmbeddedRungeKutta"),
+        ("hermite", "Hermite"),
+        ("rosenbrock", "Rosenbrock"),
+        ("corrected_predictor", "CorrectedPredictor"),
+        ("rattlie", "Rattlie"),
+        ("composition", "SymplecticComposition"),
+        ("discontinuous_galerkin", "DiscontinuousGalerkin"),
+        ("discontinuous_galerkin", "AdaptiveDiscontinuousGalerkin"),
+        ("taylor", "Taylor"),
+    )
+
+    def __len__(self) -> int:
+        return len(self._TARGETS)
+
+    @overload
+    def __getitem__(self, index: int) -> type[Family]: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[type[Family]]: ...
+    def __getitem__(self, index: int | slice) -> type[Family] | Sequence[type[Family]]:
+        if isinstance(index, slice):
+            return tuple(self)[index]
+        module, name = self._TARGETS[index]
+        family: type[Family] = getattr(import_module(f"eomgen.integrators.families.{module}"), name)
+        return family
+
+
+BUILT_IN = _Families()
 
 Row = tuple[type[Family], MethodName]
 
@@ -61,7 +73,7 @@ Row = tuple[type[Family], MethodName]
 def families_of_others() -> tuple[type[Family], ...]:
     """Return the families of installed distributions. Raises UsageError naming the distribution of a broken one."""
     names = {family.family for family in BUILT_IN}
-    known = set(_rows(BUILT_IN))
+    known = set(method_names())
     families = []
     for entry in extensions(GROUP):
         family = _checked(entry)
@@ -86,7 +98,7 @@ def family_named(name: str) -> type[Family]:
 
 def is_built_in(name: str) -> bool:
     """Return whether a public name belongs to a family of this package."""
-    return name in _own_rows()
+    return _own_row(name) is not None
 
 
 def stamp_of(name: str) -> str:
@@ -114,29 +126,30 @@ _ELSEWHERE: Mapping[str, str] = {
 def row_of(name: str) -> Row:
     """Return the family and the names of a method by any of its names. Raises UsageError with the nearest names."""
     key = str(name).lower().replace("-", "_")
-    own = _own_rows()
-    if key in own:
-        return own[key]
+    own = _own_row(key)
+    if own is not None:
+        return own
     others = _rows(families_of_others())
     if key in others:
         return others[key]
-    hint = nearest(key, {**own, **others}, _ELSEWHERE)
+    hint = nearest(key, {**method_names(), **others}, _ELSEWHERE)
     raise UsageError(Problem("method", f"there is no method {shown(str(name))}", hint))
 
 
-@cache
-def _own_rows() -> Mapping[str, Row]:
-    return _rows(BUILT_IN)
+@functools.lru_cache(maxsize=256)
+def _own_row(key: str) -> Row | None:
+    each = (_rows([family]) for family in BUILT_IN)
+    return next((rows[key] for rows in each if key in rows), None)
 
 
-def _rows(families: tuple[type[Family], ...]) -> dict[str, Row]:
+def _rows(families: Sequence[type[Family]]) -> dict[str, Row]:
     return {name: (family, row) for family in families for row in family.names() for name in (row.name, *row.aliases)}
 
 
 def _checked(entry: EntryPoint) -> type[Family]:
     family = loaded(entry, object)
     if not (inspect.isclass(family) and issubclass(family, Family)):
-        raise broken(entry, f"is no subclass of {Family.__module__}.Family")
+        raise broken(entry, f"is not a subclass of {Family.__module__}.Family")
     if inspect.isabstract(family):
         raise broken(entry, f"lacks {', '.join(sorted(family.__abstractmethods__))}")
     attributes = [name for name in ("family", "dense_output") if not hasattr(family, name)]
@@ -149,10 +162,12 @@ def _checked(entry: EntryPoint) -> type[Family]:
 Method = Family
 #: Name of the choice before each run, and the method of the library that models are built with in this case.
 AUTO, STANDARD = "auto", Simulation.method
-#: Every name of eomgen's own methods, and the principal name of the method.
-METHOD_NAMES: Mapping[str, str] = {
-    name: row.name for family in BUILT_IN for row in family.names() for name in (row.name, *row.aliases)
-}
+
+
+@cache
+def method_names() -> Mapping[str, str]:
+    """Return every name of eomgen's own methods, with the principal name of the method."""
+    return {name: row.name for name, (_, row) in _rows(BUILT_IN).items()}
 
 
 def check_needs(method: Method, facts: Facts) -> None:

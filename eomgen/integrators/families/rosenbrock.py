@@ -93,8 +93,8 @@ class Rosenbrock(OneFactorization):
     dense_output: ClassVar[DenseOutput] = "hermite_3"
     holds_constraints = True
     state_is_all = True
-    projection = "the nearest change in the metric of M"
-    renewal = "needs nothing, because it begins with the forces of its own time"
+    projection = "the smallest change in the metric of M"
+    renewal = "needs no restart, because it evaluates the forces at its start"
 
     def __post_init__(self) -> None:
         hold("one stage or two", self.stages in (1, 2))
@@ -138,19 +138,23 @@ class Rosenbrock(OneFactorization):
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         kept = super().state(sizes)
         if sizes.lam:
-            unit = Field("unit", "size of each unknown alone at a kinetic energy of 1/2, at the start", _size(sizes))
-            row_size = Field("row_size", "scale of violations of rows", sizes.lam)
+            unit = Field(
+                "unit",
+                "unit of each unknown: its value that alone makes a kinetic energy of 1/2, at the start",
+                _size(sizes),
+            )
+            row_size = Field("row_size", "scale of the violation of each constraint row", sizes.lam)
             kept = (unit, row_size, *kept[1:])
         if self.stages == 2:
             return kept
-        return (*kept, Field("damped", "1: the next step is two of implicit Euler", 0, "long"))
+        return (*kept, Field("damped", "1: the next step is two steps of implicit Euler", 0, "long"))
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        drift = "largest |Phi|, and step times |w|, left by steps, relative to the terms or the extent of each row"
+        drift = "largest |Phi|, and step |w|, after a step, relative to the terms or the extent of each row"
         left = (STOP_AT_GROWTH, *((Setting("drift", DRIFT, drift, single=SINGLE_DRIFT),) if sizes.lam else ()))
         if self.stages == 2:
             return left
-        meaning = "1: the first step, and each behind a jump, is two of implicit Euler, which damp excited fast motions"
+        meaning = "1: the first step, and each after a jump, is two steps of implicit Euler, which damp fast motions"
         return (Setting("damped_start", 0, meaning, (0, 1)), *left)
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
@@ -158,8 +162,8 @@ class Rosenbrock(OneFactorization):
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         held = (
-            Field("max_constraint", "largest |Phi| of all states that steps ended in"),
-            Field("max_constraint_velocity", "largest |w| of these"),
+            Field("max_constraint", "largest |Phi| over the ends of all steps"),
+            Field("max_constraint_velocity", "largest |w| over these states"),
         )
         return (*super().statistics(sizes), UNFOLLOWED_GROWTH, *(held if sizes.lam else ()))
 

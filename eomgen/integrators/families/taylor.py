@@ -145,18 +145,18 @@ class Taylor(Family):
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         states = ", and to z or 1" if sizes.z else ""
         tolerance = (
-            f"of the local error, relative to the motion's angles, lengths and velocities{states}; 0: steps of the grid"
+            f"tolerance of the local error, relative to angles, lengths and velocities{states}; 0: steps of the grid"
         )
         return (
             Setting("tolerance", self.tolerance, tolerance),
-            Setting("order", self.order, f"of the series, 2 to {MAX_ORDER}", (2, MAX_ORDER)),
+            Setting("order", self.order, f"order of the series, 2 to {MAX_ORDER}", (2, MAX_ORDER)),
             longest_setting(LONGEST),
         )
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         return (
-            Field("expansions", "series that were made", 0, "long"),
-            Field("rejections", "steps that were taken again because a series was trusted for too long", 0, "long"),
+            Field("expansions", "number of series", 0, "long"),
+            Field("rejections", "steps that were repeated because a series was used for too long", 0, "long"),
         )
 
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:

@@ -122,7 +122,7 @@ def eliminate(
         When some sample is singular.
     """
     plan = list(stages) if stages is not None else [(range(size), range(size))]
-    state = _Active(size, samples, groups, diagonal_first, _ALIKE if len(plan) > _MANY else 1.0)
+    state = _ActiveSubmatrix(size, samples, groups, diagonal_first, _ALIKE if len(plan) > _MANY else 1.0)
     rows: list[int] = []
     columns: list[int] = []
     left: dict[int, list[int]] = {row: [] for row in range(size)}
@@ -176,11 +176,11 @@ def eliminate(
 _Candidate = tuple[float, bool, float, int, int]
 
 
-class _Active:
+class _ActiveSubmatrix:
     """Remaining submatrix: the place of each entry of a row in one array of scaled samples, and the rows of each
     column.
 
-    Place 0 is no entry's.
+    Place 0 is reserved, not an entry.
     """
 
     def __init__(
@@ -318,7 +318,7 @@ class _Active:
         return below, beside
 
     def _make_room(self) -> None:
-        """Lengthen the array of samples behind the places in use."""
+        """Lengthen the array of samples after the places in use."""
         if self.used > len(self.values):
             self.values = np.concatenate([self.values, np.zeros((self.used, self.values.shape[1]))])
 

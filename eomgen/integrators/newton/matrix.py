@@ -9,18 +9,16 @@ Unknowns (E, h lam, eta) with the mean velocity D = E - B_n^T eta and q = q_n o 
 Internal states z add the unknowns y = (z - z_n)/h and the equations h (f - zdot), f = zdot(q, v, z, t):
 
     [ c Fv + k Fq T          0             0       k Fz - d ]      F, Rz  partials of f, and of the residual in z
-    and k Rz in the columns of y and the rows of the residual                 (its counterpart beside B_n^T is left out,
-    as below)
+    and k Rz in the columns of y and the rows of the residual; the entry next to B_n^T is left out, as below
 
 Rows of coordinates that relative springs join hold sums over their group in place of the diagonal: see ``row_sums``.
 
 With m = b*, c = h g*, k = h^2, b = g*, z = h, d = h dzdot/dy this is the derivative of a step. The entry -h^2 K T B_n^T
-beside B^T is left out:
-eta is O(h^2), so that it costs no iteration, and it would couple bodies that share no joint. With m = b = 1, c = k = z
-= 0 and T = 1 the same entries hold [M B^T; B 0], which gives consistent accelerations and multipliers. Index 3 has no
-eta, and of w the velocity-level rows only. If forces of constraints act at the start of a step and Phi holds at the
-end, B of the rows of Phi differs from B of the columns of lam (``with_end_jacobian``). Scaling by powers of
-the step: Arnold and Hante 2017; Bottasso, Dopico and Trainelli 2008.
+next to B^T is left out: eta is O(h^2), so that it costs no iteration, and it would couple bodies that share no joint.
+With m = b = 1, c = k = z = 0 and T = 1 the same entries hold [M B^T; B 0], which gives consistent accelerations and
+multipliers. Index 3 has no eta, and of w the velocity-level rows only. If forces of constraints act at the start of a
+step and Phi holds at the end, B of the rows of Phi differs from B of the columns of lam (``with_end_jacobian``).
+Scaling by powers of the step: Arnold and Hante 2017; Bottasso, Dopico and Trainelli 2008.
 """
 
 from __future__ import annotations
@@ -89,7 +87,7 @@ class Unknowns:
 
     @property
     def skipped(self) -> int:
-        """Number of rows of w that are no equations."""
+        """Number of rows of w that are not equations."""
         return 0 if self.stabilised else self.holonomic
 
     def phi_row(self, constraint: int) -> int | None:

@@ -33,7 +33,7 @@ from eomgen.symbolic.operations import LEAVES, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import INPUT_BLOCKS, Block, Function, System
 
-#: The functions that give row sums, and the residual with the forces of links apart.
+#: The functions that give row sums, and the residual with the forces of links separately.
 ROW_SUMS, APART = "row_sums", "relative_forces"
 #: Part of the largest entry that is rounding: the remainder of forces along a line that does not turn.
 _ROUNDING = 1e-13

@@ -1,6 +1,6 @@
 """Sample values of a system's partials, at the initial state and at random states, for the choice of pivots.
 
-Random states satisfy the constraints, too. If joints came apart, frames would have impossible poses, and good pivots
+Random states satisfy the constraints, too. If joints opened, frames would have impossible poses, and good pivots
 would look bad.
 """
 
@@ -172,7 +172,9 @@ class _ScaledRows:
 
     def shortest(self, w: Array) -> Array:
         """Return approximately the x of least norm, in units of ``scale``, with B x = w; a small diagonal regularises
-        a rank-deficient B."""
+        a rank-deficient B. NaN if B is not finite: the state lies beyond the domain of a constraint."""
+        if not np.all(np.isfinite(self.matrix.data)):
+            return np.full(len(self.scale), np.nan)
         from scipy.sparse.linalg import splu  # noqa: PLC0415  # cached models are loaded without SciPy
 
         product_of_rows = (self.matrix @ self.matrix.T).tocsc()

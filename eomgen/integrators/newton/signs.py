@@ -1,4 +1,4 @@
-"""Signs that the pivots of a step's matrix have in small steps: others tell of growth that the step cannot follow.
+"""Signs that the pivots of a step's matrix have in small steps: other signs show growth that the step cannot follow.
 
 The matrix I - gamma h J has a real eigenvalue 1 - gamma h lambda for each real lambda of J. If a motion grows with
 lambda > 1/(gamma h), it is negative, and the step turns and shrinks the growth: a wrong answer without a trace in
@@ -6,8 +6,8 @@ q and v. By the inertia of M + gain C + gain^2 K (Sylvester; Parlett, The Symmet
 3.3) each such mode turns the sign of one pivot, if pivots are on the diagonal; of others their product counts. M is
 positive definite, and equations of internal states are taken with a minus, so signs without growth are known
 beforehand; with inner unknowns they are taken at the initial state in a much smaller step. Rows of constraints, with
-[S B^T; B 0], make as many negative ones beside the negative ones of S on B v = 0 (Haynsworth 1968), somewhere, so that
-only the product tells.
+[S B^T; B 0], make as many negative ones in addition to the negative pivots of S on B v = 0 (Haynsworth 1968), at
+unknown places, so that only the product decides.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Stages of elimination: body by body, each with the multipliers of the constraints that act on it; stages with
 equal structure share one function.
 
-A body here is a factor of the configuration (a rotation and the position behind it are one), with factors that share
+A body here is a factor of the configuration (a rotation and the following position are one), with factors that share
 its inertia; if these are many with a sparse inertia matrix, such as finite elements, each is a body of its own.
 Of the bodies whose constraint equations they can all take up, the one with the fewest neighbours comes first,
 so that chains and trees are eliminated from their tips to their roots and the work grows with the number of bodies

@@ -53,7 +53,7 @@ def eigenvalues_html(title: str, space: StateSpace) -> str:
     return page(f"{title}, {space.stability}", table((f"eigenvalue, {unit}",), rows))
 
 
-class Labels(TypedDict):
+class SignalLabels(TypedDict):
     """Units and references of signals by kind, as of a ``StateSpace``."""
 
     units: dict[str, tuple[str, ...]]
@@ -65,7 +65,7 @@ def labels(space: StateSpace, kind: str, names: Sequence[str]) -> list[tuple[str
     return [(space.unit(kind, name), space.reference(kind, name)) for name in names]
 
 
-def with_more(space: StateSpace, more: Mapping[str, Sequence[tuple[str, float]]]) -> Labels:
+def with_more(space: StateSpace, more: Mapping[str, Sequence[tuple[str, float]]]) -> SignalLabels:
     """Return the labels of a model's signals with more appended to some kinds."""
     units, references = {}, {}
     for kind in KINDS:

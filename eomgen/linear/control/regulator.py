@@ -238,7 +238,7 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
             fault = (
                 f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times, and {m} of them can be placed at most"
             )
-            raise UsageError(Problem("poles", fault, "poles a little apart"))
+            raise UsageError(Problem("poles", fault, "distinct poles"))
     check(dynamics, B)
     from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
 

@@ -135,7 +135,7 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
         count = int(np.sum(wanted == pole))
         if count > plant.m:
             fault = f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times"
-            raise UsageError(f"{fault}, and {plant.m} actuators place {plant.m} at most", "poles a little apart")
+            raise UsageError(f"{fault}, and {plant.m} actuators place {plant.m} at most", "distinct poles")
     check_controllable(plant)
     from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
 

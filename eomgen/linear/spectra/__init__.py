@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from eomgen.linear.spectra.excitation import Excitation, InputSpectrum, RoadExcitation, check_excitation
-from eomgen.linear.spectra.power_spectrum import WEIGHTINGS, PowerSpectrum, RideTable, weighting_response
+from eomgen.linear.spectra.power_spectrum import (
+    WEIGHTINGS,
+    PowerSpectrum,
+    RideTable,
+    check_weighted,
+    weighted_signal,
+    weighting_response,
+)
 from eomgen.linear.spectra.road import MeasuredRoad, Road
 
 __all__ = [
@@ -16,5 +23,7 @@ __all__ = [
     "Road",
     "RoadExcitation",
     "check_excitation",
+    "check_weighted",
+    "weighted_signal",
     "weighting_response",
 ]

@@ -49,7 +49,7 @@ class Excitation(Protocol):
 
 
 def check_excitation(where: str, given: object) -> None:
-    """Raise UsageError for values that are no excitation, such as the letter of a road class."""
+    """Raise UsageError for values that are not an excitation, such as the letter of a road class."""
     if not hasattr(given, "cross_spectra"):
         letter = isinstance(given, str) and len(given) == 1
         fault = f"an excitation is needed, not {shown(given) if isinstance(given, str) else type(given).__name__}"
@@ -73,7 +73,7 @@ class InputSpectrum:
     Raises
     ------
     UsageError
-        Arrays that are no spectrum.
+        Arrays that are not a spectrum.
     """
 
     input: str
@@ -188,7 +188,7 @@ class RoadExcitation:
                     raise UsageError(Problem(f"RoadExcitation: {name}", fault, f"one of {', '.join(self.wheels)}"))
         known = self.coherence in _COHERENCES if isinstance(self.coherence, str) else 0.0 <= self.coherence <= 1.0
         if not known:
-            fault = f"{ascii(self.coherence)[:32]} is no coherence between tracks"
+            fault = f"{ascii(self.coherence)[:32]} is not a coherence between tracks"
             raise UsageError(Problem("RoadExcitation", fault, f"{', '.join(_COHERENCES)}, or a number from 0 to 1"))
         if self.coherence == "isotropic" and math.isnan(self.road.exponent) and len(self._places) > 1:
             fault = "an isotropic road between tracks has an exponent, and a measured one has none"

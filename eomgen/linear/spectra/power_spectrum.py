@@ -40,6 +40,18 @@ WEIGHTINGS = {
 }
 
 
+#: Terms of the series of integrals for arguments below 1.
+_TERMS = 20
+
+
+def _weighting(name: str) -> WeightingFilter:
+    if name not in WEIGHTINGS:
+        fault = f"there is no weighting {ascii(name)[:32]}"
+        known = "; ".join(f"{key}: {item.description}" for key, item in WEIGHTINGS.items())
+        raise UsageError(Problem("weighting", fault, known))
+    return WEIGHTINGS[name]
+
+
 def weighting_response(name: str, frequencies: ArrayLike) -> Complex:
     """Return the complex response (...) of a weighting filter at frequencies (...) in Hz.
 
@@ -48,11 +60,7 @@ def weighting_response(name: str, frequencies: ArrayLike) -> Complex:
     UsageError
         There is no weighting of that name.
     """
-    if name not in WEIGHTINGS:
-        fault = f"there is no weighting {ascii(name)[:32]}"
-        known = "; ".join(f"{key}: {item.description}" for key, item in WEIGHTINGS.items())
-        raise UsageError(Problem("weighting", fault, known))
-    item = WEIGHTINGS[name]
+    item = _weighting(name)
     f = 1j * np.asarray(frequencies, dtype=float)
     butterworth = 1.0 / math.sqrt(2.0)
     high_pass = (f / item.f1) ** 2 * _second_order(f, item.f1, butterworth)
@@ -62,6 +70,89 @@ def weighting_response(name: str, frequencies: ArrayLike) -> Complex:
         f5, Q5, f6, Q6 = item.step
         response = response * (f5 / f6) ** 2 * _second_order(f, f6, Q6) / _second_order(f, f5, Q5)
     return response
+
+
+def check_weighted(name: str, unit: str) -> None:
+    """Raise UsageError unless a quantity is an acceleration, by its unit; an empty unit is not known."""
+    if unit not in ("", "m/s^2"):
+        fault = f"{name} is in {unit}, and weightings are of accelerations in m/s^2"
+        raise UsageError(Problem("weighting", fault, "an output that is an acceleration"))
+
+
+def weighted_signal(name: str, t: Array, values: Array) -> Array:
+    """Return the output of a weighting filter for the signal, exactly for the cubic spline through the values.
+
+    The filter has the partial fractions sum r / (s - p): each fraction is one recursion from row to row, whose input
+    is the integral of exp(p (t - tau)) times the cubic. At the first row the filter is at rest under a constant input.
+
+    Parameters
+    ----------
+    name : str
+        Name of the weighting.
+    t : (n,)
+        s, increasing, evenly spaced or not.
+    values : (n,)
+
+    Returns
+    -------
+    (n,)
+
+    Raises
+    ------
+    UsageError
+        There is no weighting of that name.
+    """
+    poles, residues = _partial_fractions(_weighting(name))
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415  # slow to import
+
+    steps = np.diff(t)
+    coefficients = CubicSpline(t, values).c[::-1]  # (4, n - 1), of powers 0 to 3
+    z = poles[:, np.newaxis] * steps
+    entering = sum(
+        c * steps ** (k + 1) * phi for k, (c, phi) in enumerate(zip(coefficients, _integrals(z), strict=True))
+    )
+    decays = np.exp(z).T
+    state = -values[0] / poles
+    result = np.empty(len(t))
+    result[0] = (residues @ state).real
+    for k, (decay, added) in enumerate(zip(decays, np.asarray(entering).T, strict=True), 1):
+        state = decay * state + added
+        result[k] = (residues @ state).real
+    return result
+
+
+def _integrals(z: Complex) -> list[Complex]:
+    """Return the integrals of exp(z (1 - x)) x^k over x from 0 to 1, k = 0 to 3, at z (...): the recursion upwards, or
+    the series for small z."""
+    small = np.abs(z) < 1.0
+    safe = np.where(small, 1.0, z)
+    result: list[Complex] = []
+    upward = (np.exp(safe) - 1.0) / safe
+    for k in range(4):
+        if k:
+            upward = (k * upward - 1.0) / safe
+        term = np.where(small, 1.0 / (k + 1), 0.0).astype(complex)  # k! z^j / (k + 1 + j)!
+        series = term.copy()
+        for j in range(1, _TERMS):
+            term = term * z / (k + 1 + j)
+            series += term
+        result.append(np.where(small, series, upward))
+    return result
+
+
+def _partial_fractions(item: WeightingFilter) -> tuple[Complex, Complex]:
+    """Return poles and residues (n,), 1/s, of a weighting, whose poles are all different."""
+    butterworth = 1.0 / math.sqrt(2.0)
+    below = [(item.f1, butterworth), (item.f2, butterworth), (item.f4, item.Q4)]
+    f5, Q5, f6, Q6 = item.step or (1.0, 1.0, 1.0, 1.0)
+    below += [(f6, Q6)] if item.step else []
+    poles: Complex = np.concatenate([f * np.roots([1.0, 1.0 / Q, 1.0]) for f, Q in below]).astype(complex)
+    scale = (f5 / f6) ** 2 / item.f1**2 * float(np.prod([f**2 for f, _ in below]))
+    above = poles**2 * (1.0 + poles / item.f3)
+    if item.step is not None:
+        above = above * (1.0 + poles / (Q5 * f5) + (poles / f5) ** 2)
+    others = poles[:, np.newaxis] - poles + np.eye(len(poles))
+    return 2.0 * np.pi * poles, 2.0 * np.pi * scale * above / np.prod(others, axis=1)
 
 
 def _second_order(f: Complex, corner: float, quality: float) -> Complex:
@@ -172,16 +263,14 @@ class PowerSpectrum:
         Raises
         ------
         UsageError
-            There is no such weighting, or the quantity is no acceleration.
+            There is no such weighting, or the quantity is not an acceleration.
         """
         ends = np.clip([low, high], self.frequencies[0], self.frequencies[-1])
         inside = (self.frequencies > ends[0]) & (self.frequencies < ends[1])
         f = np.concatenate([ends[:1], self.frequencies[inside], ends[1:]])
         density = np.interp(f, self.frequencies, self.density)
         if weighting is not None:
-            if self.quantity_unit not in ("", "m/s^2"):
-                fault = f"{self.name} is in {self.quantity_unit}, and weightings are of accelerations in m/s^2"
-                raise UsageError(Problem("weighting", fault, "an output that is an acceleration"))
+            check_weighted(self.name, self.quantity_unit)
             density = density * np.abs(weighting_response(weighting, f)) ** 2
         return float(np.sqrt(np.trapezoid(density, f)))
 
@@ -198,7 +287,7 @@ class PowerSpectrum:
         Raises
         ------
         UsageError
-            Something that is no axes, or more than one.
+            An object that is not axes, or more than one.
         """
         given = pyplot_figure((7.4, 4.6)).subplots() if axes is None else axes
         drawn = axes_of_caller("plot", given, [f"spectrum of {self.name}"])

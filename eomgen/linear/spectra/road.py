@@ -61,7 +61,7 @@ class Road:
         if self.long_exponent is not None:
             _check("long_exponent", self.long_exponent, "above 0")
         if not (len(self.band) == 2 and 0.0 < self.band[0] < self.band[1] < math.inf):
-            fault = f"the band {self.band} is no pair of spatial frequencies, the lower first"
+            fault = f"the band {self.band} is not a pair of spatial frequencies, the lower first"
             raise UsageError(Problem("Road: band", fault, f"{FREQUENCY_RANGE}, cycle/m"))
 
     @property
@@ -99,7 +99,7 @@ class Road:
 
 def _check(name: str, value: float, needed: str) -> None:
     if not (isinstance(value, int | float) and 0.0 < value < math.inf):
-        raise UsageError(Problem(f"Road: {name}", f"{ascii(value)[:32]} is no number that a road has", needed))
+        raise UsageError(Problem(f"Road: {name}", f"{ascii(value)[:32]} is not a valid value for a road", needed))
 
 
 #: Samples of a segment at least.
@@ -161,7 +161,7 @@ class MeasuredRoad(Road):
         Raises
         ------
         UsageError
-            Arrays that are no profile, or fewer than 32 samples.
+            Arrays that are not a profile, or fewer than 32 samples.
         """
         x, y = (np.asarray(given, dtype=float) for given in (distance, elevation))
         if x.ndim != 1 or x.shape != y.shape or not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):

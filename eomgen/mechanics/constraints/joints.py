@@ -2,14 +2,14 @@
 the bodies' motions, and angles counted over revolutions.
 
 Poses give angles modulo 2 pi only. If an angle acts as a number (in a spring, a stop, an output, a formula other than
-sines and cosines), q holds a reference beside the poses, within pi of the angle. The angle is the reference plus the
-rotation of the frames beyond it. The reference does not depend on the poses, so partials and rates belong to the frames
-alone. The configuration is a point of a covering space, and the reference selects the sheet; steppers update it after
-each step.
+sines and cosines), q holds a reference in addition to the poses, within pi of the angle. The angle is the reference
+plus the rotation of the frames beyond it. The reference does not depend on the poses, so partials and rates belong to
+the frames alone. The configuration is a point of a covering space, and the reference selects the sheet; steppers update
+it after each step.
 
 Velocities of joints are the velocity coordinates in which linear models are compared. Eigenvalues of a linear model
 that is frozen at an instant of a motion depend on its coordinates: only coordinates that are constant multiples of each
-other along the motion have the same. Velocities of bodies are no such multiples of the joints'.
+other along the motion have the same. Velocities of bodies are not such multiples of the velocities of joints.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ class AbsoluteQuantities(Quantities):
             tape = self.algebra.tape
             return Scalar(tape, jacobian_vector(tape, [self._wrapped(symbol.name, symbol.index).ref], self.rates)[0])
         if symbol.kind == "a":
-            fault = f"the acceleration a.{symbol.name} of a joint is no quantity of absolute coordinates"
+            fault = f"the acceleration a.{symbol.name} of a joint is not a quantity of absolute coordinates"
             raise ModelError(fault, "the acceleration of a point")
         return super().__call__(symbol)
 

@@ -17,7 +17,7 @@ from eomgen.formula.features import summands
 from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair, magnitude
-from eomgen.mechanics.forces.symbols import Detached, Quantities
+from eomgen.mechanics.forces.symbols import DetachedSymbols, Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
@@ -26,7 +26,19 @@ from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, scaled, transpose
+from eomgen.symbolic.scalar import (
+    Algebra,
+    Matrix,
+    Scalar,
+    Vector,
+    apply,
+    cross,
+    dot,
+    minus,
+    plus,
+    scaled,
+    transpose,
+)
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.description import BASE
 
@@ -181,9 +193,10 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
             apart, length_given = quantities.algebra.call(Op.SQRT, dot(gap, gap)), quantities.formula(item.length)
             return [length("distance", apart - length_given, length_given)]
         case "rolling" | "sliding":
-            height = dot(minus(_contact(quantities, item, pair), first.origin), z1)
+            height = _contact(quantities, item, pair).height
             size, lever, path_length = _on_wheel(quantities, item, pair)
-            return [ConstraintRow(f"{item.name}: contact", height, "m", size, lever, path_length)]
+            contact = "contact" if item.surface is None else "contact with the surface"
+            return [ConstraintRow(f"{item.name}: {contact}", height, "m", size, lever, path_length)]
     kind, turns = item.kind, len(item.kind.turned_about)
     turned = [[*parallel, spin], parallel, [spin]][turns] if not kind.has("ball") else []
     if kind.has("screw"):
@@ -218,44 +231,153 @@ def _screwed(quantities: Quantities, item: Constraint, pair: FramePair, local: V
     return pitch * sine_of_excess_rotation(quantities, -local[2] / pitch, pair.first, pair.second)
 
 
-def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> Vector:
-    """Return the lowest point, (3,), above the first frame's plane, of a surface in the second frame.
+@dataclass(frozen=True)
+class Contact:
+    """The contact of a rolling or sliding body, in the axes of the pair: its ``point`` on the body, the ``tangents``
+    and the normal of the surface, and the ``height`` of the point over the surface along the normal, m."""
 
-    At the lowest point the normal of the surface is the normal of the plane: a disc and a torus are about the z axis,
+    point: Vector
+    tangents: tuple[Vector, Vector]
+    height: Scalar
+
+
+def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> Contact:
+    """Return the contact of a body with the first frame's plane, or with a surface over this plane."""
+    if item.surface is not None:
+        return _contact_with_surface(quantities, item, pair)
+    normal = pair.first.axis(2)
+    point = _lowest(quantities, item, normal, pair.second.origin, pair.second.axes)
+    height = dot(minus(point, pair.first.origin), normal)
+    return Contact(point, (pair.first.axis(0), pair.first.axis(1)), height)
+
+
+def _lowest(quantities: Quantities, item: Constraint, normal: Vector, origin: Vector, axes: Matrix) -> Vector:
+    """Return the lowest point, (3,), along a normal, of a body at ``origin`` with the columns of ``axes``.
+
+    At the lowest point the normal of the body is the normal of the plane: a disc and a torus are about the z axis,
     and the point of an ellipsoid with the squares D of its semi-axes is -D n / sqrt(n . D n) in its axes.
     """
-    normal, axis, radius = pair.first.axis(2), pair.second.axis(2), quantities.formula(item.radius)
-    call, origin = quantities.algebra.call, pair.second.origin
+    algebra, call = quantities.algebra, quantities.algebra.call
+    axis = (axes[0][2], axes[1][2], axes[2][2])
+    radius = quantities.formula(item.radius)
     if item.shape == "sphere":
         return minus(origin, scaled(radius, normal))
     if item.shape == "ellipsoid":
-        own = apply(transpose(pair.second.axes), normal)
+        own = apply(transpose(axes), normal)
         x, y, z = (a * a * n for a, n in zip(quantities.vector(item.semi_axes), own, strict=True))
         reach = call(Op.SQRT, dot((x, y, z), own))
-        return minus(origin, scaled(quantities.algebra.one / reach, apply(pair.second.axes, (x, y, z))))
+        return minus(origin, scaled(algebra.one / reach, apply(axes, (x, y, z))))
     down = minus(normal, scaled(dot(normal, axis), axis))
     length = call(Op.SQRT, dot(down, down))
     lowest = minus(origin, scaled(radius / length, down))
     return lowest if item.shape == "disc" else minus(lowest, scaled(quantities.formula(item.tube_radius), normal))
 
 
-def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tuple[Scalar, Scalar, Scalar]:
-    """Return size, lever and path length of a pair with the wheel's radius; the position on the plane is no lever."""
+#: Steps of Newton's method for the place of a contact on a surface, before and after the check that the steps converge,
+#: and the largest distance at the check, by the radius: three more steps square it to round-off.
+_BEFORE, _AFTER, _NEAR = 3, 3, 0.01
+
+
+def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FramePair) -> Contact:
+    """Return the contact of a sphere with a surface z = h(x, y) in the first frame.
+
+    The place (x, y) of the contact is the nearest one to the centre c: (x, y) - c + (h - c_z) grad h = 0. A fixed
+    number of steps of Newton's method, from the place below the centre, is recorded on the tape, so all derivatives
+    follow. If the steps do not converge, or converge to a place that is not the nearest around, because the sphere is
+    larger than a valley, the height is not a number.
+    """
+    step, final = _surface_functions(quantities, item)
+    algebra, tape = quantities.algebra, quantities.algebra.tape
+    center = apply(transpose(pair.first.axes), minus(pair.second.origin, pair.first.origin))
+    place, valid, minors = [center[0], center[1]], list[Scalar](), list[Scalar]()
+    size = _NEAR * quantities.formula(item.radius)
+    for number in range(_BEFORE + _AFTER):
+        x, y, off, *minors = _called(tape, step, [*place, *center])
+        place = [x, y]
+        if number == _BEFORE:
+            valid.append(size * size - off)
+    height, *parts = _called(tape, final, [*place, *center])
+    point, first, second = (apply(pair.first.axes, (parts[k], parts[k + 1], parts[k + 2])) for k in (0, 3, 6))
+    for condition in [*valid, *minors]:
+        if condition.constant is None:
+            missed = algebra.call(Op.SQRT, -algebra.one - condition * condition)
+            height = algebra.select(algebra.call(Op.LT, algebra.zero, condition), height, missed)
+    return Contact(plus(pair.first.origin, point), (first, second), height)
+
+
+def _called(tape: Tape, refs: tuple[Tape, list[Ref]], arguments: Sequence[Scalar]) -> list[Scalar]:
+    """Return the values of a function that is recorded on another tape."""
+    source, values = refs
+    bound = {InputSymbol(_MOTION, number): argument.ref for number, argument in enumerate(arguments)}
+    return [Scalar(tape, ref) for ref in splice(tape, source, values, bound)]
+
+
+def _surface_functions(
+    quantities: Quantities, item: Constraint
+) -> tuple[tuple[Tape, list[Ref]], tuple[Tape, list[Ref]]]:
+    """Return two functions of a place (x, y) and the centre of a sphere in the first frame, on a separate tape.
+
+    The first gives the next place by Newton's method, the square of the residual, m^2, and two numbers that are
+    positive near a place of least distance; the second the height, and point and tangents of the contact.
+    """
+    assert item.surface is not None  # asked for by the caller
+    tape = Tape()
+    detached = DetachedSymbols(quantities, tape)
+    algebra = detached.algebra
+    x, y, *center = (Scalar(tape, tape.input(_MOTION, number)) for number in range(5))
+
+    def resolved(symbol: Symbol) -> Scalar:
+        return (x, y)[symbol.index] if symbol.kind == "local" else detached(symbol)
+
+    h = record(algebra, item.surface, resolved)
+    (slopes,) = _partials(algebra, [h])
+    rise = h - center[2]
+    off = (x - center[0] + rise * slopes[0], y - center[1] + rise * slopes[1])
+    (a, b), (c, d) = _partials(algebra, off)
+    minor = a * d - b * c
+    moved = [x - (d * off[0] - b * off[1]) / minor, y - (a * off[1] - c * off[0]) / minor]
+    normal = _unit(algebra, (-slopes[0], -slopes[1], algebra.one))
+    origin, radius = (center[0], center[1], center[2]), detached.formula(item.radius)
+    point = minus(origin, scaled(radius, normal))
+    height = dot(normal, minus(point, (x, y, h)))
+    tangent = _unit(algebra, (algebra.one, algebra.zero, slopes[0]))
+    outputs = [height, *point, *tangent, *cross(normal, tangent)]
+    step = [*moved, dot(off, off), a, minor]
+    return (tape, [value.ref for value in step]), (tape, [value.ref for value in outputs])
+
+
+def _partials(algebra: Algebra, values: Sequence[Scalar]) -> list[tuple[Scalar, Scalar]]:
+    """Return the partials of values in x and y, the first two inputs of a surface's functions."""
+    seeds: dict[Ref | InputSymbol, Tangent] = {InputSymbol(_MOTION, k): {k: ONE} for k in range(2)}
+    tangents = forward_partials(algebra.tape, [value.ref for value in values], seeds)
+    x, y = ([Scalar(algebra.tape, tangent.get(k, ZERO)) for tangent in tangents] for k in range(2))
+    return list(zip(x, y, strict=True))
+
+
+def _unit(algebra: Algebra, vector: Vector) -> Vector:
+    return scaled(algebra.one / algebra.call(Op.SQRT, dot(vector, vector)), vector)
+
+
+def _body_size(quantities: Quantities, item: Constraint) -> Scalar:
+    """Return the size of the body that rolls or slides, m."""
     lengths = item.semi_axes if item.shape == "ellipsoid" else (item.radius, item.tube_radius)
     first, *others = (magnitude(quantities.formula(length)) for length in lengths)
-    radius = sum(others, first)
+    return sum(others, first)
+
+
+def _on_wheel(quantities: Quantities, item: Constraint, pair: FramePair) -> tuple[Scalar, Scalar, Scalar]:
+    """Return size, lever and path length of a pair with the wheel's radius, without the position on the plane."""
+    radius = _body_size(quantities, item)
     return pair.size + radius, pair.lever + radius, pair.path_length + radius
 
 
 def _rolling(quantities: Quantities, item: Constraint, pair: FramePair) -> list[ConstraintRow]:
     contact = _contact(quantities, item, pair)
-    slip = minus(pair.velocity_at(pair.second, contact), pair.velocity_at(pair.first, contact))
+    slip = minus(pair.velocity_at(pair.second, contact.point), pair.velocity_at(pair.first, contact.point))
     size, lever, path_length = _on_wheel(quantities, item, pair)
     return [
-        ConstraintRow(
-            f"{item.name}: no slip along {axis}", dot(slip, pair.first.axis(k)), "m/s", size, lever, path_length
-        )
-        for k, axis in enumerate("xy")
+        ConstraintRow(f"{item.name}: no slip along {axis}", dot(slip, tangent), "m/s", size, lever, path_length)
+        for axis, tangent in zip("xy", contact.tangents, strict=True)
     ]
 
 
@@ -289,7 +411,7 @@ class Equation:
         """Partials of the value in the quantities of the formula: coordinates and positions, or velocities."""
         moving, target = self.item.moving, self.quantities.algebra.tape
         tape = Tape()
-        detached = Detached(self.quantities, tape)
+        detached = DetachedSymbols(self.quantities, tape)
         inputs = {symbol: Scalar(tape, tape.input(_MOTION, number)) for number, symbol in enumerate(moving)}
 
         def resolved(symbol: Symbol) -> Scalar:

@@ -66,7 +66,7 @@ def law_of(kind: type[ForceElement]) -> Law:
     except Exception as error:  # any error of a module of another distribution
         raise _broken(kind, f"does not load: {type(error).__name__}: {error}") from error
     if not isinstance(law, Law) or law.model is not kind:
-        raise _broken(kind, f"is no eomgen.mechanics.forces.loads.Law of {kind.__qualname__}")
+        raise _broken(kind, f"is not an eomgen.mechanics.forces.loads.Law of {kind.__qualname__}")
     return law
 
 

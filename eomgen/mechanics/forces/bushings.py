@@ -11,9 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.lie import rotations
-from eomgen.mechanics.forces.frame_pairs import FramePose, frame_pose, rotation_vector
+from eomgen.mechanics.forces.frame_pairs import FramePose, frame_pose
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.points import rotation_vector
 from eomgen.mechanics.tree.links import WORLD_NAME
 from eomgen.scene.forces.bushings import Bushing
 from eomgen.scene.joints.model import Frame

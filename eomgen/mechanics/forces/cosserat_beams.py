@@ -28,10 +28,10 @@ from eomgen.lie.algebra import TapeAlgebra
 from eomgen.lie.groups import SE3
 from eomgen.lie.numeric import skew
 from eomgen.lie.rotations import tangent_inverse
-from eomgen.mechanics.forces.frame_pairs import rotation_vector
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.fields import Wrench
+from eomgen.mechanics.kinematics.points import rotation_vector
 from eomgen.mechanics.tree.links import Mount
 from eomgen.scene.bodies.cosserat import BeamElement, Cosserat, Rows
 from eomgen.scene.forces.cosserat_beams import CosseratBeam

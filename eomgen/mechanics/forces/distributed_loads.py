@@ -32,7 +32,7 @@ from eomgen.mechanics.forces.cosserat_beams import (
     node_at,
     push_on_node,
 )
-from eomgen.mechanics.forces.forces import Local, add_load
+from eomgen.mechanics.forces.forces import LoadPointFrame, add_load
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.fields import AccelerationField, Wrench
@@ -174,7 +174,7 @@ def _wrench(
     turning = plus(node.omega, apply(back, omega))
     moving = plus(node.velocity, apply(back, plus(velocity, cross(omega, node.origin))))
     axes, place = multiply((x, y, z), node.axes), plus(origin, apply((x, y, z), node.origin))
-    local = Local(algebra, axes, place, turning, moving, own_axes, elsewhere)
+    local = LoadPointFrame(algebra, axes, place, turning, moving, own_axes, elsewhere)
     force, moment = (scaled(weight, local.vector((part[0], part[1], part[2]))) for part in (formulas[:3], formulas[3:]))
     return [*moment, *force, dot(moment, turning) + dot(force, moving)]
 

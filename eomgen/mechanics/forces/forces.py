@@ -10,15 +10,15 @@ from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import Resolver, record
-from eomgen.mechanics.forces.frame_pairs import rotation_vector
 from eomgen.mechanics.forces.loads import Law, Loads, add_effort, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.points import rotation_vector
 from eomgen.scene.forces.forces import Effort, Force
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, multiply, plus, transpose
 
 
 @dataclass(frozen=True)
-class Local:
+class LoadPointFrame:
     """Frame at the point of action of a load, and the motion of the frame in the world.
 
     Attributes
@@ -76,7 +76,7 @@ def add_force(loads: Loads, item: Force, quantities: Quantities) -> None:
     add_load(loads, quantities, item.body, point, force, torque, own_axes=own_axes)
 
 
-def _local(quantities: Quantities, body: str, point: Vector, *, own_axes: bool) -> Local:
+def _local(quantities: Quantities, body: str, point: Vector, *, own_axes: bool) -> LoadPointFrame:
     """Return the frame of a body at a point of the body."""
     kinematics, mount = quantities.kinematics, quantities.tree.mount_at(body, point)
     link, s = kinematics.local(body, point)
@@ -84,7 +84,9 @@ def _local(quantities: Quantities, body: str, point: Vector, *, own_axes: bool) 
     omega, velocity = kinematics.inertial_twist(link)
     back, moving = transpose(mount.orientation), plus(velocity, cross(omega, s))
     position = kinematics.position(body, point)
-    return Local(quantities.algebra, axes, position, apply(back, omega), apply(back, moving), own_axes, quantities)
+    return LoadPointFrame(
+        quantities.algebra, axes, position, apply(back, omega), apply(back, moving), own_axes, quantities
+    )
 
 
 def add_load(

@@ -9,14 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.base.data import dataclass
-from eomgen.lie import rotations
-from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.points import LinkKinematics
 from eomgen.mechanics.tree.links import ROOT, Mount
 from eomgen.scene.joints.model import Frame
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, minus, multiply, plus
+from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, minus, multiply, plus
 
 
 @dataclass(frozen=True)
@@ -173,14 +171,3 @@ class _Side:
         if len(self.chain) == shared or self.mount.link < 0:
             return FramePose(self.mount.link, multiply(R, turned), start)
         return FramePose(self.mount.link, multiply(R, turned), plus(p, apply(R, self.position)))
-
-
-def rotation_vector(algebra: Algebra, R: Matrix) -> Vector:
-    """Record the logarithm, (3,), rad, of a rotation matrix with an angle below pi."""
-    trace = R[0][0] + R[1][1] + R[2][2]
-    w = 0.5 * algebra.call(Op.SQRT, algebra.call(Op.MAX, trace + 1.0, algebra.scalar(1e-24)))
-    share = algebra.one / (w * 4.0)
-    skewed = (R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1])
-    quaternion = [w, *(entry * share for entry in skewed)]
-    x, y, z = rotations.logarithm(TapeAlgebra(algebra.tape), quaternion)
-    return x, y, z

@@ -36,7 +36,7 @@ Chain = tuple[tuple[str, int], ...]
 
 
 @dataclass(frozen=True)
-class _End:
+class _SpringEnd:
     """The end of a spring: a link, negative for base and world, and a place in axes of the link."""
 
     name: str
@@ -47,7 +47,7 @@ class _End:
 
 def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -> list[Spring]:
     """Add the springs of all frequent kinds as loops, and return the other springs."""
-    kinds: dict[object, list[tuple[Spring, _End, _End]]] = {}
+    kinds: dict[object, list[tuple[Spring, _SpringEnd, _SpringEnd]]] = {}
     alone: list[Spring] = []
     chains: dict[int, Chain] = {ROOT: ()}
     for spring in springs:
@@ -71,13 +71,13 @@ def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -
     return alone
 
 
-def _end(quantities: Quantities, name: str) -> _End:
+def _end(quantities: Quantities, name: str) -> _SpringEnd:
     """Return the end of a spring; at the centre of a ball joint, the end is moved to the link that carries the ball."""
     body, r = quantities.at(quantities.points[name])
     link, place = quantities.kinematics.local(body, r)
     while link >= 0 and quantities.tree.links[link].kind == "ball" and all(part.is_zero for part in place):
         link, place = quantities.tree.links[link].parent, quantities.tree.links[link].position
-    return _End(name, body, link, place)
+    return _SpringEnd(name, body, link, place)
 
 
 def _chain(quantities: Quantities, link: int, known: dict[int, Chain]) -> Chain:
@@ -93,7 +93,7 @@ def _chain(quantities: Quantities, link: int, known: dict[int, Chain]) -> Chain:
 class _SpringKind:
     """Springs that differ in numbers alone."""
 
-    def __init__(self, quantities: Quantities, members: Sequence[tuple[Spring, _End, _End]]) -> None:
+    def __init__(self, quantities: Quantities, members: Sequence[tuple[Spring, _SpringEnd, _SpringEnd]]) -> None:
         self.quantities, self.members = quantities, members
         rows = [[*self._node(first), *self._node(second), *self._law(spring)] for spring, first, second in self.members]
         self.kernel = Tape()
@@ -103,7 +103,7 @@ class _SpringKind:
         ends = [numbers[start : start + _NODE + _POINT] for start in (0, _NODE + _POINT)]
         self.results = _results(algebra, ends, numbers[2 * (_NODE + _POINT) :])
 
-    def _node(self, end: _End) -> list[Scalar]:
+    def _node(self, end: _SpringEnd) -> list[Scalar]:
         """Return the frame and the twist of the link at an end, and the place of the end in the link: (21,). (21,)."""
         orientation, origin = self.quantities.kinematics.pose(end.link)
         omega, velocity = self.quantities.kinematics.twist(end.link)
@@ -188,7 +188,7 @@ def stretch(quantities: Quantities, spring: Spring) -> tuple[Scalar, Scalar, Vec
     length = quantities.algebra.call(Op.SQRT, dot(span, span))
     if length.is_zero:
         fault = f"the points {spring.first} and {spring.second} coincide for all coordinates, so it has no direction"
-        raise ModelError(Problem(f"spring {spring.name}", fault, "points that can move apart, or a torsion spring"))
+        raise ModelError(Problem(f"spring {spring.name}", fault, "points that can separate, or a torsion spring"))
     direction = scaled(quantities.algebra.one / length, span)
     for quantity, vector in (("span", span), ("rate", speed), ("direction", direction)):
         quantities.algebra.named(f"{quantity}_{spring.name}", vector)

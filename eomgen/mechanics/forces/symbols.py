@@ -9,7 +9,7 @@ from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import Waves
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record, waves
-from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.kinematics.points import Kinematics, rotation_vector
 from eomgen.mechanics.tree.links import Mount, Tree
 from eomgen.scene.joints.model import Frame
 from eomgen.scene.scene import Scene
@@ -72,6 +72,10 @@ class Quantities:
                 return self.kinematics.velocity(*self.at(self.points[symbol.name]))[symbol.index]
             case "acceleration":
                 return self.kinematics.acceleration(*self.at(self.points[symbol.name]))[symbol.index]
+            case "rotation":
+                return rotation_vector(self.algebra, self.kinematics.axes(symbol.name))[symbol.index]
+            case "angular_velocity":
+                return self.kinematics.angular_velocity(symbol.name)[symbol.index]
             case "gravity" | "tau":
                 return self.dynamics(symbol)
             case "reaction" | "drive_effort":
@@ -116,7 +120,7 @@ class Quantities:
         return point.body, self.vector(point.position)
 
 
-class Detached(Quantities):
+class DetachedSymbols(Quantities):
     """Parameters and time of a scene on another tape, for the formulas of a constraint."""
 
     def __init__(self, scene: Quantities, tape: Tape) -> None:
@@ -144,7 +148,7 @@ def _no_reactions(symbol: Symbol) -> Scalar:
 
 def _no_section_loads(symbol: Symbol) -> Scalar:
     """Refuse section loads outside of outputs and events."""
-    fault = f"sections of the beam {symbol.name} are told in outputs and events alone"
+    fault = f"sections of the beam {symbol.name} are known in outputs and events alone"
     raise ModelError(fault, "an output")
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from eomgen.lie import rotations
+from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.kinematics.fields import AccelerationField, LinkField, centripetal, relative, total_fields
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import CARRIER, ROOT, WORLD, Mount, Tree
-from eomgen.symbolic.scalar import Matrix, Vector, apply, cross, minus, multiply, negative, plus, transpose
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.scalar import Algebra, Matrix, Vector, apply, cross, minus, multiply, negative, plus, transpose
 
 
 class LinkKinematics:
@@ -127,6 +130,17 @@ class Kinematics(LinkKinematics):
         in_base = apply(self.pose(link)[0], self.field(link).at(s))
         return apply(self.base.orientation, in_base)
 
+    def axes(self, body: str) -> Matrix:
+        """Return the axes of a rigid body, (3, 3), by columns, in world axes."""
+        mount = self.tree.mounts[body]
+        return multiply(self.base.orientation, multiply(self.pose(mount.link)[0], mount.orientation))
+
+    def angular_velocity(self, body: str) -> Vector:
+        """Return the inertial angular velocity of a rigid body, (3,), rad/s, in world axes."""
+        link = self.tree.mounts[body].link
+        turning = apply(self.pose(link)[0], self.inertial_twist(link)[0])
+        return apply(self.base.orientation, turning)
+
     def field(self, link: int) -> AccelerationField:
         """Return the inertial acceleration field of a link in link axes; for negative numbers of the carrying base."""
         if link < 0:
@@ -143,3 +157,14 @@ class Kinematics(LinkKinematics):
         back = transpose(R)
         base_velocity = plus(self.base.velocity, cross(self.base.omega, p))
         return plus(omega, apply(back, self.base.omega)), plus(velocity, apply(back, base_velocity))
+
+
+def rotation_vector(algebra: Algebra, R: Matrix) -> Vector:
+    """Record the logarithm, (3,), rad, of a rotation matrix with an angle below pi."""
+    trace = R[0][0] + R[1][1] + R[2][2]
+    w = 0.5 * algebra.call(Op.SQRT, algebra.call(Op.MAX, trace + 1.0, algebra.scalar(1e-24)))
+    share = algebra.one / (w * 4.0)
+    skewed = (R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1])
+    quaternion = [w, *(entry * share for entry in skewed)]
+    x, y, z = rotations.logarithm(TapeAlgebra(algebra.tape), quaternion)
+    return x, y, z

@@ -29,7 +29,7 @@ from eomgen.scene.bodies.model import Beam, Deformation
 _STEPS = 4
 
 
-class Banded:
+class BandedMatrix:
     """A symmetric matrix of numbers of mpmath; ``rows[i][j]`` is the entry (i, i - j), j up to ``width``."""
 
     def __init__(self, size: int, width: int) -> None:
@@ -41,9 +41,9 @@ class Banded:
         0 <= row - column <= width. The entry (column, row) is the same number."""
         self.rows[row][row - column] += value
 
-    def restricted(self, kept: Sequence[int]) -> Banded:
+    def restricted(self, kept: Sequence[int]) -> BandedMatrix:
         """Return the matrix of the given rows and columns, in order."""
-        result = Banded(len(kept), self.width)
+        result = BandedMatrix(len(kept), self.width)
         for new, row in enumerate(kept):
             for other in range(max(0, new - self.width), new + 1):
                 if row - kept[other] <= self.width:
@@ -63,9 +63,9 @@ class Banded:
         """Return left^T matrix right."""
         return mpmath.fdot(left, self.applied(right))
 
-    def less(self, factor: Any, other: Banded) -> Banded:
+    def less(self, factor: Any, other: BandedMatrix) -> BandedMatrix:
         """Return the matrix minus a multiple of another."""
-        result = Banded(len(self.rows), self.width)
+        result = BandedMatrix(len(self.rows), self.width)
         for k, (mine, theirs) in enumerate(zip(self.rows, other.rows, strict=True)):
             result.rows[k] = [entry - factor * part for entry, part in zip(mine, theirs, strict=True)]
         return result
@@ -98,7 +98,7 @@ class Banded:
         return result
 
 
-def modes(stiffness: Banded, mass: Banded, first: int, count: int) -> list[list[Any]]:
+def modes(stiffness: BandedMatrix, mass: BandedMatrix, first: int, count: int) -> list[list[Any]]:
     """Return modes, (count, n), of K x = w^2 M x from number ``first`` on by frequency, not normalised."""
     wanted = (first, first + count - 1)
     squares, guesses = scipy.linalg.eigh(stiffness.doubles(), mass.doubles(), subset_by_index=wanted)
@@ -214,7 +214,7 @@ def _numbers(values: Fixed) -> list[Any]:
     return [unfixed(value) for value in values]
 
 
-def _assembled(mesh: Elements, beam: Beam, profile: str, derivative: int) -> Banded:
+def _assembled(mesh: Elements, beam: Beam, profile: str, derivative: int) -> BandedMatrix:
     """Return the matrix of int f^(d) f^(d) profile of a mesh, per unit of the property."""
     h = Fraction(beam.length) / mesh.count
     functions = [differentiated(function, derivative) for function in mesh.local]
@@ -225,7 +225,7 @@ def _assembled(mesh: Elements, beam: Beam, profile: str, derivative: int) -> Ban
         for power in powers
     ]
     size = len(functions)
-    matrix = Banded(len(mesh.nodal), size - 1)
+    matrix = BandedMatrix(len(mesh.nodal), size - 1)
     for element in range(mesh.count):
         weights = [_number(h * entry / h ** (2 * derivative)) for entry in shifted(along, element, mesh.count)]
         for row in range(size):
@@ -240,7 +240,7 @@ def _number(fraction: Fraction | int) -> Any:
     return mpmath.mpf(exact.numerator) / exact.denominator
 
 
-def _add(matrix: Banded, values: list[Any], factor: Any) -> None:
+def _add(matrix: BandedMatrix, values: list[Any], factor: Any) -> None:
     """Add factor values values^T, with values at one position, which are within the band."""
     present = [dof for dof, value in enumerate(values) if value]
     for dof in present:

@@ -52,7 +52,7 @@ from eomgen.system.system import Block
 
 
 @dataclass(frozen=True)
-class Articulated:
+class ArticulatedInertia:
     """Articulated inertia [[A, B], [B^T, C]] of a subtree and the bias wrench, in link axes about the link's origin."""
 
     A: Matrix
@@ -65,8 +65,8 @@ class Articulated:
         """Return the inertial wrench A alpha + B a, B^T alpha + C a."""
         return plus(apply(self.A, alpha), apply(self.B, a)), plus(apply(transpose(self.B), alpha), apply(self.C, a))
 
-    def __add__(self, other: Articulated) -> Articulated:
-        return Articulated(
+    def __add__(self, other: ArticulatedInertia) -> ArticulatedInertia:
+        return ArticulatedInertia(
             matrix_plus(self.A, other.A),
             matrix_plus(self.B, other.B),
             matrix_plus(self.C, other.C),
@@ -74,14 +74,14 @@ class Articulated:
             plus(self.force, other.force),
         )
 
-    def carried(self, link: Link) -> Articulated:
+    def carried(self, link: Link) -> ArticulatedInertia:
         """Return the articulated inertia and bias wrench in the parent's axes about the parent's origin."""
         A, B, C = (link.rotation.congruence(part) for part in (self.A, self.B, self.C))
         arm = skew(link.position)
         moved = matrix_plus(B, multiply(arm, C))
         turned = matrix_plus(multiply(arm, transpose(moved)), multiply(B, transpose(arm)))
         moment, force = carry(link, (self.moment, self.force))
-        return Articulated(_symmetric(matrix_plus(A, turned)), moved, C, moment, force)
+        return ArticulatedInertia(_symmetric(matrix_plus(A, turned)), moved, C, moment, force)
 
 
 def _symmetric(A: Matrix) -> Matrix:
@@ -89,13 +89,13 @@ def _symmetric(A: Matrix) -> Matrix:
     return (A[0], (A[0][1], A[1][1], A[1][2]), (A[0][2], A[1][2], A[2][2]))
 
 
-def _rigid(algebra: Algebra, inertia: RecordedInertia, bias: Wrench) -> Articulated:
+def _rigid(algebra: Algebra, inertia: RecordedInertia, bias: Wrench) -> ArticulatedInertia:
     """Return the articulated body of one rigid link; ``bias`` is the wrench at zero acceleration."""
     second = inertia.second
     trace = second[0][0] + second[1][1] + second[2][2]
     A = tuple(tuple((trace - second[i][j]) if i == j else -second[i][j] for j in range(3)) for i in range(3))
     C = algebra.matrix([[inertia.mass if i == j else algebra.zero for j in range(3)] for i in range(3)])
-    return Articulated(A, skew(inertia.first), C, *bias)  # type: ignore[arg-type]  # three rows of three
+    return ArticulatedInertia(A, skew(inertia.first), C, *bias)  # type: ignore[arg-type]  # three rows of three
 
 
 @dataclass(frozen=True)
@@ -148,14 +148,14 @@ def _bias(algebra: Algebra, link: Link, omega_up: Vector) -> tuple[Vector, Vecto
 
 
 def _eliminated(
-    link: Link, body: Articulated, bias: tuple[Vector, Vector], efforts: Sequence[Scalar]
-) -> tuple[Articulated, list[_Elimination]]:
+    link: Link, body: ArticulatedInertia, bias: tuple[Vector, Vector], efforts: Sequence[Scalar]
+) -> tuple[ArticulatedInertia, list[_Elimination]]:
     """Eliminate the joint's columns, last first; return the remaining articulated body and the eliminated rows."""
     A, B, C, moment, force = body.A, body.B, body.C, body.moment, body.force
     eliminations: list[_Elimination] = []
     for k in reversed(range(len(link.columns))):
         w, u = link.columns[k].angular, link.columns[k].linear
-        n, f = Articulated(A, B, C, moment, force).load(w, u)
+        n, f = ArticulatedInertia(A, B, C, moment, force).load(w, u)
         pivot = dot(w, n) + dot(u, f) + link.rotor_inertias[k]
         inverse = Scalar(pivot.tape, pivot.tape.constant(1.0)) / pivot
         drive = efforts[link.dofs[k]] - (dot(w, moment) + dot(u, force))
@@ -177,8 +177,8 @@ def _eliminated(
                 B = transpose(_with_row(transpose(B), axis, zero))
                 force = _with(force, axis, u[axis] * effort)
     A, C = _symmetric(A), _symmetric(C)
-    added = Articulated(A, B, C, moment, force).load(*bias)
-    return Articulated(A, B, C, plus(moment, added[0]), plus(force, added[1])), eliminations
+    added = ArticulatedInertia(A, B, C, moment, force).load(*bias)
+    return ArticulatedInertia(A, B, C, plus(moment, added[0]), plus(force, added[1])), eliminations
 
 
 def _is_null(x: Vector) -> bool:

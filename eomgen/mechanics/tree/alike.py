@@ -25,7 +25,7 @@ LONG_TREE = 20_000
 #: Trees with more velocity components are stepped with the sparse extended system, even if branches are short: above
 #: this number, forming and factoring whole matrices takes longer.
 MANY = 64
-#: Fewer links than these are no loop.
+#: Fewer links than these are not printed as a loop.
 FEWEST = 8
 #: Share of links up to which a nonzero number at a place makes a link different from links with a zero at this place.
 RARE = 0.02

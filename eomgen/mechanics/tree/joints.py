@@ -3,8 +3,8 @@ coordinates on the tape.
 
 Coordinates of joints on the tape: components of q, v and a; a dependent (mimic) joint uses its leader's.
 
-A coordinate that follows, q = ratio q_leader + offset, is no unknown. Efforts of its joint enter the leader's equation
-by virtual work, times the ratio, so motion subspaces, inertia and forces need only the ratio of each joint.
+A coordinate that follows, q = ratio q_leader + offset, is not an unknown. Efforts of its joint enter the leader's
+equation by virtual work, times the ratio, so motion subspaces, inertia and forces need only the ratio of each joint.
 """
 
 from __future__ import annotations
@@ -193,8 +193,8 @@ class JointCoordinates:
 
     Attributes
     ----------
-    components : components of q behind each coordinate
-    dofs : component of v behind each velocity component
+    components : components of q for each coordinate
+    dofs : component of v for each velocity component
     ratio, offset : q of the joint = ratio (component of q) + offset; 1 and 0 unless the joint follows another joint
     given : values in place of components of q, v and a, by block and number
     """

@@ -1,8 +1,8 @@
 """Trees of links, and the mounts of a scene's bodies on them.
 
-A *link* is a rigid body together with everything fixed to it. Its frame sits on its joint; if the joint's axis is no
-coordinate axis of the body, the link's frame is the body's turned so that the axis is its z. A *mount* is the pose of
-a body in the frame of its link.
+A *link* is a rigid body together with everything fixed to it. Its frame sits on its joint; unless the joint's axis is a
+coordinate axis of the body, the link's frame is the body's turned so that the axis is its z. A *mount* is the pose of a
+body in the frame of its link.
 """
 
 from __future__ import annotations

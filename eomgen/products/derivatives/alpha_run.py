@@ -15,18 +15,24 @@ from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor, difference
 from eomgen.products.derivatives.equations import EquationPartials, Equations
-from eomgen.products.derivatives.linear_run import By, LinearPart, LinearRun, Start, undefined_derivatives
+from eomgen.products.derivatives.linear_run import (
+    DerivativeVariables,
+    LinearPart,
+    LinearRun,
+    Start,
+    undefined_derivatives,
+)
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.start import LinearizedStart, StateDirections, on_constraints
-from eomgen.simulation.stepping.states import Prescribed, States
+from eomgen.simulation.stepping.states import PrescribedInputs, States
 
 
 def step_matrices(
     equations: Equations,
     partials: EquationPartials,
     states: States,
-    given: Prescribed,
+    given: PrescribedInputs,
     a: Array,
     coefficients: Sequence[float],
     inverse_inertia: Array,
@@ -46,7 +52,7 @@ def step_matrices(
         none = tuple(np.zeros((count, 0, 0)) for _ in range(3))
         return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, e.P, A, T, *none), np.zeros((count, 0))
     before = States(*(array[:-1] for array in states))
-    values = equations.values(before, Prescribed(*(None if array is None else array[:-1] for array in given)))
+    values = equations.values(before, PrescribedInputs(*(None if array is None else array[:-1] for array in given)))
     B = equations.of("constraint_jacobian", values)["B"][:, : equations.holonomic]
     G = B * inverse_inertia
     exponent = difference(factors, states.q[:-1], states.q[1:]) / step
@@ -112,7 +118,9 @@ class AlphaRun(LinearRun[AlphaPart]):
     inverse_inertia : W = 1/M_ii of the start, by which multipliers move positions; empty if there is none
     """
 
-    def __init__(self, motion: ReplayedRun, method: LinearStep, start: Start, by: By, rows: Sequence[int]) -> None:
+    def __init__(
+        self, motion: ReplayedRun, method: LinearStep, start: Start, by: DerivativeVariables, rows: Sequence[int]
+    ) -> None:
         super().__init__(motion, start, by, rows)
         model, begun = self.run.model, motion.start
         self.coefficients = (self.run.grid.step, *method)
@@ -166,15 +174,15 @@ class AlphaRun(LinearRun[AlphaPart]):
     def products(self, matrices: Array, columns: Array) -> Array:
         return self.linear.products(matrices, columns)
 
-    def _prescribed_at(self, share: float) -> Prescribed:
+    def _prescribed_at(self, share: float) -> PrescribedInputs:
         """Return inputs and base at a share of the first step: rows of inputs are linear in between."""
         run, equations = self.run, self.equations
         ends = run.grid.start + run.grid.step * np.array([0.0, 1.0])
         now = np.array([run.grid.start + share * run.grid.step])
         base = self.base(now)
         if not run.model.nu:
-            return Prescribed(None, base)
+            return PrescribedInputs(None, base)
         if not run.takes_rows:
-            return Prescribed(run.model.input_values(now, parameters=equations.p), base)
+            return PrescribedInputs(run.model.input_values(now, parameters=equations.p), base)
         first, last = run.signals.rows(ends)
-        return Prescribed(((1.0 - share) * first + share * last)[np.newaxis], base)
+        return PrescribedInputs(((1.0 - share) * first + share * last)[np.newaxis], base)

@@ -1,9 +1,8 @@
 """Runs that pass a jump of the forces at a moment of their own: derivatives of steps lack the moment's motion.
 
 A formula may jump when a coordinate passes a value, or with the sign of a velocity. Between two rows on different
-sides of such a branch the place of the jump is found by bisection; if the equations differ just before
-and just behind it, and a direction of derivatives moves the argument there, derivatives of the run lack the part of the
-jump.
+sides of such a branch the place of the jump is found by bisection; if the equations differ just before and just after
+it, and a direction of derivatives moves the argument there, derivatives of the run lack the part of the jump.
 """
 
 from __future__ import annotations
@@ -175,7 +174,7 @@ def _along(
     model, nv, nz = equations.model, equations.nv, equations.nz
     dq, dv, da, dz, dlam = np.split(step * tangent, np.cumsum([nv, nv, nv, nz]))
     moved = {"q": product.update(model.factors, values["q"], dq)}
-    if len(moved["q"]) < len(values["q"]):  # references of angles behind the factors
+    if len(moved["q"]) < len(values["q"]):  # references of angles after the factors
         moved["q"] = np.concatenate([moved["q"], values["q"][len(moved["q"]) :]])
     for name, change in {"v": dv, "a": da, "z": dz, "lam": dlam}.items():
         moved[name] = values[name] + change

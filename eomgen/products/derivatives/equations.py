@@ -12,7 +12,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.model import CompiledModel
-from eomgen.simulation.stepping.states import Prescribed, States
+from eomgen.simulation.stepping.states import PrescribedInputs, States
 from eomgen.system.system import second_blocks
 
 #: Terms for the partials, if present in a scene.
@@ -68,7 +68,8 @@ class Equations:
     chosen : columns of the parameters that derivatives are taken by
     outputs : rows of the outputs that derivatives are taken of
     holonomic : rows of constraints on positions
-    driven : directions of inputs, which are further parameters behind the chosen ones: the change of inputs along these
+    driven : directions of inputs, which are further parameters after the chosen parameters: the change of inputs along
+    these
         directions differs from row to row: block ``du`` of the values, (n, nu, driven)
     """
 
@@ -115,7 +116,7 @@ class Equations:
         """Second derivatives, compiled at first use."""
         return self.model.having(("second_partials",))
 
-    def values(self, states: States, given: Prescribed, du: Array | None = None) -> dict[str, Array]:
+    def values(self, states: States, given: PrescribedInputs, du: Array | None = None) -> dict[str, Array]:
         """Return input blocks at rows; ``du``: changes of inputs along directions, None: none."""
         values = {"p": self.p, "t": states.t, "q": states.q, "v": states.v, "a": states.a, "z": states.z}
         values["lam"] = states.multipliers
@@ -285,7 +286,10 @@ class Equations:
         return result
 
     def of_directions(self, rest: Array, values: Mapping[str, Array]) -> Array:
-        """Return derivatives in the parameters from the part of ``second_partials`` after z, (n, size, ...)."""
+        """Return derivatives in the directions of parameters and inputs, (n, size, ...).
+
+        ``rest`` holds the columns of ``second_partials`` for all arguments after z.
+        """
         first = self._along["lam"].start
         chosen = self._along["p"].start - first + np.array(self.chosen, dtype=int)
         if not self.driven:

@@ -9,7 +9,7 @@ so the derivatives of a step are the derivatives of the passes. Each correction 
 
 whose left side is e' x for x = (gain T s, gain d_v, d_v, gain d_z) in (q, v, a, z). It changes by e''[x, .] with the
 start, which ``second_partials`` gives: for tangents row by row, for adjoints contracted with multipliers.
-The equations are evaluated at the nodes of all steps side by side, one pass behind the other; operations in between and
+The equations are evaluated at the nodes of all steps side by side, one pass after the other; operations in between and
 the sweeps are C (``galerkin_sweeps``). Increments may be imaginary: all of it is analytic.
 """
 
@@ -30,17 +30,17 @@ from eomgen.lie.groups import Group, group_named
 from eomgen.lie.product import Factor
 from eomgen.products.derivatives.equations import Equations
 from eomgen.products.derivatives.galerkin_sweeps import Curvature, GalerkinSweeps, steps_with_memory
-from eomgen.products.derivatives.linear_run import By, LinearPart, LinearRun, Start
+from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearPart, LinearRun, Start
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.start import StateDirections
-from eomgen.simulation.stepping.states import Prescribed, States
+from eomgen.simulation.stepping.states import PrescribedInputs, States
 
 
-class Driven(NamedTuple):
+class DrivingInputs(NamedTuple):
     """Times (n,), inputs and base there, and changes of inputs along directions."""
 
     t: Array
-    given: Prescribed
+    given: PrescribedInputs
     du: Array | None
 
 
@@ -61,8 +61,8 @@ class GalerkinSteps:
         equations: Equations,
         method: LinearPasses,
         states: States,
-        at_start: Driven,
-        at_nodes: Driven,
+        at_start: DrivingInputs,
+        at_nodes: DrivingInputs,
         step: float,
         *,
         apart: bool = False,
@@ -136,7 +136,7 @@ class GalerkinSteps:
 
     def _values(self, count: int, states: States) -> dict[str, Array]:
         rows = count * self.steps
-        given = Prescribed(*(None if array is None else array[:rows] for array in self.nodes.given))
+        given = PrescribedInputs(*(None if array is None else array[:rows] for array in self.nodes.given))
         return self.equations.values(states, given, None if self.nodes.du is None else self.nodes.du[:rows])
 
     def _moved(self, theta: Array) -> Array:
@@ -169,7 +169,7 @@ class GalerkinSteps:
         def repeated(array: Array | None) -> Array | None:
             return None if array is None else np.concatenate([array[: count * self.steps] for count in counts])
 
-        given = Prescribed(*map(repeated, self.nodes.given))
+        given = PrescribedInputs(*map(repeated, self.nodes.given))
         return self.equations.values(states, given, repeated(self.nodes.du))
 
     @cached_property
@@ -267,7 +267,7 @@ def _group(factor: Factor) -> Group:
 
 
 class GalerkinMotion(ReplayedRun):
-    """A run whose accelerations at the starts of steps are no rows: slopes of the steps before."""
+    """A run whose accelerations at the starts of steps are not rows: slopes of the steps before."""
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
         status, memory = steps_with_memory(self.stepper, size, table, "vdot", record)
@@ -293,7 +293,9 @@ class GalerkinPart(LinearPart):
 class GalerkinRun(LinearRun[GalerkinPart]):
     """A run of a time-discontinuous Galerkin method with linearised steps."""
 
-    def __init__(self, motion: ReplayedRun, method: LinearPasses, start: Start, by: By, rows: Sequence[int]) -> None:
+    def __init__(
+        self, motion: ReplayedRun, method: LinearPasses, start: Start, by: DerivativeVariables, rows: Sequence[int]
+    ) -> None:
         super().__init__(motion, start, by, rows)
         self.method = method
         self.along = self.asked
@@ -318,7 +320,7 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         states, given = self.states(part)
         blocks = self.blocks(states, given)
         before = States(*(array[:-1] for array in states))._replace(a=part.memory)
-        at_start = Prescribed(*(None if array is None else array[:-1] for array in given))
+        at_start = PrescribedInputs(*(None if array is None else array[:-1] for array in given))
         t, step = states.t[:-1], self.run.grid.step
         shares = self.method.nodes
         times = np.concatenate([states.t[1:] if share == shares[-1] else t + share * step for share in shares])
@@ -326,8 +328,8 @@ class GalerkinRun(LinearRun[GalerkinPart]):
             self.equations,
             self.method,
             before,
-            Driven(t, at_start, self.moved_inputs(t)),
-            Driven(times, self.prescribed(times), self.moved_inputs(times)),
+            DrivingInputs(t, at_start, self.moved_inputs(t)),
+            DrivingInputs(times, self.prescribed(times), self.moved_inputs(times)),
             step,
             apart=apart,
         )

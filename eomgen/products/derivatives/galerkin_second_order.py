@@ -25,7 +25,7 @@ from eomgen.products.derivatives.functionals import RowWeights
 from eomgen.products.derivatives.galerkin_run import GalerkinRun
 from eomgen.products.derivatives.motion import RunSegment
 from eomgen.products.derivatives.start import StateDirections, rest_slopes
-from eomgen.simulation.stepping.states import Prescribed, States
+from eomgen.simulation.stepping.states import PrescribedInputs, States
 
 #: An imaginary increment with a square far below rounding, and far from the least numbers.
 _TINY = 1e-100
@@ -114,13 +114,13 @@ class _MovedRun(GalerkinRun):
         result += adjoint.parameters.T @ self.along.dp
         return result
 
-    def states(self, part: RunSegment) -> tuple[States, Prescribed]:
+    def states(self, part: RunSegment) -> tuple[States, PrescribedInputs]:
         real, _ = super().states(part)
         assert self._tangents is not None  # for mypy: set by the forward sweep
         moved = _moved(self.equations.model.factors, real, self._tangents)
         return moved, self.prescribed(moved.t)
 
-    def prescribed(self, times: Array) -> Prescribed:
+    def prescribed(self, times: Array) -> PrescribedInputs:
         """Return inputs and base at times (n,): the scene's own follow the parameters."""
         functions, signals = self.equations.functions, self.run.signals
         blocks, u = {"t": times, "p": self.equations.p}, None
@@ -132,7 +132,7 @@ class _MovedRun(GalerkinRun):
             u[:, own] = functions("inputs", blocks)[0][:, own]
         if u is not None and (by_samples := self.moved_inputs(times)) is not None:
             u += by_samples @ self._du
-        return Prescribed(u, self.base(times))
+        return PrescribedInputs(u, self.base(times))
 
     def base(self, t: Array) -> Array | None:
         if not self.run.model.evaluator.moving_base:

@@ -235,7 +235,7 @@ class GalerkinSweeps:
             raise MemoryError("the compiled model could not allocate memory for its arguments")
 
     def _curvature(self, curvature: Curvature, of_step: int) -> tuple[Any, Any, int]:
-        """Return the C structure, the arrays behind the pointers, and the stack size of the function.
+        """Return the C structure, the arrays of the pointers, and the stack size of the function.
 
         Parameters
         ----------

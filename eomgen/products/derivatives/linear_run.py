@@ -22,13 +22,13 @@ from eomgen.products.derivatives.functionals import RowWeights
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.start import LinearizedRest, StateDirections, at_rest
 from eomgen.simulation.stepping.run import Run
-from eomgen.simulation.stepping.states import Prescribed, States, states_of
+from eomgen.simulation.stepping.states import PrescribedInputs, States, states_of
 
 
 def undefined_derivatives(model: CompiledModel, where: str) -> NumericalError:
-    """Return the error for derivatives that are no finite numbers; ``where``: the place in words."""
+    """Return the error for derivatives that are not finite numbers; ``where``: the place in words."""
     operations = rough_operations(model.description.formulas)
-    fault = f"derivatives are no finite numbers {where}: "
+    fault = f"derivatives are not finite numbers {where}: "
     if operations:
         fault += f"a formula has none there, of the forces perhaps {operations}"
     else:
@@ -76,7 +76,7 @@ class Start:
 
 
 @dataclass(frozen=True)
-class By:
+class DerivativeVariables:
     """Variables of derivatives: columns of p, q, v and z, and samples of inputs, (column, row) each; row -1: the
     values at all rows together."""
 
@@ -108,7 +108,7 @@ class LinearRun(ABC, Generic[PartType]):
     record: Array
     follows: bool
 
-    def __init__(self, motion: ReplayedRun, start: Start, by: By, rows: Sequence[int]) -> None:
+    def __init__(self, motion: ReplayedRun, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
         self.motion, self.columns, self.samples, self.start = motion, by.columns, by.samples, start
         self.run: Run = motion.run
         model = self.run.model
@@ -164,7 +164,7 @@ class LinearRun(ABC, Generic[PartType]):
         states, given = self.states(part)
         return states.t, self.blocks(states, given)
 
-    def blocks(self, states: States, given: Prescribed) -> dict[str, Array]:
+    def blocks(self, states: States, given: PrescribedInputs) -> dict[str, Array]:
         """Return input blocks at states, with the changes there along directions of inputs."""
         return self.equations.values(states, given, self.moved_inputs(states.t))
 
@@ -218,16 +218,16 @@ class LinearRun(ABC, Generic[PartType]):
         dp[np.arange(equations.parameters), followed] = 1.0
         return StateDirections(changes["q"], changes["v"], changes["z"], dp)
 
-    def prescribed(self, times: Array) -> Prescribed:
+    def prescribed(self, times: Array) -> PrescribedInputs:
         """Return inputs and base at times (n,)."""
         model, u = self.run.model, None
         if model.nu and self.run.takes_rows:
             u = self.run.signals.rows(times)
         elif model.nu:
             u = model.input_values(times, parameters=self.equations.p)
-        return Prescribed(u, self.base(times))
+        return PrescribedInputs(u, self.base(times))
 
-    def states(self, part: RunSegment) -> tuple[States, Prescribed]:
+    def states(self, part: RunSegment) -> tuple[States, PrescribedInputs]:
         """Return the states at the rows of a part, and the prescribed values there."""
         states = states_of(part.rows, self.run.model)
         return states, self.prescribed(states.t)

@@ -21,11 +21,11 @@ from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import comparisons, symbols
 from eomgen.integrators.families.family import LinearPasses, LinearStep
-from eomgen.integrators.families.register import METHOD_NAMES, Method, method_named
+from eomgen.integrators.families.register import Method, method_named, method_names
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.crossings import check_crossings
 from eomgen.products.derivatives.galerkin_run import GalerkinMotion, GalerkinRun
-from eomgen.products.derivatives.linear_run import By, LinearRun, Start
+from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearRun, Start
 from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.simulation.motions import refuse_as_inputs
@@ -126,7 +126,7 @@ def sensitivities(
     _check(model, chosen, grid, initial)
     if grid.whole % every:
         divides = max(part for part in range(1, every + 1) if grid.whole % part == 0)
-        fault = f"{grid.whole} steps are no rows of {every} steps each, and the end of the run would be none of them"
+        fault = f"{grid.whole} steps are not a whole number of rows of {every} steps, so the end of the run has no row"
         raise UsageError(Problem("record_every", fault, f"record_every = {divides}"))
     refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
     from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
@@ -187,7 +187,7 @@ def _linear_run(
     state: InitialState,
     step: LinearStep | LinearPasses,
     start: Start,
-    by: By,
+    by: DerivativeVariables,
     rows: Sequence[int],
 ) -> LinearRun[Any]:
     """Return the run with linearised steps."""
@@ -203,7 +203,7 @@ def _linear_run(
 
 def _directions(
     model: CompiledModel, by: Sequence[str] | None, given: Collection[str], steps: int
-) -> tuple[tuple[str, ...], By]:
+) -> tuple[tuple[str, ...], DerivativeVariables]:
     """Return names and kinds of directions: parameters come first, then the state, then samples of inputs;
     ``given``: inputs that the caller gives."""
     parameters, states = list(model.parameters), list(model.z_names)
@@ -222,7 +222,7 @@ def _directions(
     ordered = [known[block][column] for block in "pqvz" for column in columns[block]]
     if len(set(ordered)) < len(chosen) or len(set(samples)) < len(samples):
         raise UsageError(Problem("by", "a name is given twice", "each of them once"))
-    return (*ordered, *(name for name, _ in samples)), By(columns, [place for _, place in samples])
+    return (*ordered, *(name for name, _ in samples)), DerivativeVariables(columns, [place for _, place in samples])
 
 
 def _names(
@@ -251,7 +251,7 @@ def _samples(
     for name in names:
         match = _SAMPLE.fullmatch(name)
         if match is None or not known:
-            fault = f"{name!r} is no sample of an input" if known else "the scene has no inputs"
+            fault = f"{name!r} is not a sample of an input" if known else "the scene has no inputs"
             hint = ", ".join(f"inputs.{known[0]}{part}" for part in ("", "[3]", "[:]")) if known else "parameters"
             raise UsageError(Problem("by", fault, hint))
         check_name("input", match["name"], known)
@@ -371,7 +371,7 @@ def _linear_step(name: str, method: Method, internal: bool) -> LinearStep | Line
 def _with_derivatives() -> str:
     """Return the methods whose runs have derivatives, as advice; methods that need parameters have none."""
     named = []
-    for name in dict.fromkeys(METHOD_NAMES.values()):
+    for name in dict.fromkeys(method_names().values()):
         with contextlib.suppress(UsageError):
             made = method_named(name)
             if made.linear_step is not None and not made.chooses_steps:

@@ -32,7 +32,8 @@ class RunSegment:
     Attributes
     ----------
     first : number of the first row of the part in the run
-    memory : the stepper's memory beside rows: the algorithmic acceleration at the first row, (nv,); of methods in
+    memory : data of the stepper that rows do not hold: the algorithmic acceleration at the first row, (nv,); of methods
+    in
         passes the accelerations that each step begins with, (steps, nv)
     """
 
@@ -127,7 +128,7 @@ class ReplayedRun:
         return RunSegment(done, np.concatenate([row[np.newaxis], record]), memory)
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
-        """Take steps, fill the rows, and return the stepper's memory beside rows."""
+        """Take steps, fill the rows, and return data of the stepper that rows do not hold."""
         a = self.stepper.state[self.stepper.places["a"]].copy()
         status, _ = self.stepper.run(size, 1, table, record)
         self.check(status)

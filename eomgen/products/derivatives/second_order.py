@@ -55,7 +55,7 @@ _TINY = 1e-100
 
 
 @dataclass(frozen=True)
-class Turning:
+class RotatingFactorChange:
     """Changes of A and T of a rotating factor, at (n,) steps.
 
     Attributes
@@ -72,7 +72,7 @@ class Turning:
     by_increment: Array
 
     @classmethod
-    def of(cls, factor: Factor, theta: Array) -> Turning:
+    def of(cls, factor: Factor, theta: Array) -> RotatingFactorChange:
         """Return the matrices of a factor at increments theta (n, nv)."""
         group, part = group_named(factor.group, factor.v_size), theta[:, factor.v]
         A = numeric.adjoint(group, numeric.exp(group, -part))
@@ -83,7 +83,7 @@ class Turning:
         return cls(factor.v, A, numeric.tangent_inverse(group, part), by_first, by_increment)
 
     def increments(self, before: Array, behind: Array) -> Array:
-        """Return dtheta (n, size, directions) from dq before and behind steps, (n, nv, directions) each."""
+        """Return dtheta (n, size, directions) from dq before and after steps, (n, nv, directions) each."""
         result: Array = self.T_inverse @ (behind[:, self.v] - self.A @ before[:, self.v])
         return result
 
@@ -95,9 +95,9 @@ class Turning:
         return of_first, np.einsum("nr,nrck,nkd->ncd", weights, self.by_increment, increments, optimize=True)
 
 
-def turnings(factors: Sequence[Factor], theta: Array) -> list[Turning]:
+def turnings(factors: Sequence[Factor], theta: Array) -> list[RotatingFactorChange]:
     """Return the derivatives of all rotating factors."""
-    return [Turning.of(factor, theta) for factor in factors if factor.group != "R"]
+    return [RotatingFactorChange.of(factor, theta) for factor in factors if factor.group != "R"]
 
 
 def _along(group: Group, theta: Array, component: int) -> Array:
@@ -282,7 +282,7 @@ class _AlphaAdjoint:
         return cls(*(np.zeros((size, count)) for size in sizes))
 
 
-class Swept(NamedTuple):
+class SweepRemainders(NamedTuple):
     """Remainders of adjoints of functionals in a part.
 
     Attributes
@@ -307,7 +307,7 @@ class Gradients:
     """
 
     values: Array
-    parts: list[Swept]
+    parts: list[SweepRemainders]
     adjoint: _AlphaAdjoint
 
 
@@ -327,7 +327,7 @@ class _AlphaTangents:
     rows: Array
     steps: Array
     parameters: Array
-    turnings: list[Turning]
+    turnings: list[RotatingFactorChange]
 
     @property
     def own(self) -> slice:
@@ -461,10 +461,10 @@ def _parts(run: AlphaRun, along: StateDirections, state: Array, record: Array) -
         yield _AlphaTangents(part, np.concatenate([rows, of_parameters], axis=1), steps, along.dp, turning)
 
 
-def _back(run: AlphaRun, part: AlphaPart, weights: Sequence[RowWeights], adjoint: _AlphaAdjoint) -> Swept:
+def _back(run: AlphaRun, part: AlphaPart, weights: Sequence[RowWeights], adjoint: _AlphaAdjoint) -> SweepRemainders:
     """Take adjoints through a part."""
     of_outputs = run.row_weights(part, weights)
     direct = run.of_rows(part, of_outputs, adjoint.parameters)
     multipliers, ends = run.take_back(part, direct[1:], adjoint.state, adjoint.parameters)
     adjoint.record = direct[0]
-    return Swept(multipliers, ends, of_outputs)
+    return SweepRemainders(multipliers, ends, of_outputs)

@@ -32,7 +32,7 @@ from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
 from eomgen.products.derivatives.equations import EquationPartials, Equations
-from eomgen.simulation.stepping.states import Prescribed, States
+from eomgen.simulation.stepping.states import PrescribedInputs, States
 
 #: Steps onto constraints, and ratio to the largest step below which later steps change no derivative.
 _STEPS, _LAST = 50, 1e-13
@@ -59,7 +59,9 @@ class LinearizedRest:
     slopes: Array
 
 
-def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescribed, du: Array | None) -> LinearizedRest:
+def at_rest(
+    equations: Equations, state: InitialState, t: Array, given: PrescribedInputs, du: Array | None
+) -> LinearizedRest:
     """Return the partials of a rest in the parameters.
 
     Parameters
@@ -76,7 +78,7 @@ def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescrib
     values = _values(equations, still, t, given, du)
     moves = nl and np.any(equations.of("constraint_velocity", values)["w"])
     if moves or equations.model.evaluator.moving_base:
-        fault = "the scene starts at static equilibrium beside moving drives, which has no derivatives here"
+        fault = "the scene starts at equilibrium relative to moving drives, which has no derivatives here"
         raise UsageError(Problem("start", fault, "initial = model.equilibrium().initial, for a start that is held"))
     if nl:
         (r,) = equations.of("residual", values).values()
@@ -113,7 +115,7 @@ def _rest_matrix(equations: Equations, partials: EquationPartials) -> NDArray[An
 
 
 def moved_positions(
-    equations: Equations, asked: InitialState, t: Array, given: Prescribed, dq: Array, dp: Array
+    equations: Equations, asked: InitialState, t: Array, given: PrescribedInputs, dq: Array, dp: Array
 ) -> Array:
     """Return the changes of positions after steps onto the constraints, given changes dq (nv, n) of requested
     positions.
@@ -147,7 +149,7 @@ def moved_positions(
 
 
 def moved_velocities(
-    equations: Equations, state: InitialState, t: Array, given: Prescribed, dq: Array, dv: Array, dp: Array
+    equations: Equations, state: InitialState, t: Array, given: PrescribedInputs, dq: Array, dv: Array, dp: Array
 ) -> Array:
     """Return the changes of velocities after the step onto the constraints, given changes dv (nv, n) of requested
     velocities.
@@ -200,7 +202,7 @@ def _difference(one: EquationPartials, other: EquationPartials, along: tuple[Arr
 
 
 def _values(
-    equations: Equations, state: InitialState, t: Array, given: Prescribed, du: Array | None = None
+    equations: Equations, state: InitialState, t: Array, given: PrescribedInputs, du: Array | None = None
 ) -> dict[str, Array]:
     a, lam = np.zeros((1, equations.nv)), np.zeros((1, equations.nl))
     return equations.values(States(t, state.q[np.newaxis], state.v[np.newaxis], a, lam, state.z[np.newaxis]), given, du)
@@ -294,7 +296,7 @@ class LinearizedStart:
     q: Array
     v: Array
     z: Array
-    prescribed_at: Callable[[float], Prescribed]
+    prescribed_at: Callable[[float], PrescribedInputs]
     moved_inputs: Callable[[Array], Array | None]
     share: float
     asked: InitialState
@@ -415,8 +417,8 @@ class LinearizedStart:
 
 def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inertia: Array) -> StateDirections:
     """Return directions whose states stay on the constraints, moved there as runs move their initial states: by the
-    nearest change in the metric of M, and by the steps from the state that was asked for; behind dp the changes of
-    W = 1/M_ii, by which multipliers move positions.
+    nearest change in the metric of M, and by the steps from the state that was asked for; after dp the changes of W =
+    1/M_ii, by which multipliers move positions.
 
     Parameters
     ----------
@@ -463,7 +465,7 @@ def inertia_partials(start: LinearizedStart) -> tuple[Array, Array]:
         np.repeat(start.z[None], nv + 1, axis=0),
     )
     given = start.prescribed_at(0.0)
-    repeated = Prescribed(*(None if array is None else np.repeat(array, nv + 1, axis=0) for array in given))
+    repeated = PrescribedInputs(*(None if array is None else np.repeat(array, nv + 1, axis=0) for array in given))
     moving = equations.partials(equations.values(many, repeated))
     by_q, by_p = ((array[1:] - array[:1])[unit, unit] for array in (moving.Jq, moving.P))
     return by_q, by_p

@@ -61,7 +61,7 @@ class StationaryRun:
         row = run.motion.first_row
         rows = np.repeat(row[np.newaxis], run.motion.steps + 1, axis=0)
         rows[:, 0] = run.run.grid.start + run.run.grid.step * np.arange(len(rows))
-        for chosen in (rows[:: -(-len(rows) // _FEW)], rows):  # a few of them tell at once of most scenes
+        for chosen in (rows[:: -(-len(rows) // _FEW)], rows):  # a few rows decide for most scenes
             part = run.of_part(RunSegment(0, chosen, run.motion.start["a"]))
             if not _is_constant(run, part):
                 return None
@@ -173,12 +173,12 @@ class StationaryRun:
 
     @property
     def _bent_parameters(self) -> list[int]:
-        """The same of parameters, numbered behind the components of the rows."""
+        """The same of parameters, numbered after the components of the rows."""
         return [column for column in self._bending if column >= self.run.linear.record_size]
 
     @cached_property
     def _bending(self) -> list[int]:
-        """Components of the rows, and behind them parameters, by which equations or outputs have second derivatives.
+        """Components of the rows, and then parameters, by which equations or outputs have second derivatives.
 
         The Hessian of a sum of all of them with random weights is multiplied by a random direction: a row of it that is
         not 0 gives 0 by no chance.

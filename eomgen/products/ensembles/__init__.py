@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from eomgen.products.ensembles.designs import DESIGNS, OTHER_DESIGNS
     from eomgen.products.ensembles.distributions import DISTRIBUTIONS, LISTS, Distribution, read_distribution
     from eomgen.products.ensembles.ensemble import Ensemble
-    from eomgen.products.ensembles.samples import Failed
+    from eomgen.products.ensembles.samples import FailedSample
     from eomgen.products.ensembles.statistics import Ranking
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
     "OTHER_DESIGNS",
     "Distribution",
     "Ensemble",
-    "Failed",
+    "FailedSample",
     "Ranking",
     "read_distribution",
     "simulate_many",
@@ -44,7 +44,7 @@ _HOMES = {
     **dict.fromkeys(("DESIGNS", "OTHER_DESIGNS"), "designs"),
     **dict.fromkeys(("DISTRIBUTIONS", "LISTS", "Distribution", "read_distribution"), "distributions"),
     "Ensemble": "ensemble",
-    "Failed": "samples",
+    "FailedSample": "samples",
     "Ranking": "statistics",
 }
 

@@ -23,7 +23,7 @@ from eomgen.base.files import write_bytes
 from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
 from eomgen.errors import FileError, Problem, UsageError
-from eomgen.products.ensembles.parts import EnsemblePart, Refusal, Shipment
+from eomgen.products.ensembles.parts import EnsemblePart, Refusal, RemoteSource
 from eomgen.products.ensembles.samples import EXTREMES, SampleBlock, SampleRunner
 
 #: Name of a cluster of this machine's own processes.
@@ -86,7 +86,7 @@ def connected(cluster: object, workers: int | None) -> Iterator[Machines]:
     Raises
     ------
     UsageError
-        Dask is not installed, this is no cluster, or workers have another version of eomgen.
+        Dask is not installed, an object is not a cluster, or workers have another version of eomgen.
     FileError
         No scheduler answers.
     """
@@ -122,7 +122,7 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
         return client, _named(client)
     if not isinstance(cluster, str | os.PathLike) or not str(cluster):
         hint = f"{LOCAL!r}, 'tcp://host:8786', the path of a scheduler file, a Client or a cluster of Dask"
-        raise UsageError(Problem("cluster", f"{cluster!r} is no cluster", hint))
+        raise UsageError(Problem("cluster", f"{cluster!r} is not a cluster", hint))
     text = os.fspath(cluster)
     if "://" in text:
         return stack.enter_context(_reached(text, lambda: distributed.Client(text, **options))), text
@@ -206,7 +206,7 @@ class _ClusterEnsemble:
 
     def __init__(self, machines: Machines, work: SampleRunner, total: int) -> None:
         self._machines, self._client, self._work, self._total = machines, machines.client, work, total
-        self._shipment = Shipment.of(f"eomgen-{uuid.uuid4().hex}", work)
+        self._shipment = RemoteSource.of(f"eomgen-{uuid.uuid4().hex}", work)
         self._per_sample = 0.0
         self._bytes = 8 * len(work.columns) * (len(work.thinned) + len(EXTREMES))
         self._threads, self._asked, self._lonely = 0, 0.0, False
@@ -215,7 +215,7 @@ class _ClusterEnsemble:
     def parts(self, first: int) -> Iterator[SampleBlock]:
         """Yield parts in order; afterwards the cluster has no parts left, after any end."""
         distributed = importlib.import_module("distributed")
-        from eomgen.products.ensembles.worker import Delivery, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
+        from eomgen.products.ensembles.worker import SourceDelivery, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
 
         name = self._shipment.ensemble
         pending: dict[Any, tuple[int, int]] = {}
@@ -223,7 +223,7 @@ class _ClusterEnsemble:
         done: dict[int, EnsemblePart] = {}
         sent, wanted = first, first  # the first samples that were not sent, and that were not given
         try:
-            self._client.register_plugin(Delivery(self._shipment), name=name)
+            self._client.register_plugin(SourceDelivery(self._shipment), name=name)
             while wanted < self._total:
                 while sent < self._total and len(pending) + len(done) < _AHEAD * max(self._count(), 1):
                     count = self._size(self._total - sent)

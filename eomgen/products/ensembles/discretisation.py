@@ -28,7 +28,7 @@ from eomgen.system.signals import NormalSeries
 _MOST, _FOR_EACH = 4, 8
 #: Number of first samples of a design to choose from.
 _CANDIDATES = 4096
-#: Weight of distances in values beside distances in ranks.
+#: Weight of distances in values relative to distances in ranks.
 _TIE = 1e-6
 #: Name of the finding on estimated errors, reported by ``SampleErrors``.
 _OF_ERROR = "discretisation_error"

@@ -148,7 +148,7 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
     match = _CALL.match(text)
     example = f"{where.rpartition(' ')[2].partition('=')[0]}=normal(1, 0.1)"
     if match is None:
-        raise UsageError(Problem(where, f"{shown(text)} is no distribution", example))
+        raise UsageError(Problem(where, f"{shown(text)} is not a distribution", example))
     name, words = match[1], [word.strip() for word in match[2].split(",")]
     if name in LISTS:
         levels = _levels(where, name, words, unit)

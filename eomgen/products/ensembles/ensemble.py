@@ -20,7 +20,7 @@ from eomgen.base.messages import nearest, shown
 from eomgen.compiled.arguments import count_of, numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.ensembles.journal import BlockJournal
-from eomgen.products.ensembles.samples import EXTREMES, Failed
+from eomgen.products.ensembles.samples import EXTREMES, FailedSample
 from eomgen.products.ensembles.statistics import Ranking, Reduction, ranking
 from eomgen.results.error_estimate import NOTICED, SampleErrors
 
@@ -79,7 +79,7 @@ class Ensemble:
         return f"<Ensemble of {self.scene}: {self.done} of {self.asked} samples, {len(self.failed)} failed>"
 
     @property
-    def failed(self) -> tuple[Failed, ...]:
+    def failed(self) -> tuple[FailedSample, ...]:
         """The failed samples, with reasons and values."""
         return tuple(self.journal.failed)
 

@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.files import make_folder, read_arrays, write_arrays, write_text
 from eomgen.base.json_text import finite
 from eomgen.errors import FileError, Problem
-from eomgen.products.ensembles.samples import Failed, SampleBlock
+from eomgen.products.ensembles.samples import FailedSample, SampleBlock
 from eomgen.products.ensembles.statistics import Reduction
 
 _DESCRIBED, _REDUCED, _BLOCKS = "ensemble.json", "reduced.npz", "samples"
@@ -41,7 +41,7 @@ class BlockJournal:
         self._kept: list[SampleBlock] = []
         self.done = 0
         self.reduction: Reduction | None = None
-        self.failed: list[Failed] = []
+        self.failed: list[FailedSample] = []
         self.notes: list[str] = []
         if folder is None:
             return
@@ -80,7 +80,7 @@ class BlockJournal:
             self.notes.append(f"{_REDUCED} was cut short or damaged: all samples are run again")
             return
         self.reduction, self.done = Reduction.of_arrays(arrays), int(data["done"])
-        self.failed = [Failed(item["number"], item["reason"], item["values"]) for item in data["failed"]]
+        self.failed = [FailedSample(item["number"], item["reason"], item["values"]) for item in data["failed"]]
 
     def keep(self, block: SampleBlock) -> None:
         """Append a block: values, extremes and failures of the samples."""

@@ -29,7 +29,7 @@ _OWN = ("model", "design", "options", "folder", "stop")
 
 
 @dataclass(frozen=True)
-class Shipment:
+class RemoteSource:
     """Source of samples in another process.
 
     Attributes
@@ -53,7 +53,7 @@ class Shipment:
     version: str = __version__
 
     @classmethod
-    def of(cls, ensemble: str, work: SampleRunner) -> Shipment:
+    def of(cls, ensemble: str, work: SampleRunner) -> RemoteSource:
         """Return the source of samples. Raises UsageError for a model that was made by hand."""
         make, arguments = work.model.__reduce__()[:2]
         return cls(
@@ -95,10 +95,10 @@ class Refusal:
     problems: tuple[Problem, ...]
 
 
-class Room:
+class WorkerState:
     """State of a process for one ensemble: the model, made for the first part."""
 
-    def __init__(self, shipment: Shipment) -> None:
+    def __init__(self, shipment: RemoteSource) -> None:
         self._shipment = shipment
         self._making = threading.Lock()
         self._model: CompiledModel | None = None

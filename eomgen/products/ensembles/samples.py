@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import logging
 import threading
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -15,11 +14,12 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, replace
+from eomgen.base.messages import Log
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, FileError
 from eomgen.products.ensembles.designs import Design
-from eomgen.products.ensembles.side_by_side import Alike, Beside, SideBySide, side_by_side
+from eomgen.products.ensembles.side_by_side import CommonRunData, SideBySide, SideBySideResults, side_by_side
 from eomgen.products.ensembles.variations import VariedOptions, variables_of_seed, with_scenes_laws
 from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
@@ -38,7 +38,7 @@ class LaneRunner:
     options: VariedOptions
     runs: SideBySide
 
-    def tables(self, values: Array) -> Beside:
+    def tables(self, values: Array) -> SideBySideResults:
         """Return columns (samples, columns, rows) of samples with the values (samples, varied), and a mask of the
         samples that have to be run alone."""
         parameters, alone = self._parameters(values)
@@ -143,7 +143,9 @@ class LaneRunner:
         return starts, refused
 
 
-def lanes_of(model: CompiledModel, options: VariedOptions, alike: Alike, columns: Sequence[str]) -> LaneRunner | str:
+def lanes_of(
+    model: CompiledModel, options: VariedOptions, alike: CommonRunData, columns: Sequence[str]
+) -> LaneRunner | str:
     """Return the runner of samples side by side, or the reason for runs one after the other."""
     common = with_scenes_laws(model, options.items, options.common)
     inputs = [item.name for item in options.items if item.block == "inputs"]
@@ -152,7 +154,7 @@ def lanes_of(model: CompiledModel, options: VariedOptions, alike: Alike, columns
     return runs if isinstance(runs, str) else LaneRunner(model, options, runs)
 
 
-_LOG = logging.getLogger(__name__)
+_LOG = Log(__name__)
 #: Kept statistics of each column of a run.
 EXTREMES = ("min", "max", "final")
 #: Rows up to which extremes are found row by row.
@@ -160,7 +162,7 @@ _FEW = 8
 
 
 @dataclass(frozen=True)
-class Failed:
+class FailedSample:
     """A sample with a failed run: number, reason, and varied quantities by name."""
 
     number: int
@@ -188,7 +190,7 @@ class SampleBlock:
     values: Array
     rows: Array
     extremes: Array
-    failed: tuple[Failed, ...] = ()
+    failed: tuple[FailedSample, ...] = ()
 
 
 @dataclass
@@ -215,7 +217,7 @@ class SampleRunner:
     keep: frozenset[int] = frozenset()
     keep_as: str = "npz"
     folder: Path | None = None
-    alike: Alike | None = None
+    alike: CommonRunData | None = None
     stop: threading.Event = field(default_factory=threading.Event)
     #: Lock for threads that begin together: one thread makes lanes, the other threads wait.
     _making: threading.Lock = field(default_factory=threading.Lock, init=False, repr=False)
@@ -225,7 +227,7 @@ class SampleRunner:
         """Return a block of samples; None if stopped."""
         values = self.design.values(first, count)
         rows, extremes = self._unknown(count)
-        failed: list[Failed] = []
+        failed: list[FailedSample] = []
         for k in self._side_by_side(first, values, rows, extremes):
             if self.stop.is_set():
                 return None
@@ -235,7 +237,7 @@ class SampleRunner:
                 return None
             if reason:
                 names = (item.name for item in self.options.items)
-                failed.append(Failed(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
+                failed.append(FailedSample(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
         return SampleBlock(first, values, rows, extremes, tuple(failed))
 
     @property

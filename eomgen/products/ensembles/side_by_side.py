@@ -29,7 +29,14 @@ from eomgen.simulation.judgement.remarks import turned_elements
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, LawOverTime, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import chosen_stepper, followed_laws
-from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed, start_of, starts_at_equilibrium
+from eomgen.simulation.stepping.states import (
+    PrescribedInputs,
+    States,
+    evaluated,
+    prescribed,
+    start_of,
+    starts_at_equilibrium,
+)
 from eomgen.simulation.stepping.stepper import LaneStepper, times_of_inputs
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.system.description import component_names
@@ -58,7 +65,7 @@ _OPTIONS = {
 
 
 @dataclass(frozen=True)
-class Alike:
+class CommonRunData:
     """Method, time grid and columns common to the runs of all samples, from the run without variations; plain data.
 
     Attributes
@@ -75,7 +82,7 @@ class Alike:
     places: Mapping[str, tuple[str, int]]
 
     @classmethod
-    def of(cls, model: CompiledModel, pilot: Solution) -> Alike:
+    def of(cls, model: CompiledModel, pilot: Solution) -> CommonRunData:
         """Return the common data of runs like ``pilot``."""
         data = pilot.metadata
         span = float(data["t_start"]), float(data["t_end"]), float(data["settings"]["step"])
@@ -84,12 +91,12 @@ class Alike:
 
 
 @dataclass(frozen=True)
-class Beside:
+class SideBySideResults:
     """Results of runs side by side.
 
     Attributes
     ----------
-    columns : (runs, columns, rows), not a number behind the last row of a run
+    columns : (runs, columns, rows), not a number after the last row of a run
     alone : (runs,), mask of the runs that have to be repeated alone
     rows : (runs,), number of rows of each run; fewer if an event has stopped the run, with the row of the event as last
         row
@@ -110,7 +117,7 @@ class SideBySide:
     ----------
     run : the run without variations
     columns : names of the columns of solutions that are looked at
-    places : of ``Alike``
+    places : of ``CommonRunData``
     """
 
     model: CompiledModel
@@ -119,7 +126,7 @@ class SideBySide:
     columns: Sequence[str]
     places: Mapping[str, tuple[str, int]]
     #: By the number of rows: times of the previous samples, and the inputs and the base at these.
-    _common_before: dict[int, tuple[Array, Prescribed]] = field(default_factory=dict, init=False, repr=False)
+    _common_before: dict[int, tuple[Array, PrescribedInputs]] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def together(self) -> int:
@@ -137,7 +144,7 @@ class SideBySide:
 
     @property
     def tabled(self) -> bool:
-        """Whether inputs change with time in a way that the stepper is told row by row."""
+        """Whether inputs change with time in a way that the stepper gets row by row."""
         return self.run.driven is not None and not isinstance(self.run.driven, HeldRows)
 
     @cached_property
@@ -214,7 +221,7 @@ class SideBySide:
         state, _, _ = start_of(run, initial, equilibrium_start=False, changed=changed)
         return np.concatenate([state.q, state.v, state.z])
 
-    def tables(self, parameters: Array, inputs: Array | None, starts: Array) -> Beside:
+    def tables(self, parameters: Array, inputs: Array | None, starts: Array) -> SideBySideResults:
         """Return columns of runs, and which of these have to be made alone.
 
         Parameters
@@ -240,7 +247,7 @@ class SideBySide:
             rows[statuses == 0, -1, 0] = self.run.grid.end
         alone = (statuses != 0) & (~stopped if not self.tabled else True)
         number = np.full(count, rows.shape[1])
-        for k in np.flatnonzero(stopped):  # rows behind an event that stops a run repeat the event's row
+        for k in np.flatnonzero(stopped):  # rows after an event that stops a run repeat the event's row
             number[k] = np.isfinite(rows[k, :, 0]).sum()
             rows[k, number[k] :], modes[k, number[k] :] = rows[k, number[k] - 1], modes[k, number[k] - 1]
         present = self._present(parameters, modes)
@@ -257,7 +264,7 @@ class SideBySide:
             columns = self._columns(rows, present, None if inputs is None else self._at_rows(inputs[:count]))
         for k in np.flatnonzero(stopped):
             columns[k, :, asked[k] :] = np.nan
-        return Beside(columns, alone, asked, rows[:, -1, 0])
+        return SideBySideResults(columns, alone, asked, rows[:, -1, 0])
 
     @property
     def _between(self) -> int:
@@ -301,19 +308,19 @@ class SideBySide:
         ends = (1, 1 + nq, 1 + nq + nv, 1 + nq + 2 * nv, rows.shape[1] - nz, rows.shape[1])
         return States(rows[:, 0], *(_columns_of(rows, ends[k], ends[k + 1]) for k in range(5)))
 
-    def _prescribed(self, states: States, present: Array, inputs: Array | None) -> Prescribed:
+    def _prescribed(self, states: States, present: Array, inputs: Array | None) -> PrescribedInputs:
         """Return inputs and the base at states of lanes, with parameters of ``_present`` and inputs (lanes * rows, nu)
         that are held; evaluated once if all lanes have the same parameters and times."""
         lanes, own, places = len(present), self.run.parameters, self._read_by_drivers
         t = states.t.reshape(lanes, -1)
         if (present[..., places] == own[places]).all() and (t == t[0]).all():
             of_one = self._in_common(t[0])
-            given = Prescribed(*(None if part is None else np.tile(part, (lanes, 1)) for part in of_one))
+            given = PrescribedInputs(*(None if part is None else np.tile(part, (lanes, 1)) for part in of_one))
         else:
             given = prescribed(self.model, states.t, _at_each(present, t.shape[1]), None)
         if inputs is None or given.u is None:
             return given
-        return Prescribed(np.where(np.isnan(inputs), given.u, inputs), given.base)
+        return PrescribedInputs(np.where(np.isnan(inputs), given.u, inputs), given.base)
 
     @cached_property
     def _read_by_drivers(self) -> list[int]:
@@ -324,7 +331,7 @@ class SideBySide:
         read = {symbol.name for formula in formulas for symbol in symbols(formula)}
         return [place for place, name in enumerate(self.model.parameters) if name in read]
 
-    def _in_common(self, t: Array) -> Prescribed:
+    def _in_common(self, t: Array) -> PrescribedInputs:
         """Return inputs and the base at times (rows,), at the parameters of the run that all have in common."""
         known = self._common_before.get(len(t))
         if known is None or not np.array_equal(known[0], t):
@@ -342,7 +349,7 @@ class SideBySide:
         p = _at_each(present, count)
         u = None if inputs is None else inputs.reshape(-1, inputs.shape[-1])
         needed = {self.places[name][0] for name in self.columns}
-        given = Prescribed(None, None)
+        given = PrescribedInputs(None, None)
         if any(group.partition(".")[0] in ("output", "energy", "input") for group in needed):
             given = self._prescribed(states, present, u)
         for kind, prefix in (("outputs", "output."), ("energy", "energy.")):
@@ -452,7 +459,7 @@ def side_by_side(
     model: CompiledModel,
     options: Mapping[str, Any],
     varied_inputs: Collection[str],
-    alike: Alike,
+    alike: CommonRunData,
     columns: Sequence[str],
     *,
     initial_varies: bool,

@@ -42,7 +42,7 @@ from eomgen.products.ensembles.distributions import Distribution
 from eomgen.products.ensembles.ensemble import Ensemble
 from eomgen.products.ensembles.journal import BlockJournal
 from eomgen.products.ensembles.samples import SampleBlock, SampleRunner
-from eomgen.products.ensembles.side_by_side import Alike
+from eomgen.products.ensembles.side_by_side import CommonRunData
 from eomgen.products.ensembles.statistics import Reduction
 from eomgen.products.ensembles.variations import (
     Variation,
@@ -188,7 +188,7 @@ def simulate_many(
     described = _described(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options)
-    alike = Alike.of(model, pilot)
+    alike = CommonRunData.of(model, pilot)
     work = SampleRunner(model, drawn, varied, (t_end, step), looked_at, times, thinned, kept, keep_as, runs, alike)
     threads = _workers(workers)
     with (
@@ -389,7 +389,7 @@ def _numbers(keep: Sequence[int], samples: int) -> frozenset[int]:
     result = set()
     for number in keep if isinstance(keep, Iterable) else [keep]:
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number < samples:
-            raise UsageError(Problem("keep", f"{number!r} is no number of a sample", f"0 to {samples - 1}"))
+            raise UsageError(Problem("keep", f"{number!r} is not the number of a sample", f"0 to {samples - 1}"))
         result.add(int(number))
     return frozenset(result)
 

@@ -76,7 +76,7 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
         fault = f"the random process {of} follows {leader}, and has its variables"
         raise UsageError(Problem(label, fault, f"seed.{leader}"))
     if kind == "seed" and item.road is None and item.series is None:
-        fault = f"the input {of} is no random road and no random process, so it has no seed"
+        fault = f"the input {of} is neither a random road nor a random process, so it has no seed"
         raise UsageError(Problem(label, fault, _others(model, kind)))
     if not item.given:
         fault = f"the scene gives the input {of} no law that could be multiplied"
@@ -168,7 +168,7 @@ def own_seed(model: CompiledModel, place: int) -> int:
 
 def _track(item: Input) -> tuple[str, int]:
     if item.road is None:
-        raise UsageError(Problem(f"input {item.name}", "it is no random road", "an input with a road of a class"))
+        raise UsageError(Problem(f"input {item.name}", "it is not a random road", "an input with a road of a class"))
     return item.road.road_class, item.road.seed
 
 

@@ -5,22 +5,22 @@ from __future__ import annotations
 from distributed import Worker, WorkerPlugin
 
 from eomgen.base.arrays import Array
-from eomgen.products.ensembles.parts import EnsemblePart, Refusal, Room, Shipment
+from eomgen.products.ensembles.parts import EnsemblePart, Refusal, RemoteSource, WorkerState
 
 #: Ensembles with parts on this worker, by identity.
-_ROOMS: dict[str, Room] = {}
+_ROOMS: dict[str, WorkerState] = {}
 
 
-class Delivery(WorkerPlugin):
+class SourceDelivery(WorkerPlugin):
     """Brings a shipment to each worker once, also to workers that join later, and removes it at the end."""
 
-    def __init__(self, shipment: Shipment) -> None:
+    def __init__(self, shipment: RemoteSource) -> None:
         self._shipment = shipment
         self.name = shipment.ensemble
 
     def setup(self, worker: Worker) -> None:
         """Called by a worker that is given the shipment."""
-        _ROOMS[self.name] = Room(self._shipment)
+        _ROOMS[self.name] = WorkerState(self._shipment)
 
     def teardown(self, worker: Worker) -> None:
         """Called by a worker when the ensemble has ended: samples under way are given up."""

@@ -15,7 +15,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.messages import counted, listed
 from eomgen.errors import ModelError, Problem
-from eomgen.products.laws.code import OfPoint
+from eomgen.products.laws.code import OfPoint, PythonCode
 from eomgen.products.laws.law import FileLaw
 from eomgen.symbolic.external import Call, add_call
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -52,6 +52,10 @@ def check(law: FileLaw) -> None:
         return
     value, slopes = law.functions.value, law.functions.slopes
     points = _points(law)
+    if isinstance(law.code, PythonCode):
+        _check_python(law, value, slopes, points)
+        _CHECKED.add(law)
+        return
     _check_return(law, [(law.function, value), *([] if slopes is None else [(law.slopes, slopes)])], points)
     _check_memory(law, law.function, value, law.results, points)
     if slopes is not None:
@@ -138,6 +142,26 @@ def _check_memory(law: FileLaw, name: str, function: OfPoint, size: int, points:
                 raise _error(law, f"{name} writes {'' if 'beyond' in beyond else 'to '}{beyond}", _order(law, name))
 
 
+def _check_python(law: FileLaw, value: OfPoint, slopes: OfPoint | None, points: Array) -> None:
+    """Check a law in Python: calls at the points, one of which has to succeed, repeated calls, and partials."""
+    sound, failures = [], []
+    for point in points:
+        try:
+            first, again = value(point), value(point)
+            _ = None if slopes is None else slopes(point)
+        except ModelError as error:
+            failures.append(error)
+            continue
+        if not np.array_equal(first, again, equal_nan=True):
+            fault = f"{law.code.labels[0]} gives other values in a second call with the same arguments"
+            raise _error(law, fault, "results of the arguments alone: steps are repeated")
+        sound.append(point)
+    if not sound:
+        raise failures[0]
+    if slopes is not None:
+        _check_partials(law, value, slopes, np.array(sound))
+
+
 def _same(first: float, second: float) -> bool:
     return first == second or bool(np.isnan(first) and np.isnan(second))
 
@@ -180,8 +204,15 @@ def _check_partials(law: FileLaw, value: OfPoint, slopes: OfPoint, points: Array
         often = doubtful[i, j] >= _OFTEN and 2 * doubtful[i, j] > compared[i, j]
         if often or 2 * wrong[i, j] > compared[i, j]:
             result, argument = list(law.outputs)[i], list(law.inputs)[j]
-            fault = f"the derivative of {result} by {argument} is {text}, as differences of {law.function} say"
-            raise _error(law, f"{law.slopes}: {fault}", f"{_order(law, law.slopes)}; or no partials")
+            function, partials = law.code.labels
+            fault = f"the derivative of {result} by {argument} is {text}, as differences of {function} say"
+            hint = f"{_order(law, law.slopes)}; or no partials"
+            if isinstance(law.code, PythonCode):
+                hint = "rows by result and columns by argument; or no partials"
+                hint = (
+                    hint if law.code.python.partials else "no abs, comparison or rounding of arguments; or differences"
+                )
+            raise _error(law, f"{partials}: {fault}", hint)
 
 
 def _difference(value: OfPoint, point: Array, place: int, step: float) -> Array:

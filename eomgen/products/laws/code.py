@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Callable
+from dataclasses import asdict
 from functools import cache
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +16,10 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import counted
 from eomgen.errors import Problem, ToolchainError
-from eomgen.system.signals import CSource
+from eomgen.system.signals import CSource, PythonFunction
+
+if TYPE_CHECKING:
+    from eomgen.toolchain.python_functions import PythonFunctions
 
 #: Name of the number type that follows the type of a build, and the definition for files with this name.
 NUMBER = "eomgen_number"
@@ -39,7 +45,7 @@ def arguments_of(real: str, results: str) -> str:
     return f"const {real} *arguments, const {real} *parameters, {real} *{results}"
 
 
-class Compiled:
+class CompiledLaw:
     """The functions of a law in C, called from Python at one point.
 
     Parameters
@@ -78,7 +84,7 @@ class Compiled:
         return result
 
     def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, str]:
-        """Return values from arrays that lie apart with a fill around, and the first place beside the results that the
+        """Return values from separate arrays with a fill around, and the first place outside the results that the
         function wrote to; empty for none."""
         n, p, m = self._sizes
         size, guard = m * n if of_slopes else m, self._GUARD
@@ -113,6 +119,11 @@ class CCode:
         return f"{self.function} in {self.source.name}"
 
     @property
+    def labels(self) -> tuple[str, str]:
+        """Functions of values and partials for messages."""
+        return self.function, self.slopes
+
+    @property
     def real(self) -> str:
         """Number type of the functions: double, unless the file names the type that follows the build."""
         return NUMBER if NUMBER in self.source.text else "double"
@@ -124,10 +135,109 @@ class CCode:
         declared = [f"void {name}({arguments_of(self.real, given)});" for name, given in names.items() if name]
         return (*([_NUMBER_TYPE] if self.real == NUMBER else []), *declared)
 
-    def compiled(self, sizes: tuple[int, int, int]) -> Compiled:
+    def compiled(self, sizes: tuple[int, int, int]) -> CompiledLaw:
         """Return the functions for Python. Raises ToolchainError."""
         ffi, lib = _routine(self)
-        return Compiled(ffi, (lib.eomgen_law, lib.eomgen_law_slopes if self.slopes else None), sizes)
+        return CompiledLaw(ffi, (lib.eomgen_law, lib.eomgen_law_slopes if self.slopes else None), sizes)
+
+
+@dataclass(frozen=True)
+class PythonCode:
+    """Functions in a Python file, for prototypes: C functions of the model call these functions through pointers."""
+
+    source: CSource
+    python: PythonFunction
+    real: str = "double"
+
+    def __str__(self) -> str:
+        return f"{self.python.function} in {Path(self.python.file).name}"
+
+    @property
+    def function(self) -> str:
+        """Name of the C function."""
+        return f"{self.python.setter}_values"
+
+    @property
+    def slopes(self) -> str:
+        """Name of the C function of partials; empty for differences."""
+        return f"{self.python.setter}_slopes" if self.python.partials or self.python.complex_step else ""
+
+    @property
+    def labels(self) -> tuple[str, str]:
+        """Functions of values and partials for messages."""
+        return self.python.function, self.python.partials or "complex steps"
+
+    @property
+    def prototypes(self) -> tuple[str, ...]:
+        """Declarations of the C functions."""
+        names = {self.function: "results", self.slopes: "partials"}
+        return tuple(f"void {name}({arguments_of('double', given)});" for name, given in names.items() if name)
+
+    def compiled(self, _: tuple[int, int, int]) -> PythonFunctions:
+        """Return the functions for Python. Raises ModelError."""
+        from eomgen.toolchain.python_functions import PythonFunctions  # noqa: PLC0415  # executed at a build
+
+        return PythonFunctions(asdict(self.python))
+
+
+#: The C between a model and a law in Python. The pointers are the only variables of this kind in all files that eomgen
+#: writes: a variable outside of functions would let two models or two threads act on each other. The pointers are sound
+#: because the loader sets the pointers once, to the same functions each time, before anything is called,
+#: and because such a file never leaves the machine: `generate` refuses prototypes.
+_POINTERS = """\
+/* A prototype in Python, for runs from Python alone: this file is not exported. The two pointers are the only variables
+ * outside of functions in code by eomgen; the loader sets the pointers once, before the first call. */
+#include <math.h>
+
+typedef void function_in_python(const double *arguments, const double *parameters, double *results);
+static function_in_python *values_in_python, *slopes_in_python;
+
+__attribute__((visibility("default"))) void {setter}(function_in_python *values, function_in_python *slopes);
+void {setter}(function_in_python *values, function_in_python *slopes)
+{{
+    values_in_python = values;
+    slopes_in_python = slopes;
+}}
+
+static void call(function_in_python *function, const double *arguments, const double *parameters, double *results,
+    int size)
+{{
+    int i;
+    for (i = 0; i < size; ++i)
+        results[i] = NAN; /* stays after an error in Python */
+    if (function)
+        function(arguments, parameters, results);
+}}
+
+void {setter}_values({arguments})
+{{
+    call(values_in_python, arguments, parameters, results, {values});
+}}
+
+void {setter}_slopes({arguments})
+{{
+    call(slopes_in_python, arguments, parameters, results, {slopes});
+}}
+"""
+
+
+def python_code(
+    label: str, file: Path, text: str, functions: tuple[str, str], complex_step: bool, sizes: tuple[int, int, int]
+) -> PythonCode:
+    """Return the code of a law in Python.
+
+    Parameters
+    ----------
+    functions : names of the functions of values and of partials; no name: none
+    sizes : numbers of arguments, parameters and results
+    """
+    path = str(file.resolve())
+    content = repr((label, path, text, functions, complex_step, sizes))
+    setter = f"python_law_{hashlib.sha256(content.encode()).hexdigest()[:12]}"
+    python = PythonFunction(label, path, text, *functions, complex_step, sizes, setter)
+    arguments = arguments_of("double", "results")
+    written = _POINTERS.format(setter=setter, arguments=arguments, values=sizes[2], slopes=sizes[0] * sizes[2])
+    return PythonCode(CSource(f"{file.stem}_{setter}.c", written, python), python)
 
 
 @cache

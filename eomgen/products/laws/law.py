@@ -17,7 +17,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import listed
 from eomgen.formula.nodes import Formula
 from eomgen.formula.words import Signature, Word
-from eomgen.products.laws.code import CCode
+from eomgen.products.laws.code import CCode, CompiledLaw, PythonCode
 from eomgen.symbolic.external import Columns
 from eomgen.system.signals import CSource
 
@@ -43,7 +43,7 @@ class FileLaw:
     outputs: Mapping[str, str]
     given: Mapping[str, Formula]
     scales: tuple[float, ...]
-    code: CCode
+    code: CCode | PythonCode
 
     def __str__(self) -> str:
         return f"{listed(list(self.outputs))} of {listed(list(self.inputs))} by {self.code}; {self.derivatives}"
@@ -52,7 +52,7 @@ class FileLaw:
     def derivatives(self) -> str:
         """Origin of the derivatives, as text."""
         if self.code.slopes:
-            return f"partials by {self.code.slopes}, second ones by differences"
+            return f"partials by {self.code.labels[1]}, second ones by differences"
         return "partials and second ones by differences"
 
     @property
@@ -123,9 +123,11 @@ class LawFunctions:
         self.value, self.slopes = self._compiled.value, self._compiled.slopes
 
     def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, str]:
-        """Return the values of a function with a fill around the arrays, and the first place beside the results that
-        the function wrote to; empty for none."""
-        return self._compiled.guarded(of_slopes, x, fill)
+        """Return the values of a function in C with a fill around the arrays, and the first place outside the results
+        that the function wrote to; empty for none, and of Python."""
+        if isinstance(self._compiled, CompiledLaw):
+            return self._compiled.guarded(of_slopes, x, fill)
+        return self.value(x), ""
 
     def derivative(self, columns: Columns, x: Array, relative: float) -> Array:
         """Return the results, or slopes along columns by exact ones and differences, (results, columns, ...)."""

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from typing import Annotated, Any
 
 from pydantic import Field
 
-from eomgen.base.messages import is_legal, key_of, shown
+from eomgen.base.messages import is_legal, key_of, nearest, shown
 from eomgen.formula.units.parser import UnitError, read_unit
-from eomgen.products.laws.code import CCode, arguments_of
+from eomgen.products.laws.code import CCode, PythonCode, arguments_of, python_code
 from eomgen.products.laws.law import FileLaw
-from eomgen.scene.control.sampled import c_source
+from eomgen.scene.control.sampled import c_source, text_of
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.reading.key_metadata import KeysElsewhere, Table, key, optional
+from eomgen.scene.reading.key_metadata import ForeignKeys, Table, key, optional
 from eomgen.scene.reading.kinds import Description, Value
 from eomgen.scene.reading.report import Report
-from eomgen.scene.section import Reading, Section, Unused
+from eomgen.scene.section import Reading, Section, UnusedEntries
 from eomgen.scene.signals.curves import unit_factor
 from eomgen.scene.signals.tables import is_in_si
 from eomgen.system.signals import CSource
@@ -25,20 +26,27 @@ from eomgen.system.signals import CSource
 #: Names of arguments, parameters or results, of each at most.
 _MOST = 64
 _Name = Annotated[str, Field(min_length=1, max_length=64)]
+_Path = Annotated[str, Field(min_length=1, max_length=1000)]
 _Units = Annotated[dict[str, str], Field(min_length=1, max_length=_MOST)]
 
 
 class LawEntry(Table):
-    """A function of several numbers in a C file, which formulas ask for by `law.NAME(x, y)`, or by
+    """A function of several numbers in a C file, or in a Python file for prototypes; in formulas `law.NAME(x, y)`, or
     `law.NAME.RESULT(x, y)` for one of several results."""
 
-    source: Annotated[str, Field(min_length=1, max_length=1000)] = key(
-        "path of a C file, from the folder of the scene file", path=True, kind="text"
+    source: _Path | None = optional(
+        "path of a C file, from the folder of the scene file; required unless `python` is given", path=True, kind="text"
+    )
+    python: _Path | None = optional(
+        "in place of `source`, for prototypes: path of a Python file, from the folder of the scene file",
+        path=True,
+        kind="text",
     )
     function: _Name = key("name of the function in the file", kind="text")
     partials: _Name | None = optional(
         "name of the function of partial derivatives in the file", kind="text", shown_default="differences"
     )
+    complex_step: bool = key("of `python`: partials by complex steps of a function that takes complex numbers", False)
     arguments: _Units = key("names of the arguments, in order, with units in SI", kind="table of texts")
     results: _Units = key("names of the results, in order, with units in SI", kind="table of texts")
     parameters: Annotated[dict[str, Value], Field(max_length=_MOST)] | None = optional(
@@ -59,7 +67,7 @@ def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
     for part in ("arguments", "results", "parameters"):
         for label in getattr(entry, part) or {}:
             if not is_legal(label):
-                report.add(f"{where}.{part}", f"{shown(label)} is no name", "letters, digits and underscores")
+                report.add(f"{where}.{part}", f"{shown(label)} is not a name", "letters, digits and underscores")
     for part in ("arguments", "results"):
         for label, unit in getattr(entry, part).items():
             _check_unit(f"{where}.{part}.{label}", unit, report)
@@ -70,24 +78,69 @@ def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
     known = [*entry.arguments, *parameters]
     for label in sizes:
         if label not in known:
-            fault = f"{shown(label)} is no argument and no parameter of the law"
+            fault = f"{shown(label)} is neither an argument nor a parameter of the law"
             report.add(f"{where}.scales", fault, f"one of {', '.join(known)}")
     given = {
         label: reading.values.formula(f"{where}.parameters.{label}", value, PARAMETERS)
         for label, value in parameters.items()
     }
+    code = _code(where, entry, reading)
+    if code is None or len(report.noted) > before:
+        return None
+    scales = tuple(float(sizes.get(label, 1.0)) for label in known)
+    return FileLaw(name, entry.arguments, entry.results, given, scales, code)
+
+
+def _code(where: str, entry: LawEntry, reading: Reading) -> CCode | PythonCode | None:
+    """Return the functions of a law; None for a reported fault."""
+    report = reading.report
+    if (entry.source is None) == (entry.python is None):
+        fault = "source and python are both given" if entry.source else "a file with the function is missing"
+        report.add(where, fault, 'source = "law.c", or python = "law.py" for a prototype')
+        return None
+    if entry.partials == entry.function:
+        report.add(f"{where}.partials", "values and partials are the same function", "a function for each")
+    if entry.python is not None:
+        return _in_python(where, entry, entry.python, reading)
+    if entry.complex_step:
+        report.add(f"{where}.complex_step", "complex_step is of a law in Python", "no complex_step, or partials in C")
     functions = {"function": (entry.function, f"void {entry.function}({arguments_of('double', 'results')})")}
     if entry.partials is not None:
         prototype = f"void {entry.partials}({arguments_of('double', 'partials')})"
         functions["partials"] = (entry.partials, prototype)
-        if entry.partials == entry.function:
-            report.add(f"{where}.partials", "values and partials are the same function", "a function for each")
-    source = c_source(where, entry.source, functions, reading.folder, report)
-    if source is None or len(report.noted) > before:
+    source = c_source(where, entry.source or "", functions, reading.folder, report)
+    return None if source is None else CCode(source, entry.function, entry.partials or "")
+
+
+def _in_python(where: str, entry: LawEntry, file: str, reading: Reading) -> PythonCode | None:
+    """Return the functions in a Python file, which is parsed and not executed; None for a reported fault."""
+    report, path = reading.report, reading.folder / file
+    text, fault = text_of(path)
+    hint = "the path of a Python file, from the scene file's folder"
+    body: list[ast.stmt] = []
+    if not fault and path.suffix != ".py":
+        fault = f"{shown(file)} does not end in .py"
+    if not fault:
+        try:
+            body = ast.parse(text, path.name).body
+        except (SyntaxError, ValueError) as error:
+            line = getattr(error, "lineno", None)
+            fault, hint = f"{path.name}{f':{line}' if line else ''}: {getattr(error, 'msg', error)}", "a file in Python"
+    if fault:
+        report.add(f"{where}.python", fault, hint)
         return None
-    scales = tuple(float(sizes.get(label, 1.0)) for label in known)
-    code = CCode(source, entry.function, entry.partials or "")
-    return FileLaw(name, entry.arguments, entry.results, given, scales, code)
+    functions = sorted(node.name for node in body if isinstance(node, ast.FunctionDef))
+    assigned = {name.id for node in body for name in ast.walk(node) if isinstance(name, ast.Name)}
+    for word, function in (("function", entry.function), ("partials", entry.partials)):
+        if function is not None and function not in {*functions, *assigned}:
+            hint = nearest(function, functions) if functions else f"def {function}(...): in the file"
+            report.add(f"{where}.{word}", f"{path.name} has no function {shown(function)}", hint)
+            return None
+    if entry.partials is not None and entry.complex_step:
+        report.add(f"{where}.complex_step", "partials are given by a function, too", "one of the two")
+        return None
+    sizes = (len(entry.arguments), len(entry.parameters or {}), len(entry.results))
+    return python_code(where, path, text, (entry.function, entry.partials or ""), entry.complex_step, sizes)
 
 
 def _check_unit(key: str, unit: str, report: Report) -> None:
@@ -125,10 +178,10 @@ class _Laws(Section):
             reading.report.add(*fault)
         return dict(laws)
 
-    def unused(self, reading: Reading) -> Unused:
+    def unused(self, reading: Reading) -> UnusedEntries:
         mentioned = reading.values.mentioned
         names = [name for name in reading.document.section("laws") if ("laws", name) not in mentioned]
-        return Unused("law", "laws", names)
+        return UnusedEntries("law", "laws", names)
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         return {"parts": {"laws": tuple(reading.items["laws"].values())}}
@@ -147,15 +200,15 @@ LAWS = _Laws(
     before=("inputs", "bodies", "definitions"),
     bounds={"parameters": None},
     documentation="""
-    Add a function of several numbers in a C file, for formulas: ``law.NAME(x, y)``.""",
+    Add a function of several numbers in a C file, or in a Python file for prototypes: ``law.NAME(x, y)``.""",
 )
 
 
 def _key_meant(name: str, keys: Collection[str], given: object) -> str:
     """Return the hint for a law in Python, the language of prototypes in other tools."""
-    if name in ("python", "module", "callable") and {"source", "partials", "scales"} <= set(keys):
-        return "source, a C file; or [definitions], if the law has a formula"
+    if name in ("module", "callable", "file") and {"source", "partials", "scales"} <= set(keys):
+        return "source, a C file; python, a file in Python; or [definitions], if the law has a formula"
     return ""
 
 
-ELSEWHERE = KeysElsewhere(_key_meant)
+ELSEWHERE = ForeignKeys(_key_meant)

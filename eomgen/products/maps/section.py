@@ -18,9 +18,9 @@ from eomgen.products.maps.surface import Surface
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Numbers, Unit
 from eomgen.scene.reading.values import Values
-from eomgen.scene.section import Reading, Section, Unused
+from eomgen.scene.section import Reading, Section, UnusedEntries
 from eomgen.scene.signals.curves import LARGEST, fault, unit_factor
-from eomgen.scene.signals.tables import TableError, is_in_si, read_columns, unit_of_title
+from eomgen.scene.signals.tables import TableError, is_in_si, note_of_label, read_columns, unit_of_title
 
 #: Largest number of nodes, and of nodes along the shorter axis: each line of the grid is a spline in the C.
 MOST_NODES, MOST_LINES = 100_000, 200
@@ -108,16 +108,17 @@ class _Grid:
             return None
         return Surface(self.name, x, y, z, self.entry.interpolation, self.entry.outside, self._units())
 
-    def _units(self) -> tuple[str, str]:
-        """Return the units in SI of the arguments; empty without a unit of the column."""
+    def _units(self) -> tuple[str, str, str]:
+        """Return the units in SI of the arguments and of the value, which the entry may label; empty without a unit of
+        the column."""
         table = self.entry.table
-        units = [table.x_unit, table.y_unit] if table is not None else ["", ""]
+        units = [table.x_unit, table.y_unit, table.value_unit] if table is not None else [""] * 3
         if not any(unit.strip() for unit in units):
-            return "", ""
+            return "", "", self.entry.unit
         from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # pint comes with it
 
-        x, y = (coherent(read_unit(unit)) if unit.strip() else "" for unit in units)
-        return x, y
+        x, y, value = (coherent(read_unit(unit)) if unit.strip() else "" for unit in units)
+        return x, y, value or self.entry.unit
 
     def _listed(self) -> tuple[Array, Array, Array] | None:
         entry = self.entry
@@ -205,7 +206,7 @@ class _Grid:
 
 
 def _closes(z: Array) -> bool:
-    """Tell whether first and last values along both axes are equal, within rounding of the largest value."""
+    """Return whether first and last values along both axes are equal, within rounding of the largest value."""
     rounding = 1e-9 * float(np.max(np.abs(z)))
     return bool(np.max(np.abs(z[0] - z[-1])) <= rounding and np.max(np.abs(z[:, 0] - z[:, -1])) <= rounding)
 
@@ -249,13 +250,16 @@ class _Maps(Section):
         for name, entry in reading.document.section("maps").items():
             read = _Grid(key_of("maps", name), name, entry, reading.values, reading.folder).surface()
             surfaces[name] = read or _flat(name)
+            if entry.table is None or not entry.table.value_unit.strip():
+                remedy = f'value_unit = "{entry.unit}" in a table, or a factor in the formula'
+                reading.values.note(note_of_label(key_of("maps", name), entry.unit, remedy))
         surfaces |= {name: _flat(name) for name in sorted(reading.refused["maps"])}
         return {name: surfaces[name] for name in reading.document.section("maps")}
 
-    def unused(self, reading: Reading) -> Unused:
+    def unused(self, reading: Reading) -> UnusedEntries:
         mentioned = reading.values.mentioned
         names = [name for name in reading.document.section("maps") if ("maps", name) not in mentioned]
-        return Unused("map", "maps", names)
+        return UnusedEntries("map", "maps", names)
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         return {"parts": {"maps": tuple(reading.items["maps"].values())}}

@@ -38,8 +38,8 @@ class Surface:
         ``quintic``: four times continuously differentiable. ``linear``: bilinear, with bends at the nodes' lines.
     outside : str
         Along both axes, as of ``Curve``: ``error`` (not a number), ``hold`` or ``periodic``.
-    units : pair of str
-        Of the arguments, in SI; empty for any.
+    units : tuple of str
+        Of both arguments, in SI, and of the value; empty for any.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Surface:
     z: Array
     interpolation: Interpolation = "quintic"
     outside: Outside = "error"
-    units: tuple[str, str] = ("", "")
+    units: tuple[str, str, str] = ("", "", "")
 
     def __str__(self) -> str:
         return (
@@ -108,7 +108,8 @@ def recorded(algebra: Algebra, surface: Surface, word: str, component: int, argu
 
 
 def _signature(surface: Surface) -> Signature:
-    return Signature(dict(zip("xy", surface.units, strict=True)), {"value": ""})
+    *arguments, value = surface.units
+    return Signature(dict(zip("xy", arguments, strict=True)), {"value": value})
 
 
 MAP = Word(

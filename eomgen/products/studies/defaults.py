@@ -9,7 +9,7 @@ from __future__ import annotations
 CHECK_STATES, CHECK_SEED = 8, 0
 #: Timed runs of each variant, whose median counts.
 SAVINGS_ROUNDS = 7
-#: Seconds of computation, builds apart.
+#: Seconds of computation without builds.
 TRADEOFF_BUDGET, TUNE_BUDGET, EXTREMES_BUDGET = 120.0, 60.0, 300.0
 #: How often configurations near the front are timed.
 TRADEOFF_REPEATS = 20

@@ -297,7 +297,7 @@ def _seconds(text: str | None) -> float | None:
     try:
         return float(text.removesuffix(unit)) * _UNITS.get(unit, 1.0)
     except ValueError:
-        raise UsageError(Problem(f"--real-time {text}", "this is no time", "--real-time 1ms")) from None
+        raise UsageError(Problem(f"--real-time {text}", "this is not a time", "--real-time 1ms")) from None
 
 
 def _print_tuned(tuned: Tuned) -> None:
@@ -306,7 +306,7 @@ def _print_tuned(tuned: Tuned) -> None:
     rows.append(
         ("time", f"{1e3 * tuned.seconds:.4g} ms of stepping for {tuned.span:.4g} s of motion, {tuned.steps:.0f} steps")
     )
-    rows.append(("", "outputs, energies and the error estimate apart, which simulate computes, too"))
+    rows.append(("", "without outputs, energies and the error estimate, which simulate computes, too"))
     own, error, seconds = tuned.own
     if error < float("inf"):
         times = f"{seconds / tuned.seconds:.3g} x the time"
@@ -366,7 +366,7 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
         raise UsageError(Problem("--out", "the name of the folder is empty", "--out . for this folder"))
     for name in ("budget", "limit"):
         if not options[name] > 0.0:
-            fault = f"{options[name]:g} is no positive number of seconds"
+            fault = f"{options[name]:g} is not a positive number of seconds"
             raise UsageError(Problem(f"--{name}", fault, f"--{name} 60"))
     with _bar_of_cells(Path(scene).stem) as progress:
         result = studied(

@@ -329,7 +329,7 @@ def savings(
     Raises
     ------
     UsageError
-        Unknown variants, fewer than one round, documents that are no scenes.
+        Unknown variants, fewer than one round, documents that are not scenes.
     EomgenError
         The unchanged scene cannot be derived, built or run.
     """

@@ -8,6 +8,7 @@ WITHIN = [
     "beam_schema",
     "cosserat_reading",
     "cross_sections",
+    "mesh_files",
     "reading",
     "schema",
     "shapes",

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.integration import Integrated, Integration, IntegrationError
+from eomgen.formula.integration import Integration, IntegrationError, SecondIntegral
 from eomgen.formula.nodes import Application, Formula
 from eomgen.formula.prescribed_motion import law_and_rate
 from eomgen.formula.substitution import total
@@ -83,7 +83,7 @@ def _accelerated(
     return replace(base, position=(x, y, z), integrals=integrals)
 
 
-def _described(key: str, integral: Integrated) -> str:
+def _described(key: str, integral: SecondIntegral) -> str:
     """Return a sentence on the integral of an acceleration, with the drift that it has."""
     texts = [f"{key} is integrated from t = 0"]
     if integral.velocity or integral.displacement:
@@ -94,12 +94,12 @@ def _described(key: str, integral: Integrated) -> str:
     if integral.correction:
         texts.append(f"its drift is removed by at most {integral.correction:.2g} {_UNIT}")
     if integral.error:
-        texts.append(f"its quadrature is off by at most {integral.error * integral.end:.1g} m there")
+        texts.append(f"its quadrature is off by about {integral.error * integral.end:.1g} m there")
     return "; ".join(texts)
 
 
-def _drifts(integral: Integrated, parameters: Mapping[str, float]) -> bool:
-    """Tell whether an integral goes away from the oscillation that it is meant to be."""
+def _drifts(integral: SecondIntegral, parameters: Mapping[str, float]) -> bool:
+    """Return whether an integral departs from the oscillation that it is meant to be."""
     if not integral.end > 0.0:
         return False
     speeds = law_and_rate(integral.formula, parameters)(np.linspace(0.0, integral.end, _TIMES))[1]
@@ -131,7 +131,7 @@ def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Valu
         factors = read_unit(label)
         fault = unit_fault(label, factors, _UNIT)
         factor = 1.0 if fault is not None else float(measure(factors)[0])
-    except UnitError:  # a label that is no unit
+    except UnitError:  # a label that is not a unit
         return False
     if fault is not None:
         hint = {"m": f'position = ["{name}(t)", 0, 0]', "m/s": "the derivative of the points, or their integral"}

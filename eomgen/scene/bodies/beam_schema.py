@@ -277,7 +277,7 @@ class Beam(Table):
         shown_default="required for `cosserat`, but with `parts`",
     )
     parts: Annotated[tuple[BeamPart, ...], Field(strict=False)] = key(
-        "`cosserat`: of other sections or elements, one behind the other, in place of `length` and `elements`",
+        "`cosserat`: of other sections or elements, one after the other, in place of `length` and `elements`",
         (),
         kind="list of tables, below",
         shown_default="none",
@@ -333,7 +333,7 @@ class Beam(Table):
     )
 
 
-#: Keys of a part beside which a key of the beam does not count.
+#: Keys of a part that take precedence over the beam's key.
 _IN_PLACE_OF: Mapping[str, Sequence[str]] = {
     "stiffness": ("section", "stiffness_matrix"),
     "stiffness_matrix": ("section", "stiffness"),
@@ -345,7 +345,7 @@ _IN_PLACE_OF: Mapping[str, Sequence[str]] = {
 
 
 @dataclass(frozen=True)
-class Keys:
+class BeamKeys:
     """Keys of a beam or of a part of a beam; keys missing in the part are read from the beam.
 
     Attributes

@@ -13,9 +13,9 @@ from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.formula.substitution import product, total
 from eomgen.scene.bodies import beam_schema as written
-from eomgen.scene.bodies.beam_schema import Keys
+from eomgen.scene.bodies.beam_schema import BeamKeys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, BeamElement, BeamSection, Cosserat, Rows
-from eomgen.scene.bodies.cross_sections import ResistsItsStrains, SectionReader, read_inertia
+from eomgen.scene.bodies.cross_sections import SectionReader, SectionStiffnessRule, read_inertia
 from eomgen.scene.bodies.initial_shapes import InitialShape, bent_shape, pretwisted, read_shape
 from eomgen.scene.bodies.model import AT_END
 from eomgen.scene.formula.scope import PARAMETERS
@@ -114,7 +114,7 @@ def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequ
     stations : x of the places of attachments, m, which become nodes; places beyond the beam are left out
     """
     key = key_of("beams", name)
-    whole = Keys(key, entry)
+    whole = BeamKeys(key, entry)
     shape = read_shape(whole, values)
     pieces = _with_nodes(whole, _pieces(whole, shape, values), stations, values)
     ends = list(accumulate((piece.length for piece in pieces), initial=Fraction(0)))
@@ -161,7 +161,7 @@ def _beyond_numbers(beam: Cosserat, values: Values) -> str:
 class _Piece:
     """A beam, or a part of a beam, and the lengths of the elements, m."""
 
-    keys: Keys
+    keys: BeamKeys
     widths: tuple[Fraction, ...]
 
     @property
@@ -173,7 +173,7 @@ def _equal(length: Fraction, count: int) -> tuple[Fraction, ...]:
     return (length / count,) * count
 
 
-def _pieces(whole: Keys, shape: InitialShape | None, values: Values) -> list[_Piece]:
+def _pieces(whole: BeamKeys, shape: InitialShape | None, values: Values) -> list[_Piece]:
     """Return the parts of a beam; one part for a beam without a list of parts."""
     entry, report = whole.entry, values.report
     if not entry.parts:
@@ -193,7 +193,7 @@ def _pieces(whole: Keys, shape: InitialShape | None, values: Values) -> list[_Pi
         report.add(f"{whole.key}.parts", fault, "fewer elements")
     pieces = []
     for number, part in enumerate(entry.parts):
-        keys = Keys(whole.key, entry, f"{whole.key}.parts[{number}]", part)
+        keys = BeamKeys(whole.key, entry, f"{whole.key}.parts[{number}]", part)
         pieces.append(
             _Piece(
                 keys,
@@ -203,7 +203,7 @@ def _pieces(whole: Keys, shape: InitialShape | None, values: Values) -> list[_Pi
     return pieces
 
 
-def _with_nodes(whole: Keys, pieces: Sequence[_Piece], stations: Sequence[float], values: Values) -> list[_Piece]:
+def _with_nodes(whole: BeamKeys, pieces: Sequence[_Piece], stations: Sequence[float], values: Values) -> list[_Piece]:
     """Return pieces with a node at every station, with more elements only if the given number is too small."""
     result: list[_Piece] = []
     start, tolerance = Fraction(0), Fraction(AT_END) * sum((piece.length for piece in pieces), Fraction(0))
@@ -225,7 +225,7 @@ def _with_nodes(whole: Keys, pieces: Sequence[_Piece], stations: Sequence[float]
     return result
 
 
-def _length(whole: Keys, shape: InitialShape | None, values: Values) -> Fraction:
+def _length(whole: BeamKeys, shape: InitialShape | None, values: Values) -> Fraction:
     if shape is not None:
         if whole.entry.length is not None:
             fault = "length is given, and follows from the shape too"
@@ -247,7 +247,7 @@ def _positive(key: str, beam_or_part: str, given: float | str, values: Values) -
     return Fraction(length)
 
 
-def _sections(keys: Keys, places: Sequence[float], values: Values) -> list[BeamSection]:
+def _sections(keys: BeamKeys, places: Sequence[float], values: Values) -> list[BeamSection]:
     """Return the sections at places from 0 to 1 along the beam; all the same one if no value varies."""
     result: list[BeamSection] = []
     varied = True
@@ -261,7 +261,7 @@ def _sections(keys: Keys, places: Sequence[float], values: Values) -> list[BeamS
     return result
 
 
-def _section(keys: Keys, values: Values) -> BeamSection:
+def _section(keys: BeamKeys, values: Values) -> BeamSection:
     reader = SectionReader(keys.of("section"), keys["section"], values) if keys["section"] is not None else None
     stiffness = _stiffness(keys, reader, values)
     inertia = read_inertia(keys, reader, values)
@@ -276,7 +276,7 @@ def _section(keys: Keys, values: Values) -> BeamSection:
     )
 
 
-def _stiffness(keys: Keys, section: SectionReader | None, values: Values) -> Rows:
+def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) -> Rows:
     if keys["stiffness"] is not None and keys["stiffness_matrix"] is not None:
         fault = "stiffness and stiffness_matrix are both given"
         values.report.add(keys.of("stiffness_matrix"), fault, "one of them")
@@ -288,7 +288,7 @@ def _stiffness(keys: Keys, section: SectionReader | None, values: Values) -> Row
             for row, line in enumerate(given)
         )
         if not values.report.concerns(place):
-            values.require(place, ResistsItsStrains(keys.model), [entry for line in matrix for entry in line])
+            values.require(place, SectionStiffnessRule(keys.model), [entry for line in matrix for entry in line])
         return matrix
     if (by_strain := keys["stiffness"]) is not None:
         return _diagonal(_given(keys.of("stiffness"), by_strain, free, values))
@@ -324,7 +324,7 @@ def _given(key: str, table: written.SectionStiffness, free: Sequence[str], value
     ]
 
 
-def _damping(keys: Keys, stiffness: Rows, values: Values) -> Rows:
+def _damping(keys: BeamKeys, stiffness: Rows, values: Values) -> Rows:
     rows = _diagonal(_by_strain(keys, "damping", values))
     if keys["stiffness_damping"] is None:
         return rows
@@ -338,7 +338,7 @@ def _damping(keys: Keys, stiffness: Rows, values: Values) -> Rows:
     )
 
 
-def _prestrain(keys: Keys, values: Values) -> tuple[Formula, ...]:
+def _prestrain(keys: BeamKeys, values: Values) -> tuple[Formula, ...]:
     entries = _by_strain(keys, "prestrain", values)
     place = f"{keys.of('prestrain')}.stretch"
     if not values.report.concerns(place):
@@ -346,7 +346,7 @@ def _prestrain(keys: Keys, values: Values) -> tuple[Formula, ...]:
     return tuple(entries)
 
 
-def _by_strain(keys: Keys, field: str, values: Values) -> list[Formula]:
+def _by_strain(keys: BeamKeys, field: str, values: Values) -> list[Formula]:
     """Return the entries of a table by the kind of strain, zeros if there is no table."""
     given = keys[field]
     if given is None:
@@ -358,7 +358,7 @@ def _diagonal(entries: Sequence[Formula]) -> Rows:
     return tuple(tuple(entries[row] if row == column else ZERO for column in range(6)) for row in range(6))
 
 
-def _check_fold(whole: Keys, turn: float, elements: int, values: Values) -> None:
+def _check_fold(whole: BeamKeys, turn: float, elements: int, values: Values) -> None:
     """Report an initial shape of which an element turns by half a turn or more."""
     if turn < math.pi or values.report.concerns(whole.key):
         return
@@ -366,5 +366,5 @@ def _check_fold(whole: Keys, turn: float, elements: int, values: Values) -> None
     given = [field for field in ("pretwist", "shape", "curvature", "parts") if getattr(whole.entry, field)]
     which = "each of" if given == ["curvature"] else "one of"
     degrees = f"{math.degrees(turn):.6g} degrees"
-    fault = f"{which} the {elements} elements turns by {degrees} at rest, and only less than 180 can be told"
+    fault = f"{which} the {elements} elements turns by {degrees} at rest, and only less than 180 is unique"
     values.report.add(f"{whole.key}.{given[0]}", fault, f"elements = {4 * least}; {least} is the least")

@@ -23,7 +23,7 @@ from eomgen.base.messages import listed
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Vector
 from eomgen.formula.substitution import folded, product, total
 from eomgen.scene.bodies import beam_schema as written
-from eomgen.scene.bodies.beam_schema import Keys
+from eomgen.scene.bodies.beam_schema import BeamKeys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.inertia import NO_INERTIA, impossible
@@ -273,7 +273,7 @@ _DEFINITE = "a positive definite matrix"
 
 
 @dataclass(frozen=True)
-class ResistsItsStrains:
+class SectionStiffnessRule:
     """Rule for the 36 entries of the stiffness of a section, row by row, of a beam of a model."""
 
     stage: ClassVar[int] = 1
@@ -338,7 +338,7 @@ class SectionInertia:
 
 
 def inertia_of_matrix(matrix: Sequence[Sequence[Formula]]) -> SectionInertia:
-    """Return the inertia that a matrix about the beam's axis tells, with moments about the centre of mass.
+    """Return the inertia that follows from a matrix about the beam's axis, with moments about the centre of mass.
 
     Twists (omega, v) of the section have the kinetic energy 1/2 twist^T matrix twist (Hodges, *Nonlinear Composite Beam
     Theory*, AIAA 2006, section 5.1, there with v first).
@@ -352,7 +352,7 @@ def inertia_of_matrix(matrix: Sequence[Sequence[Formula]]) -> SectionInertia:
 
 
 @dataclass(frozen=True)
-class MovesAsRigidSection:
+class SectionInertiaRule:
     """Rule for the 36 entries of the inertia of a section, row by row."""
 
     stage: ClassVar[int] = 1
@@ -404,7 +404,7 @@ _BY_KEYS = ("mass_per_length", "rotary_inertia", "center_of_mass", "section")
 _ZEROS = SectionInertia(ZERO, (ZERO, ZERO, ZERO))
 
 
-def read_inertia(keys: Keys, section: SectionReader | None, values: Values) -> SectionInertia:
+def read_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) -> SectionInertia:
     """Return the inertia of a section; missing and faulty values go to the report of ``values``."""
     if keys["inertia_matrix"] is not None:
         return _of_matrix(keys, values)
@@ -418,7 +418,7 @@ def read_inertia(keys: Keys, section: SectionReader | None, values: Values) -> S
     return SectionInertia(mass, rotary, (y, z))
 
 
-def _of_matrix(keys: Keys, values: Values) -> SectionInertia:
+def _of_matrix(keys: BeamKeys, values: Values) -> SectionInertia:
     place = keys.of("inertia_matrix")
     for field in _BY_KEYS:
         if keys[field] is not None and keys.together(field, "inertia_matrix"):
@@ -428,11 +428,11 @@ def _of_matrix(keys: Keys, values: Values) -> SectionInertia:
         for row, line in enumerate(keys["inertia_matrix"])
     ]
     if not values.report.concerns(place):
-        values.require(place, MovesAsRigidSection(), [entry for line in matrix for entry in line])
+        values.require(place, SectionInertiaRule(), [entry for line in matrix for entry in line])
     return _ZEROS if values.report.concerns(place) else inertia_of_matrix(matrix)
 
 
-def _mass_per_length(keys: Keys, section: SectionReader | None, values: Values) -> Formula:
+def _mass_per_length(keys: BeamKeys, section: SectionReader | None, values: Values) -> Formula:
     given = keys["mass_per_length"]
     if given is not None:
         if section is not None and keys.together("mass_per_length", "section"):
@@ -446,7 +446,7 @@ def _mass_per_length(keys: Keys, section: SectionReader | None, values: Values) 
     return product(section.density, section.needed("area"))
 
 
-def _rotary_inertia(keys: Keys, section: SectionReader | None, values: Values) -> Vector:
+def _rotary_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) -> Vector:
     given = keys["rotary_inertia"]
     if given is not None:
         entries = values.vector(keys.of("rotary_inertia"), given, PARAMETERS)

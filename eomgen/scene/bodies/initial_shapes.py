@@ -22,7 +22,7 @@ from eomgen.base.data import dataclass
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.scene.bodies import beam_schema as written
-from eomgen.scene.bodies.beam_schema import Keys
+from eomgen.scene.bodies.beam_schema import BeamKeys
 from eomgen.scene.reading.values import Values
 from eomgen.scene.rotations import quaternion_of, quaternion_of_matrix
 
@@ -47,7 +47,7 @@ class InitialShape(Protocol):
 
 
 @dataclass(frozen=True)
-class Bent:
+class CurvatureShape:
     """A shape by curvature, (3,), 1/m, section axes, at x; ``constant`` returns whether the curvature is constant on a
     range."""
 
@@ -75,7 +75,7 @@ class Bent:
 
 
 @dataclass(frozen=True)
-class Joined:
+class HelixShape:
     """A shape through poses, (count, 7), by helices, each with a length, m, > 0."""
 
     poses: Array
@@ -99,7 +99,7 @@ class Joined:
 
 
 @dataclass(frozen=True)
-class Turned:
+class RotatedSectionShape:
     """A shape with sections rotated about the axis by an angle at each x, rad."""
 
     shape: InitialShape
@@ -125,7 +125,7 @@ def _about_x(angle: float) -> Array:
     return np.array([math.cos(0.5 * angle), math.sin(0.5 * angle), 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
-def through_points(points: Array) -> Joined:
+def through_points(points: Array) -> HelixShape:
     """Return a shape along the cubic spline through points, (count, 3), that leaves the first point along x."""
     knots = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     slopes = _slopes(knots, points)
@@ -191,14 +191,14 @@ def _reflected(vector: Array, normal: Array) -> Array:
     return vector if square < 1e-30 else vector - 2.0 / square * (normal @ vector) * normal
 
 
-def through_frames(poses: Array) -> Joined:
+def through_frames(poses: Array) -> HelixShape:
     """Return a shape through frames, (count, 7)."""
-    return Joined(poses, np.array([np.linalg.norm(relative_twist(*pair)[3:]) for pair in pairwise(poses)]))
+    return HelixShape(poses, np.array([np.linalg.norm(relative_twist(*pair)[3:]) for pair in pairwise(poses)]))
 
 
 #: How far from the beam's frame the first point or frame may be, by the size of the shape.
 _AT_ORIGIN = 1e-9
-#: Angle from x above which the second point lies behind the first point.
+#: Angle from x above which the second point has the smaller x.
 _BEHIND = 0.5 * math.pi
 #: Least distance of a bend between chords from a reversal by half a turn, rad; nearer bends have no defined side.
 _FOLDED = math.radians(5.0)
@@ -206,7 +206,7 @@ _FOLDED = math.radians(5.0)
 _OFF_AXIS, _OBLIQUE = math.radians(40.0), math.radians(3.0)
 
 
-def read_shape(whole: Keys, values: Values) -> InitialShape | None:
+def read_shape(whole: BeamKeys, values: Values) -> InitialShape | None:
     """Return the shape through given points or frames; None without a valid one."""
     given = whole.entry.shape
     if given is None:
@@ -263,7 +263,7 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
         turn = max(float(np.linalg.norm(twist[:3])), _turn_about_one_axis(before or (), after or ()))
         if turn > math.pi - _AT_ORIGIN:
             fault = f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before"
-            fault += ", and which way the beam goes round is told below 180 alone"
+            fault += ", and the sense of rotation is unique below 180 only"
             values.report.add(f"{key}[{place}].rotation", fault, "a frame between them")
             return None
         off = math.atan2(float(np.hypot(twist[4], twist[5])), float(twist[3]))
@@ -294,7 +294,8 @@ def _turn_about_one_axis(before: Sequence[tuple[Array, float]], after: Sequence[
 
 
 def _several(key: str, plural: str, places: Array, values: Values) -> bool:
-    """Tell whether a list has two places or more, neighbours apart, the first at the beam's origin; report faults."""
+    """Return whether a list has at least two places, with distinct neighbours, the first at the beam's origin; report
+    faults."""
     report = values.report
     if len(places) < 2:
         report.add(key, f"a shape needs two {plural} at least, not {len(places)}", "[0, 0, 0], and where the beam goes")
@@ -310,12 +311,12 @@ def _several(key: str, plural: str, places: Array, values: Values) -> bool:
         return False
     if float(np.min(apart)) <= _AT_ORIGIN * size:
         place = int(np.argmin(apart))
-        report.add(f"{key}[{place + 1}]", f"two of the {plural} one behind the other are at one place", "one of them")
+        report.add(f"{key}[{place + 1}]", f"two of the {plural} in succession are at one place", "one of them")
         return False
     return True
 
 
-def bent_shape(pieces: Sequence[tuple[float, Keys]], values: Values) -> InitialShape:
+def bent_shape(pieces: Sequence[tuple[float, BeamKeys]], values: Values) -> InitialShape:
     """Return the shape of given curvature; ``pieces``: end of each piece, m, and the keys of the piece."""
     ends = [end for end, _ in pieces]
     length = ends[-1]
@@ -330,10 +331,10 @@ def bent_shape(pieces: Sequence[tuple[float, Keys]], values: Values) -> InitialS
         numbers = np.array(there.constants(keys.of("curvature"), given))
         return (numbers if np.all(np.isfinite(numbers)) else straight), bool(there.varied)
 
-    return Bent(length, lambda x: at(x)[0], lambda start, end: not at(0.5 * (start + end))[1])
+    return CurvatureShape(length, lambda x: at(x)[0], lambda start, end: not at(0.5 * (start + end))[1])
 
 
-def pretwisted(whole: Keys, shape: InitialShape, values: Values) -> InitialShape:
+def pretwisted(whole: BeamKeys, shape: InitialShape, values: Values) -> InitialShape:
     """Return a shape with sections rotated about the axis by the pretwist of the beam."""
     given, key = whole.entry.pretwist, f"{whole.key}.pretwist"
     if given is None:
@@ -352,4 +353,4 @@ def pretwisted(whole: Keys, shape: InitialShape, values: Values) -> InitialShape
         if angle(shape.length) == at_start:
             hint = f'"{at_start:.6g} * s" for that much up to the other end, or a rotation of the joint'
         values.report.add(key, fault, hint)
-    return Turned(shape, angle)
+    return RotatedSectionShape(shape, angle)

@@ -43,7 +43,7 @@ class Deformation:
         about x
     shapes : family of the shape functions
     modes : number of elastic coordinates
-    elements : of the mesh behind ``finite_elements``, else 0
+    elements : of the mesh for ``finite_elements``, else 0
     ends : conditions at the ends for ``polynomial`` and ``finite_elements``: ``clamped_free``, ``free_free``,
         ``pinned_pinned``
     stiffness : EI of bending in this direction (N m^2), EA of stretch (N), GJ of torsion (N m^2); multiplied by a

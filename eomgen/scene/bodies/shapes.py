@@ -10,13 +10,15 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.data import replace
-from eomgen.base.messages import key_of, nearest, shown
+from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.formula.nodes import Formula
-from eomgen.scene.bodies.mesh_files import MeshError, read_mesh
+from eomgen.scene.bodies.mesh_files import MOST, MeshError, mesh_path, read_mesh
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Finite, Rotations, Triple, Value
+from eomgen.scene.reading.kinds import Values as OneOrMore
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.requirements import above_zero
 from eomgen.scene.reading.values import Values, read_orientation, read_placement
@@ -31,10 +33,16 @@ _SIZES: Mapping[str, tuple[str, ...]] = {
     "sphere": ("radius",),
     "capsule": ("radius", "length"),
     "wheel": ("radius", "width"),
+    "ellipsoid": ("semi_axes",),
     "mesh": ("file",),
 }
 _AXES = {"cylinder": (0.0, 0.0, 1.0), "capsule": (0.0, 0.0, 1.0), "wheel": (0.0, 1.0, 0.0)}
-_EXAMPLES = {"size": "[0.4, 0.2, 0.1]", "radius": "0.1", "length": "0.5", "width": "0.2", "file": '"part.stl"'}
+_EXAMPLES = {
+    "size": "[0.4, 0.2, 0.1]", "radius": "0.1", "length": "0.5", "width": "0.2",
+    "semi_axes": "[0.2, 0.1, 0.1]", "file": '"part.stl"',
+}  # fmt: skip  # a table
+#: Triangles of all meshes of a scene together: with more of them pages of animations are slow.
+_MOST_TOGETHER = 16_000
 #: Colours by name.
 COLORS = {
     "black": "#1b1f24", "white": "#f5f5f5", "grey": "#8a94a3", "gray": "#8a94a3", "silver": "#c3cad3",
@@ -50,7 +58,7 @@ _OF_TYPE = "required for {}"
 class DrawnShape(Table):
     """A solid or a mesh by which pictures show a body, the base or the world; the equations do not know it."""
 
-    type: Literal["box", "cylinder", "sphere", "capsule", "wheel", "mesh"] = key("which solid")
+    type: Literal["box", "cylinder", "sphere", "capsule", "wheel", "ellipsoid", "mesh"] = key("which solid")
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
     position: Triple = key(
         "of the centre of the solid, or of the origin of the mesh, in the body's frame",
@@ -82,27 +90,39 @@ class DrawnShape(Table):
         shown_default=_OF_TYPE.format("a cylinder and a capsule"),
     )
     width: Value | None = optional("of a wheel", unit="m", names=PARAMETERS, shown_default=_OF_TYPE.format("a wheel"))
+    semi_axes: Triple | None = optional(
+        "of an ellipsoid along its axes", unit="m", names=PARAMETERS, shown_default=_OF_TYPE.format("an ellipsoid")
+    )
     file: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
-        "path of an STL file (binary or text) or an OBJ file, from the folder of the scene file",
+        "path of an STL file (binary or text), an OBJ file or a binary glTF file (GLB), from the folder of the scene"
+        " file; `package://NAME/...` for a file of a folder NAME around that folder",
         kind="text",
         path=True,
         shown_default=_OF_TYPE.format("a mesh"),
     )
-    scale: Value = key(
-        'length of one unit in the file of the mesh; `"1 mm"` for millimetres', 1.0, unit="m", names=PARAMETERS
+    scale: OneOrMore = key(
+        'length of one unit in the file of the mesh; `"1 mm"` for millimetres; or three, along the axes of the mesh,'
+        " negative ones for mirrored meshes",
+        (1.0,),
+        unit="m",
+        names=PARAMETERS,
+        shown_default="1",
     )
     color: str = key(
         "`#rrggbb`, or one of " + ", ".join(COLORS), "", kind="text", shown_default="the colour of the body"
     )
-    opacity: Finite = key("1 hides the parts behind it", 1.0)
+    opacity: Finite = key("1 hides the parts behind the shape", 1.0)
+    required: bool = key("`false`: a mesh that cannot be read is left out of pictures with a note", True)
 
 
 class _Reader:
     """Reads one shape; faults go to the report of ``values``."""
 
-    def __init__(self, name: str, entry: DrawnShape, values: Values, reading: Reading) -> None:
+    def __init__(self, name: str, entry: DrawnShape, values: Values, reading: Reading, most: int) -> None:
         self.name, self.entry, self.values, self.reading = name, entry, values, reading
         self.key, self.report = key_of("shapes", name), values.report
+        self.most = most  # triangles of a mesh
+        self.missing = ""  # reason for which an optional mesh is left out
 
     def shape(self) -> Shape | None:
         """Return the shape; None for a reported fault of its axes or its mesh."""
@@ -129,14 +149,14 @@ class _Reader:
             if name not in given:
                 place = next((f"{self.key}.{other}" for other in given if other not in needed), self.key)
                 hint = ", ".join(f"{name} = {_EXAMPLES[name]}" for name in needed)
-                self.report.add(place, f"a {entry.type} needs {' and '.join(needed)}, and {name} is missing", hint)
+                self.report.add(place, f"{_noun(entry.type)} needs {' and '.join(needed)}, and {name} is missing", hint)
                 return
         for name in given:
             if name not in needed:
-                fault = f"a {entry.type} has no {name}: it has {' and '.join(needed)}"
+                fault = f"{_noun(entry.type)} has no {name}: it has {' and '.join(needed)}"
                 self.report.add(f"{self.key}.{name}", fault, f"no {name}, or another type")
         if entry.type != "mesh" and "scale" in entry.model_fields_set:
-            self.report.add(f"{self.key}.scale", f"scale is for meshes, and this is a {entry.type}", "no scale")
+            self.report.add(f"{self.key}.scale", f"scale is for meshes, and this is {_noun(entry.type)}", "no scale")
 
     def _axes(self) -> tuple[tuple[float, float, float], ...] | None:
         """Return the axes of the shape in the frame that the entry is given in; z is the axis of symmetry."""
@@ -145,7 +165,7 @@ class _Reader:
         if entry.axis is None and symmetry is None:
             return turned
         if entry.axis is not None and symmetry is None:
-            fault = f"a {entry.type} has no axis of symmetry"
+            fault = f"{_noun(entry.type)} has no axis of symmetry"
             self.report.add(f"{self.key}.axis", fault, "rotation = [{ axis = [0, 0, 1], angle = 0.5 }]")
             return None
         if entry.axis is not None and entry.rotation is not None:
@@ -158,12 +178,19 @@ class _Reader:
         """Return the sizes of the type, m, formulas of parameters; for a mesh the scale."""
         entry, values = self.entry, self.values
         if entry.type == "mesh":
-            return (values.formula(f"{self.key}.scale", entry.scale, PARAMETERS),)
+            if len(entry.scale) not in (1, 3):
+                fault = f"a mesh has one scale or three, not {len(entry.scale)}"
+                self.report.add(f"{self.key}.scale", fault, "scale = 0.001")
+            if len(entry.scale) == 1:
+                return (values.formula(f"{self.key}.scale", entry.scale[0], PARAMETERS),)
+            return tuple(
+                values.formula(f"{self.key}.scale[{k}]", value, PARAMETERS) for k, value in enumerate(entry.scale)
+            )
         result: list[Formula] = []
         for name in _SIZES[entry.type]:
             value = getattr(entry, name)
-            if name == "size" and value is not None:
-                result += values.vector(f"{self.key}.size", value, PARAMETERS)
+            if isinstance(value, tuple):
+                result += values.vector(f"{self.key}.{name}", value, PARAMETERS)
             elif value is not None:
                 result.append(values.formula(f"{self.key}.{name}", value, PARAMETERS))
         return tuple(result)
@@ -177,7 +204,7 @@ class _Reader:
             digits = written[1:].lower()
             return "#" + (digits if len(digits) == 6 else "".join(2 * digit for digit in digits))
         hint = '"#3f7fdb"' if written.startswith("#") else f'{nearest(written.lower(), COLORS)}, or "#3f7fdb"'
-        self.report.add(f"{self.key}.color", f"{shown(written)} is no colour that is known", hint)
+        self.report.add(f"{self.key}.color", f"{shown(written)} is not a known colour", hint)
         return ""
 
     def _opacity(self) -> float:
@@ -190,12 +217,24 @@ class _Reader:
 
     def _meshed(self, shape: Shape) -> Shape | None:
         try:
-            vertices, faces = read_mesh(self.reading.folder / str(self.entry.file))
+            vertices, faces = read_mesh(mesh_path(self.reading.folder / str(self.entry.file)), self.most)
         except MeshError as error:
+            if not self.entry.required:
+                self.missing = str(error)
+                return None
             problem = replace(error.problem, where=f"{error.problem.where} ({self.key}.file)")
             self.report.add_problem(f"{self.key}.file", problem)
             return None
-        return replace(shape, vertices=vertices, faces=faces)
+        packed = vertices.astype("<f4").tobytes(), faces.astype("<i4").tobytes()
+        return replace(shape, vertices=packed[0], faces=packed[1])
+
+
+def _noun(kind: str) -> str:
+    return f"an {kind}" if kind.startswith("e") else f"a {kind}"
+
+
+def _zero(number: Numbers) -> Flags:
+    return number == 0.0
 
 
 class _Shapes(Section):
@@ -204,7 +243,13 @@ class _Shapes(Section):
         values = reading.reader()
         values.design = reading.values.design
         entries: Mapping[str, DrawnShape] = reading.document.section(self.key)
-        read = {name: _Reader(name, entry, values, reading).shape() for name, entry in entries.items()}
+        meshes = sum(entry.type == "mesh" for entry in entries.values())
+        most = min(MOST, _MOST_TOGETHER // max(meshes, 1))
+        readers = {name: _Reader(name, entry, values, reading, most) for name, entry in entries.items()}
+        read = {name: reader.shape() for name, reader in readers.items()}
+        if missing := {name: reader.missing for name, reader in readers.items() if reader.missing}:
+            first = next(iter(missing.values()))
+            values.note([f"meshes that are left out of pictures ({len(missing)}: {listed(list(missing))}): {first}"])
         reading.values.mentioned |= values.mentioned
         reading.values.note(values.notes)
         return {name: self._attached(shape, reading) for name, shape in read.items() if shape is not None}
@@ -229,11 +274,13 @@ SHAPES = _Shapes(
         "radius": above_zero("the radius of a shape"),
         "length": above_zero("the length of a shape"),
         "width": above_zero("the width of a wheel"),
-        "scale": above_zero("the scale of a mesh"),
+        "semi_axes": above_zero("a semi-axis of an ellipsoid"),
+        "scale": (_zero, "the scale of a mesh is {0}", "a number other than 0; a negative one mirrors"),
     },
     documentation="""
     Add a solid or a mesh by which pictures show a body, the base or the world; equations do not depend on it.
 
     Types and their sizes: box (``size``, three sides), cylinder and capsule (``radius``, ``length``), sphere
-    (``radius``), wheel (``radius``, ``width``), mesh (``file``, STL or OBJ, with ``scale``).""",
+    (``radius``), wheel (``radius``, ``width``), ellipsoid (``semi_axes``), mesh (``file``, STL, OBJ or GLB, with
+    ``scale``).""",
 )

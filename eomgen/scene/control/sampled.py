@@ -104,12 +104,12 @@ def read_sampled_controller(
     return states, called
 
 
-def _text_of(path: Path) -> tuple[str, str]:
-    """Return the text of a C file, and the fault of a file that cannot be read; empty without a fault."""
+def text_of(path: Path) -> tuple[str, str]:
+    """Return the text of a file of code, and the fault of a file that cannot be read; empty without a fault."""
     try:
         data = read_bytes(path, _LARGEST) if path.is_file() else None
         if data is None:
-            return "", f"{shown(str(path))} is no file"
+            return "", f"{shown(str(path))} is not a file"
         if len(data) > _LARGEST:
             return "", f"{shown(str(path))} is larger than {_LARGEST // 1_000_000} MB"
         return data.decode("utf-8-sig").replace("\r\n", "\n"), ""
@@ -153,7 +153,7 @@ def c_source(
             report.add(f"{key}.{word}", message, hint)
             return None
     path = folder / file
-    text, fault = _text_of(path)
+    text, fault = text_of(path)
     hint = (
         "the file saved in UTF-8"
         if fault.endswith("is not UTF-8")
@@ -162,7 +162,7 @@ def c_source(
     if not fault and path.suffix != ".c":
         fault = f"{shown(file)} does not end in .c"
     if not fault and "\0" in text:
-        fault = f"{shown(str(path))} holds a zero byte: this is no text"
+        fault = f"{shown(str(path))} holds a zero byte: this is not a text"
     if not fault and (own := _OWN_HEADER.search(text)):
         line = text.count("\n", 0, own.start()) + 1
         fault = f'{path.name}:{line} includes "{own[1]}", a file of its own, which would not come along'

@@ -16,7 +16,7 @@ from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.frames import check_two_bodies
 from eomgen.scene.reading.report import Report, check_reference
-from eomgen.scene.section import Reading, Section, Unused
+from eomgen.scene.section import Reading, Section, UnusedEntries
 from eomgen.scene.signals.sections import CURVES
 from eomgen.scene.tree.beam_attachments import check_places
 from eomgen.scene.tree.sections import TreeSections
@@ -142,7 +142,7 @@ def unused_names(document: Document, reading: Reading) -> list[str]:
     mentioned = values.mentioned
     by_parameters = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in mentioned}
     every = [
-        Unused(
+        UnusedEntries(
             kind,
             f"{kind}s",
             [

@@ -139,7 +139,7 @@ def _rigid_arms(
             beam = axes[body]
             off = math.hypot(*(values.value(part) for part in position[1:]))
             if off > _BESIDE * lengths[beam]:
-                note = f"{off:.4g} m beside the axis of the beam {beam}, which is {lengths[beam]:.4g} m long"
+                note = f"{off:.4g} m off the axis of the beam {beam}, which is {lengths[beam]:.4g} m long"
                 yield f"{key}: {note}: a rigid arm reaches from its sections to there"
 
 

@@ -32,7 +32,7 @@ from eomgen.scene.formula.scope import (
     TRANSLATION,
     Scope,
 )
-from eomgen.scene.reading.key_metadata import Meaning, Table, every_unit, fields_of, meaning_of, tables_of
+from eomgen.scene.reading.key_metadata import KeyMetadata, Table, every_unit, fields_of, meaning_of, tables_of
 from eomgen.scene.reading.kinds import (
     NUMBER_SCHEMA,
     QUANTITY_SCHEMA,
@@ -187,7 +187,7 @@ def schema() -> dict[str, Any]:
     description = document.model_json_schema()
     definitions = description["$defs"]
     for name, model in tables_of(document).items():
-        properties = definitions.get(name, description)["properties"]  # the document is no definition
+        properties = definitions.get(name, description)["properties"]  # the document is not a definition
         for key_name, (meaning, _) in fields_of(model).items():
             _annotate(properties[key_name], meaning)
     definitions["Parameter"] = {"anyOf": [NUMBER_SCHEMA, QUANTITY_SCHEMA, definitions["Parameter"]]}
@@ -212,7 +212,7 @@ def _of_every_draft(node: Any) -> Any:
     return node
 
 
-def _annotate(entry: dict[str, Any], meaning: Meaning) -> None:
+def _annotate(entry: dict[str, Any], meaning: KeyMetadata) -> None:
     """Add the unit, names and references of a key to the JSON Schema of the key."""
     units = every_unit(meaning)
     if units:

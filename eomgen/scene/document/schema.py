@@ -60,8 +60,8 @@ class Include(Table):
 
 
 class Repeat(Table):
-    """Entries of sections that are made once for each number of the indices; the keys beside ``indices`` are sections
-    of the scene."""
+    """Entries of sections that are made once for each number of the indices; the keys other than ``indices`` are
+    sections of the scene."""
 
     model_config = ConfigDict(extra="allow", strict=True, frozen=True, defer_build=True)
 

@@ -1,7 +1,7 @@
 """Conversion of unit strings in scene data to SI, by the unit of each key or of a curve's columns, before any other
 validation.
 
-A quantity that cannot be converted is reported and becomes a ``Refused`` text, which later checks pass over.
+A quantity that cannot be converted is reported and becomes a ``FaultyText`` text, which later checks pass over.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from eomgen.base.messages import key_of, shown
 from eomgen.formula.units.parser import Factors, QuantityWithUnit, UnitError, is_quantity, read_quantity, read_unit
 from eomgen.formula.units.table import names
 from eomgen.scene.document.schema import document_for
-from eomgen.scene.formula.namespaces import Included
-from eomgen.scene.reading.key_metadata import ANY_UNIT, Column, Inner, Meaning, Table, Units, fields_of
-from eomgen.scene.reading.kinds import Refused
+from eomgen.scene.formula.namespaces import IncludedText
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Column, Inner, KeyMetadata, Table, Units, fields_of
+from eomgen.scene.reading.kinds import FaultyText
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sections import OWN
 from eomgen.scene.signals.tables import MOST_ROWS
@@ -84,8 +84,8 @@ class ColumnUnits:
 
 
 def columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | None:
-    """Return the units of an entry's columns known from kind and label of the entry; None for entries that are no
-    curve. None if the entry is no curve."""
+    """Return the units of an entry's columns known from kind and label of the entry; None for entries that are not
+    curves. None if the entry is not a curve."""
     labels = model.column_labels(data)
     return labels and ColumnUnits(*labels)
 
@@ -169,7 +169,7 @@ class _Converter:
             self.label_columns(model, key, own, result)
         return result
 
-    def in_columns(self, meaning: Meaning, columns: ColumnUnits, key: str, value: Any) -> Any:
+    def in_columns(self, meaning: KeyMetadata, columns: ColumnUnits, key: str, value: Any) -> Any:
         """Convert a value of a curve's columns: a number, pairs of numbers, or the unit of a table's column."""
         if isinstance(meaning.column, tuple):
             if not isinstance(value, list | tuple) or len(value) > MOST_ROWS:
@@ -194,7 +194,7 @@ class _Converter:
         return value
 
     def in_column(self, columns: ColumnUnits, column: Column, key: str, value: Any) -> Any:
-        if isinstance(value, str) and not isinstance(value, Refused | Included) and is_quantity(value):
+        if isinstance(value, str) and not isinstance(value, FaultyText | IncludedText) and is_quantity(value):
             columns.learn(column, value)
         return self.value(columns.of(column) or ANY_UNIT, key, value) if isinstance(value, str) else value
 
@@ -229,7 +229,7 @@ class _Converter:
             return
         factors = _factors(label)
         if label.strip() and factors is None and label.strip() not in _WITHOUT_UNIT:
-            note = f"{key}.unit: {shown(label)} is no unit that is known, and shown as it is"
+            note = f"{key}.unit: {shown(label)} is not a known unit, and is shown unchanged"
             self.notes += [note] if note not in self.notes else []
         if isinstance(written, str) and isinstance(number, float):
             from eomgen.formula.units.conversion import is_coherent, to_si  # noqa: PLC0415
@@ -272,7 +272,7 @@ class _Converter:
 
         ``over_time``: formulas of time could stand instead.
         """
-        if isinstance(value, Refused | Included):  # read with the included file
+        if isinstance(value, FaultyText | IncludedText):  # read with the included file
             return value
         if isinstance(value, str):
             if is_quantity(value):
@@ -292,7 +292,7 @@ class _Converter:
             }
         return value
 
-    def name_alone(self, unit: Units, key: str, name: str) -> Refused | None:
+    def name_alone(self, unit: Units, key: str, name: str) -> FaultyText | None:
         """Refuse a parameter that stands alone if its dimension is not the expected one; note the same of labels and
         of angles.
 
@@ -310,7 +310,7 @@ class _Converter:
 
         if name in self.parameters and (fault := misplaced(self.labels[name], unit)):
             self.report.add(key, f"the parameter {name} is {fault}", f"a parameter in {unit}")
-            return Refused(name)
+            return FaultyText(name)
         try:
             to_unit(QuantityWithUnit(name, Fraction(1), factors), unit)
         except UnitError as error:
@@ -324,7 +324,7 @@ class _Converter:
         for place, value in enumerate(values):
             if number := _plain(value):
                 self.notes.append(
-                    f"{key}[{place}]: {number:g} has no unit, as entries beside it have, so it is {number:g} {unit}"
+                    f"{key}[{place}]: {number:g} has no unit, unlike neighbouring entries, so it is {number:g} {unit}"
                 )
 
     def beside_units(self, columns: ColumnUnits, names: tuple[Column, Column], key: str, rows: Sequence[Any]) -> None:
@@ -343,7 +343,7 @@ class _Converter:
                     f"{key}: the {name} {bare[0]:g} has no unit, as others have, so it is {bare[0]:g} {unit}{more}"
                 )
 
-    def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | Refused:
+    def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | FaultyText:
         from eomgen.formula.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # pint comes with it
 
         try:
@@ -368,10 +368,10 @@ class _Converter:
         except UnitError as error:
             fault, hint = error.what, error.hint
         self.report.add(key, fault, hint)
-        return Refused(text)
+        return FaultyText(text)
 
 
-def _unit(meaning: Meaning, kind: object, index: object) -> Units:
+def _unit(meaning: KeyMetadata, kind: object, index: object) -> Units:
     """Return the unit of a key in an entry of a kind; the unit of one component if the units differ by component."""
     unit = meaning.unit
     if isinstance(unit, Mapping):

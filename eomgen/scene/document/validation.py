@@ -14,8 +14,8 @@ from eomgen.base.messages import is_legal, key_of, nearest, shown
 from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.scene.document.schema import Document, document_for, section_keys, without_absent_sections
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
-from eomgen.scene.reading.key_metadata import KeysElsewhere, added_keys
-from eomgen.scene.reading.kinds import Refused, described, is_matrix, plain_angles
+from eomgen.scene.reading.key_metadata import ForeignKeys, added_keys
+from eomgen.scene.reading.kinds import FaultyText, described, is_matrix, plain_angles
 from eomgen.scene.reading.report import Report
 from eomgen.system.terms import nearest_term
 
@@ -199,7 +199,7 @@ def key_meant(name: str, keys: Collection[str], given: object) -> str:
     """Return the key, or keys, for a name from another tool; empty without one."""
     if line := _line_meant(name, keys, given) or _concept_meant(name, keys):
         return line
-    for row in rows_of("eomgen.keys_elsewhere", KeysElsewhere):
+    for row in rows_of("eomgen.keys_elsewhere", ForeignKeys):
         hint: str = row.hint(name, keys, given)
         if hint:
             return hint
@@ -371,11 +371,11 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
         broken = False
         for detail in error.errors(include_url=False):
             parts = (part for part in detail["loc"] if isinstance(part, str | int))
-            location = tuple(part for part in parts if not str(part).startswith("#"))  # tags are no keys
+            location = tuple(part for part in parts if not str(part).startswith("#"))  # tags are not keys
             fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), schema)
             if detail["type"] == "missing" and location[0] == "joints" and location[-1] == "child":
                 hint = child_hint(data)
-            if not isinstance(detail.get("input"), Refused):
+            if not isinstance(detail.get("input"), FaultyText):
                 report.add(key_of(*location), fault, hint)
             section = str(location[0])
             if section in sections and len(location) > 1 and isinstance(kept.get(section), Mapping):

@@ -124,7 +124,7 @@ def _fault(symbol: Formula, target: str, joints: Mapping[str, Joint], absolute: 
     if symbol is UNKNOWN:
         return None
     if not isinstance(symbol, Symbol) or symbol.kind not in ("q", "v", "state"):
-        return f"{shown(target)} is no number of the state", 'one of "q.joint", "v.joint" or the name of a state'
+        return f"{shown(target)} is not a number of the state", 'one of "q.joint", "v.joint" or the name of a state'
     if symbol.kind == "state":
         return None
     if absolute:

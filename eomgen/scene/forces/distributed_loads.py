@@ -96,7 +96,9 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
     start, length, scope = 0.0, 1.0, LOAD
     if entry.beam not in site.beams:
         fault = (
-            f"{shown(entry.beam)} is no beam" if entry.beam in site.bodies else f"there is no beam {shown(entry.beam)}"
+            f"{shown(entry.beam)} is not a beam"
+            if entry.beam in site.bodies
+            else f"there is no beam {shown(entry.beam)}"
         )
         hint = nearest(entry.beam, site.beams) or "a [beams] section; a rigid body takes [forces] at its centre"
         values.report.add(f"{place}.beam", fault, hint)

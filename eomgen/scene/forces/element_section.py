@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import key_of
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.formula.scope import Offered
+from eomgen.scene.formula.scope import ElementQuantity
 from eomgen.scene.section import Reading, Section
 from eomgen.system.description import Point
 
@@ -55,7 +55,7 @@ class ElementSection(Section):
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         names = reading.names_in(self.key)
-        return {"offered": {kind: Offered(self.key, scope, names) for kind, scope in self.offers.items()}}
+        return {"offered": {kind: ElementQuantity(self.key, scope, names) for kind, scope in self.offers.items()}}
 
     def read_entry(self, name: str, entry: Any, reading: Reading) -> ForceElement:
         items = reading.items

@@ -28,7 +28,7 @@ class DefinitionError(FormulaError):
 
 
 @dataclass(frozen=True)
-class Written:
+class WrittenDefinition:
     """A definition's formula in a scope, and the size of the formula: operations, levels, and nested definitions."""
 
     formula: Formula
@@ -53,7 +53,7 @@ class NamedExpression:
     text: str
     open: list[NamedExpression] = field(default_factory=list, repr=False)
     used: bool = False
-    _written: dict[Scope, Written] = field(default_factory=dict, repr=False)
+    _written: dict[Scope, WrittenDefinition] = field(default_factory=dict, repr=False)
     _nested: int = field(default=0, repr=False)
 
     @property
@@ -61,7 +61,7 @@ class NamedExpression:
         """The number that the text is; None for formulas."""
         return float(self.text) if _NUMBER.fullmatch(self.text) else None
 
-    def read(self, scope: Scope, read: Callable[[str], Formula]) -> Written:
+    def read(self, scope: Scope, read: Callable[[str], Formula]) -> WrittenDefinition:
         """Return the formula in a scope, and the symbol of the expression.
 
         Parameters
@@ -88,7 +88,7 @@ class NamedExpression:
                 self.open.pop()
             if isinstance(formula, Operation):
                 formula = replace(formula, label=self.name)
-            self._written[scope] = Written(formula, *extent(formula, {}), 1 + self._nested)
+            self._written[scope] = WrittenDefinition(formula, *extent(formula, {}), 1 + self._nested)
         written = self._written[scope]
         self._check_nesting(written.nested)
         if self.open:
@@ -101,7 +101,7 @@ class NamedExpression:
             raise DefinitionError(fault, 1, "an internal state, an input or an output in place of a definition")
 
 
-def expanded(symbol: Symbol, names: SceneNames, scope: Scope, read: Callable[[str], Formula]) -> Written:
+def expanded(symbol: Symbol, names: SceneNames, scope: Scope, read: Callable[[str], Formula]) -> WrittenDefinition:
     """Return the expression of a symbol of a definition.
 
     Raises
@@ -129,7 +129,7 @@ def mentioned(formula: Formula) -> set[Symbol]:
     return set()
 
 
-def check_extent(formula: Formula, parts: Mapping[Symbol, Written]) -> None:
+def check_extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) -> None:
     """Check the size of a formula before definitions are expanded. Raises FormulaError."""
     operations, levels = extent(formula, parts)
     if operations > MOST_OPERATIONS or levels > MOST_LEVELS:
@@ -140,7 +140,7 @@ def check_extent(formula: Formula, parts: Mapping[Symbol, Written]) -> None:
         raise FormulaError(fault, 1, "an internal state, an input or an output in place of a definition")
 
 
-def extent(formula: Formula, parts: Mapping[Symbol, Written]) -> tuple[int, int]:
+def extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) -> tuple[int, int]:
     """Return the numbers of operations and of levels of a formula whose symbols may stand for known parts."""
     if isinstance(formula, Symbol) and formula in parts:
         return parts[formula].operations, parts[formula].levels

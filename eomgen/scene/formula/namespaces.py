@@ -41,13 +41,13 @@ class Namespace:
         return next((section for section in sections if name in self.names[section]), sections[0])
 
 
-class Included(str):
+class IncludedText(str):
     """A text of an included file, with the namespaces from that file out to the scene."""
 
     __slots__ = ("spaces",)
     spaces: tuple[Namespace, ...]
 
-    def __new__(cls, text: str, space: Namespace) -> Included:
+    def __new__(cls, text: str, space: Namespace) -> IncludedText:
         """Return a text one namespace further out: a file included by an included file has two."""
         included = super().__new__(cls, text)
         included.spaces = (*spaces_of(text), space)
@@ -56,7 +56,7 @@ class Included(str):
 
 def spaces_of(text: str) -> tuple[Namespace, ...]:
     """Return the namespaces around a text, the innermost first; none for a text of the main scene file."""
-    return text.spaces if isinstance(text, Included) else ()
+    return text.spaces if isinstance(text, IncludedText) else ()
 
 
 def read_included(text: str, names: SceneNames, scope: Scope) -> Formula:
@@ -134,15 +134,17 @@ def _visible(names: SceneNames, spaces: tuple[Namespace, ...]) -> SceneNames:
         kind: replace(item, names=tuple(_locally(space, item.section, item.names)))
         for kind, item in outer.offered.items()
     }
-    entries = {section: _Renamed(items, _locally(space, section, items)) for section, items in outer.entries.items()}
+    entries = {
+        section: _RenamedEntries(items, _locally(space, section, items)) for section, items in outer.entries.items()
+    }
     laws = {
-        section: replace(item, formulas=_Renamed(item.formulas, _locally(space, section, item.formulas)))
+        section: replace(item, formulas=_RenamedEntries(item.formulas, _locally(space, section, item.formulas)))
         for section, item in outer.laws.items()
     }
     for kind in fields(SceneNames):
         known = getattr(outer, kind.name)
         here = _locally(space, "inputs" if kind.name == "motions" else kind.name, known)
-        visible[kind.name] = _Renamed(known, here) if isinstance(known, Mapping) else tuple(here)
+        visible[kind.name] = _RenamedEntries(known, here) if isinstance(known, Mapping) else tuple(here)
     bound = {}
     for name, value in space.values.items():
         bound[name] = any(
@@ -158,7 +160,7 @@ def _locally(space: Namespace, section: str, known: Collection[str]) -> dict[str
     return {local: name for local, name in space.names.get(section, {}).items() if name in known}
 
 
-class _Renamed(Mapping[str, Entry]):
+class _RenamedEntries(Mapping[str, Entry]):
     """Entries under the names in an included file."""
 
     def __init__(self, entries: Mapping[str, Entry], names: Mapping[str, str]) -> None:

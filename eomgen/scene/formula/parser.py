@@ -190,10 +190,29 @@ class _FormulaReader:
         return self.fold(node, "mul", parts)
 
     def condition(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
-        is_not = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
-        if not (is_not or isinstance(node, ast.Compare | ast.BoolOp)):
-            raise self.error(node, "a condition is needed here, not a number", "a comparison such as x > 0")
+        name = node.id.removeprefix(PREFIX) if isinstance(node, ast.Name) else ""
+        if not (_is_condition(node) or self.defines_condition(name)):
+            hint = "a comparison such as x > 0"
+            if name in self.names.definitions:
+                hint = f"{name} > 0, or a comparison as the formula of {name}"
+            raise self.error(node, "a condition is needed here, not a number", hint)
         return self.convert(node, depth)
+
+    def defines_condition(self, name: str) -> bool:
+        """Return whether a name is of a definition whose text is a condition, or such a name again."""
+        seen: set[str] = set()
+        while name in self.names.definitions and name not in seen:
+            seen.add(name)
+            text = self.names.definitions[name].text
+            try:
+                node = ast.parse(FormulaText(text).aliased, mode="eval").body
+            except (FormulaError, SyntaxError, RecursionError, MemoryError, ValueError):
+                return False
+            if _is_condition(node):
+                return True
+            own = type(text) is str  # texts of included files have names of their own
+            name = node.id.removeprefix(PREFIX) if own and isinstance(node, ast.Name) else ""
+        return False
 
     def call(self, node: ast.Call, depth: int) -> tuple[Formula, float | None]:
         if _is_tau(node.func):
@@ -222,7 +241,7 @@ class _FormulaReader:
         return self.fold(node, name, parts) if variadic else self.operation(node, name, parts)
 
     def unknown_function(self, node: ast.Call, name: str) -> FormulaError:
-        """Return the error for a call of a name that is no function, with the nearest meaning as remedy."""
+        """Return the error for a call of a name that is not a function, with the nearest meaning as remedy."""
         if name in self.declared():
             return self.error(node, f"{name} is a number, not a function", f"{name} alone, or {name} * (...)")
         hint = IN_RADIANS if name in DEGREES else of_function(name, self.names.curves, sorted(FUNCTIONS))
@@ -390,7 +409,7 @@ class _FormulaReader:
         return None
 
     def not_a_number(self, node: ast.Name, name: str) -> FormulaError:
-        """Return the error for a name that is unknown, or names an object that is no number."""
+        """Return the error for a name that is unknown, or names an object that is not a number."""
         if name in FUNCTIONS:
             return self.error(node, f"the function {name} needs arguments", f"{name}(x)")
         if name in self.names.curves:
@@ -492,6 +511,9 @@ class _FormulaReader:
             if kind == "rate" and name in self.names.states:
                 fault = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
                 raise self.error(node, fault, f"its formula, or the state {name}")
+            if kind in ("rotation", "angular_velocity") and name in self.bent:
+                fault = f"{kind}.{name}: the beam {name} bends, and has no axes of its own"
+                raise self.error(node, fault, "a body that is fixed to the beam at the place of interest")
             noun = "joint or beam" if of_joints and self.names.beams else _words(self.names.section_of(kind))
             raise self.error(node, f"{kind}.{name[:64]}: there is no {noun} {shown(name)}", nearest(name, known))
         if of_joints and name in self.names.exact_beams and name not in self.names.joints:
@@ -540,6 +562,11 @@ class _FormulaReader:
             raise self.error(node, message, f"{label}.{part}[0]")
         return Symbol("reaction", name, REACTION_PARTS[part] + index)
 
+    @property
+    def bent(self) -> tuple[str, ...]:
+        """Names of the beams, which have no axes of their own."""
+        return (*self.names.beams, *self.names.exact_beams)
+
     def kinds(self) -> list[str]:
         """Return the kinds of quantities that have names here."""
         return [*QUANTITIES, *self.names.offered, *(["mode"] if self.names.modes else [])]
@@ -555,6 +582,8 @@ class _FormulaReader:
             return list(self.names.joints), row.v_size if row else None
         if kind in ("position", "velocity", "acceleration"):
             return list(self.names.points), 3
+        if kind in ("rotation", "angular_velocity"):
+            return [name for name in self.names.bodies if name not in self.bent], 3
         if kind == "drive_effort":
             row = JOINTS.get(self.names.joints.get(name, ""))
             size = max(len(row.coordinates), 1) if row and name not in self.names.constraints else 1
@@ -564,6 +593,12 @@ class _FormulaReader:
         if kind in self.names.offered:
             return list(self.names.offered[kind].names), 1
         return (list(ENERGIES), 1) if kind == "energy" else (None, 0)
+
+
+def _is_condition(node: ast.expr) -> bool:
+    """Return whether a node is a comparison, or comparisons with ``and``, ``or`` and ``not``."""
+    is_not = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
+    return is_not or isinstance(node, ast.Compare | ast.BoolOp)
 
 
 def _is_tau(node: ast.expr) -> bool:
@@ -611,4 +646,4 @@ _MODULES = ("np", "numpy", "math")
 
 def _words(section: str) -> str:
     """Return the noun for an entry of a section; ``energy`` for a symbol without a section."""
-    return section.removesuffix("s").replace("_", " ") or "energy"
+    return "body" if section == "bodies" else section.removesuffix("s").replace("_", " ") or "energy"

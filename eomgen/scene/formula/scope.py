@@ -18,6 +18,7 @@ DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}
 QUANTITIES: Mapping[str, str] = {
     **dict.fromkeys(("q", "v", "a"), "joint"),
     **dict.fromkeys(("position", "velocity", "acceleration"), "point"),
+    **dict.fromkeys(("rotation", "angular_velocity"), "body"),
     "energy": "energy",
     "reaction": "reaction",
     "drive_effort": "drive",
@@ -60,6 +61,8 @@ _STATE = frozenset(
         "v",
         "position",
         "velocity",
+        "rotation",
+        "angular_velocity",
         "energy",
         "element",
         "external",
@@ -182,7 +185,7 @@ ANYWHERE_ALONG_A_BEAM = Scope(EVERYTHING.description, ANYWHERE.kinds | {"place"}
 
 
 @dataclass(frozen=True)
-class Offered:
+class ElementQuantity:
     """A kind of quantity of the force elements of a section: the kind of scope that allows the quantity, and the names
     of the elements."""
 
@@ -213,6 +216,7 @@ class SceneNames:
     reactions : names in [reactions]; every joint and constraint has a reaction in addition.
     curves : mapping from name to curve.
     curve_arguments : units in SI of the arguments of curves, for curves with known units.
+    labels : units of parameters, inputs, states, curves and definitions, as labelled.
     motions : formulas of time of the inputs that are motions.
     laws : by section of a product, formulas of time of its entries.
     entries : by section, objects of entries by name, for words of the register of formula words.
@@ -237,9 +241,10 @@ class SceneNames:
     references: tuple[str, ...] = ()
     curves: Mapping[str, AnyCurve] = field(default_factory=dict)
     curve_arguments: Mapping[str, str] = field(default_factory=dict)
+    labels: Mapping[str, str] = field(default_factory=dict)
     entries: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     definitions: Mapping[str, Any] = field(default_factory=dict)
-    offered: Mapping[str, Offered] = field(default_factory=dict)
+    offered: Mapping[str, ElementQuantity] = field(default_factory=dict)
 
     def fault_of_reaction(self, name: str) -> tuple[str, str] | None:
         """Return the fault of the name of a reaction, and a hint; None if exactly one entry has the name."""
@@ -263,6 +268,8 @@ class SceneNames:
         word = QUANTITIES.get(kind, kind)
         if word in self.laws:
             return word
+        if word == "body":
+            return "bodies"
         return "" if word in ("time", "place", "local", "energy", "gaussian") else f"{word}s"
 
 

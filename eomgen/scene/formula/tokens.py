@@ -67,7 +67,7 @@ class FormulaText:
     Raises
     ------
     FormulaError
-        For anything that is no token of the language, and for texts too long or nested too deep.
+        For text that is not a token of the language, and for texts too long or nested too deep.
     """
 
     def __init__(self, text: str) -> None:

@@ -26,8 +26,9 @@ from eomgen.scene.joints.model import (
     Joint,
     Shape,
 )
+from eomgen.scene.reading.formula_units import FACTOR, dimension_of_formula, disagreement
 from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.values import UNKNOWN, Values, unit_of
+from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.system.description import BASE, WORLD, Point
 
 #: Keys of some types only, in the order of their checks.
@@ -38,6 +39,7 @@ _CONSTRAINT_KEYS = (
     "shape",
     "semi_axes",
     "tube_radius",
+    "surface",
     "pitch",
     "equation",
     "velocity_equation",
@@ -54,7 +56,7 @@ _EQUATION = 'equation = "q.rod - lift(q.cam)", which is 0 on the constraint'
 _VELOCITIES = ("v", "velocity")
 #: Functions that jump or have a corner, with the noun for the singularity.
 _ROUGH = {"abs": "a corner", "min": "a corner", "max": "a corner", "sign": "a jump", "lt": "a jump", "le": "a jump"}
-_COUNTS = {1: "one derivative", 2: "two derivatives"}
+_COUNTS = {1: "one derivative", 2: "two derivatives", 3: "three derivatives"}
 #: Degree in velocities of formulas that are not linear.
 _NONLINEAR = 2
 _EXAMPLES = {"length": "1.0", "pitch": "0.01"}
@@ -102,11 +104,34 @@ def read_constraint(
         if entry.semi_axes is None
         else values.vector(f"{key}.semi_axes", entry.semi_axes, PARAMETERS),
         tube_radius=_number(f"{key}.tube_radius", entry.tube_radius, values),
+        surface=_surface(f"{key}.surface", shape, entry.surface, values) if entry.surface is not None else None,
         equation=equation,
         at_velocity=entry.velocity_equation is not None,
         unit=unit,
         framed=framed,
     )
+
+
+def _surface(key: str, shape: Shape, text: float | str, values: Values) -> Formula | None:
+    """Return the height of a surface, a formula of x and y; None for the plane or a reported fault."""
+    if shape != "sphere":
+        article = "an" if shape == "ellipsoid" else "a"
+        hint = 'shape = "sphere", or no surface: the plane of the first frame'
+        values.report.add(key, f"{article} {shape} touches planes alone, and only spheres touch surfaces", hint)
+        return None
+    formula = values.formula(key, text, BETWEEN_FRAMES)
+    if formula is UNKNOWN or formula == ZERO:
+        return None
+    for symbol in sorted(symbols(formula), key=lambda symbol: (symbol.kind, symbol.index)):
+        if symbol.kind not in ("parameter", "local"):
+            hint = "a moving body in first, which carries the surface"
+            values.report.add(key, "the surface changes over time", hint)
+            return None
+        if symbol.kind == "local" and symbol.index > 1:
+            values.report.add(key, "the height of a surface depends on x and y, not on z", '"0.1 * x**2"')
+            return None
+    _check_smooth(key, formula, values, 3)
+    return formula
 
 
 def _frame(
@@ -227,7 +252,8 @@ def _holds(
 def _check_smooth(place: str, formula: Formula, values: Values, derivatives: int) -> None:
     """Report curves and functions with fewer than ``derivatives`` derivatives; note choices, whose branches have to
     fit."""
-    needs = f"a constraint needs {_COUNTS[derivatives]} of its equation"
+    noun = "surface" if place.endswith(".surface") else "equation"
+    needs = f"a constraint needs {_COUNTS[derivatives]} of its {noun}"
     for used in applications(formula):
         rough = [
             (at, order - used.derivative) for at, order in used.curve.kinks() if order - used.derivative < derivatives
@@ -246,7 +272,7 @@ def _check_smooth(place: str, formula: Formula, values: Values, derivatives: int
         values.report.add(place, fault, hint)
     if any(part.name == "select" and changes(part.arguments[0]) for part in _operations(formula)):
         equal = "values, slopes and curvatures" if derivatives > 1 else "values and slopes"
-        values.note([f"{place}: the equation has an if, whose branches have to meet with equal {equal}"])
+        values.note([f"{place}: the {noun} has an if, whose branches have to meet with equal {equal}"])
 
 
 def _words(name: str) -> str:
@@ -296,14 +322,14 @@ def degree(formula: Formula) -> int:
 
 def _unit(key: str, formula: Formula, given: EquationUnit | None, values: Values, *, at_velocity: bool) -> EquationUnit:
     """Return the unit of an equation; a missing or a wrong one is reported, and a sum of several units."""
-    report, joints = values.report, values.names.joints
+    report = values.report
     choice: tuple[EquationUnit, EquationUnit] = ("m/s", "rad/s") if at_velocity else ("m", "rad")
     place = f"{key}.velocity_equation" if at_velocity else f"{key}.equation"
-    added = next(_added(formula, joints), None)
-    if added is not None:
-        report.add(place, f"the equation adds {added[0]} and {added[1]}", "factors that turn one unit into the other")
+    if terms := disagreement(formula, values.names):
+        report.add(place, terms.text.replace("the formula", "the equation"), FACTOR)
         return given or choice[0]
-    known = unit_of(formula, joints)
+    dimension = dimension_of_formula(formula, values.names)
+    known = "" if dimension is None or dimension.angle is None else str(dimension)  # of a product the user says it
     by_choice = {unit: unit for unit in choice}
     if given is not None and given not in choice:
         level = "velocities" if at_velocity else "positions"
@@ -316,15 +342,6 @@ def _unit(key: str, formula: Formula, given: EquationUnit | None, values: Values
         fault = "the unit of the equation does not follow from its text"
         report.add(key, fault, f'unit = "{choice[0]}", or "{choice[1]}" of angles and numbers')
     return given or by_choice.get(known, choice[0])  # type: ignore[call-overload]  # known is any text
-
-
-def _added(formula: Formula, joints: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """Yield pairs of different units that a formula adds or subtracts."""
-    for part in _operations(formula):
-        if part.name in ("add", "sub"):
-            first, second = (unit_of(argument, joints) for argument in part.arguments)
-            if first and second and first != second:
-                yield first, second
 
 
 def check_closings(

@@ -24,7 +24,7 @@ _NOISE = 1e-50
 #: such rates.
 _ENDLESS = 1e25
 #: Hint for a curve that jumps or bends in a law.
-SMOOTH_OR_SPLINE = 'interpolation = "quintic", or smooth = "10 ms" beside the law'
+SMOOTH_OR_SPLINE = 'interpolation = "quintic", or smooth = "10 ms" with the law'
 _STARTS = ("position", "orientation", "rotation", "velocity")
 
 
@@ -60,7 +60,7 @@ def read_smoothing(key: str, smooth: float | str | None, law: str, values: Value
 
     Parameters
     ----------
-    law : the key that is missing beside ``smooth``; empty if the law is given
+    law : the key that ``smooth`` needs; empty if the law is given
     """
     if smooth is None:
         return None

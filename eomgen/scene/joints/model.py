@@ -44,15 +44,18 @@ class Constraint:
         ``revolute``, ``cylindrical``, ``helical`` and ``prismatic`` share the z axis, along which the second frame of
         ``helical`` travels ``pitch`` per radian it turns; ``planar`` keeps the second frame's origin in the first's xy
         plane with parallel z; ``universal`` keeps first x and second y perpendicular, and the origins together;
-        ``point_on_line`` keeps the second's origin on the first's z axis; ``distance`` keeps the origins ``length``
-        apart; ``rolling`` lets a disc or a torus about the second frame's z axis, a sphere or an ellipsoid roll on the
-        first's xy plane without slip, ``sliding`` lets the body slide there; ``formula`` holds an equation.
+        ``point_on_line`` keeps the second's origin on the first's z axis; ``distance`` keeps the origins at the
+        distance ``length``; ``rolling`` lets a disc or a torus about the second frame's z axis, a sphere or an
+        ellipsoid roll on the first's xy plane without slip, ``sliding`` lets the body slide there; ``formula`` holds an
+        equation.
     drive : formula of t and parameters, or None
         Prescribes the free displacement: the angle or the travel that the type names.
     length : formula of t and parameters
     radius : of the disc or sphere, of the centre line of the torus
     semi_axes : of the ellipsoid, along the axes of the second frame
     tube_radius : of the torus
+    surface : height of a rolling or sliding contact's surface over the first frame's xy plane, formula of the place;
+        None for the plane
     equation : formula that is 0, or None; between two frames of the local position, else of coordinates and points
     at_velocity : whether the equation is in velocities, and linear in velocities
     unit : of the equation
@@ -70,6 +73,7 @@ class Constraint:
     shape: Shape = "disc"
     semi_axes: tuple[Formula, Formula, Formula] = ZERO_VECTOR
     tube_radius: Formula = ZERO
+    surface: Formula | None = None
     equation: Formula | None = None
     at_velocity: bool = False
     unit: EquationUnit = "m"

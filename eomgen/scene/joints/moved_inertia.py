@@ -41,7 +41,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedBody:
     """A body in the frame of an assembly: mass, centre of mass, inertia (xx, yy, zz, xy, xz, yz) about the centre."""
 
     mass: Numbers
@@ -49,9 +49,9 @@ class Placed:
     inertia: Sequence[Numbers]
 
 
-def _placed(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[Placed]:
+def _placed(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[PlacedBody]:
     """Return the bodies of an assembly; carriers come before the carried parts."""
-    result: list[Placed] = []
+    result: list[PlacedBody] = []
     origins: list[Triple] = []
     for part in parts:
         origin: Triple = (0.0, 0.0, 0.0)
@@ -62,7 +62,7 @@ def _placed(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[Placed]:
         mass, center, inertia = numbers[part.start], numbers[part.start + 1 :][:3], numbers[part.start + 4 :][:6]
         if part.carrier is not None:
             center, inertia = _turned(part.orientation, center), turned(part.orientation, inertia)
-        result.append(Placed(mass, _plus(origin, center), inertia))
+        result.append(PlacedBody(mass, _plus(origin, center), inertia))
     return result
 
 
@@ -80,7 +80,7 @@ def _turned(rotation: Array, vector: Sequence[Numbers]) -> Triple:
     )
 
 
-def _about(point: Sequence[Numbers], bodies: Sequence[Placed]) -> list[Numbers]:
+def _about(point: Sequence[Numbers], bodies: Sequence[PlacedBody]) -> list[Numbers]:
     """Return the inertia of bodies about a point (Steiner)."""
     total: list[Numbers] = [0.0] * 6
     for body in bodies:
@@ -91,7 +91,7 @@ def _about(point: Sequence[Numbers], bodies: Sequence[Placed]) -> list[Numbers]:
 
 
 @dataclass(frozen=True)
-class Movable:
+class MovableInertia:
     """A joint that carries one rigid assembly and no further moving joint has inertia to move.
 
     Attributes
@@ -177,7 +177,7 @@ class Movable:
         return self.words.format(cause), self.hint
 
 
-def _first_moment(bodies: Sequence[Placed]) -> Triple:
+def _first_moment(bodies: Sequence[PlacedBody]) -> Triple:
     total: Triple = (0.0, 0.0, 0.0)
     for body in bodies:
         total = _plus(total, [body.mass * part for part in body.center])
@@ -236,7 +236,7 @@ class _Places:
 
 
 def _assemblies(joints: Sequence[Joint]) -> tuple[dict[str, list[Joint]], set[str]]:
-    """Return the fixed joints behind each moving body, and the moving bodies that carry further moving bodies."""
+    """Return the fixed joints that follow each moving body, and the moving bodies that carry further moving bodies."""
     assemblies: dict[str, list[Joint]] = {joint.child: [] for joint in joints if joint.kind.moves}
     host = {child: child for child in assemblies}
     for joint in joints:
@@ -294,7 +294,7 @@ def check_motion(
             led = places.put_each(
                 [item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None]
             )
-        rule = Movable(kind, _directions(joint), tuple(parts), rotors, pitch, led, words, hint)
+        rule = MovableInertia(kind, _directions(joint), tuple(parts), rotors, pitch, led, words, hint)
         values.require(key, rule, places.formulas)
 
 

@@ -98,7 +98,7 @@ def read_friction(key: str, joint: written.Joint, values: Values) -> tuple[Frict
     if (friction.static is None) != (friction.stribeck is None):
         given, missing = ("static", "stribeck") if friction.stribeck is None else ("stribeck", "static")
         example = "0.05" if missing == "stribeck" else "the effort that breaks it loose"
-        values.report.add(key, f"{given} needs {missing} beside it", f"{missing} = {example}")
+        values.report.add(key, f"{given} also needs {missing}", f"{missing} = {example}")
     if friction.static is None or friction.stribeck is None:
         pairs = enumerate(zip(coulomb, velocity, strict=True))
         return tuple(Friction(index, *pair) for index, pair in pairs if pair[0] != ZERO)

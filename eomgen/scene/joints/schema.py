@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import ValidatorFunctionWrapHandler, field_validator, model_validator
 
-from eomgen.scene.formula.scope import PARAMETERS, POSITIONS, TIME, VELOCITIES
+from eomgen.scene.formula.scope import BETWEEN_FRAMES, PARAMETERS, POSITIONS, TIME, VELOCITIES
 from eomgen.scene.joint_types import (
     CONSTRAINTS,
     DRIVE_UNITS,
@@ -159,7 +159,7 @@ class Joint(Table):
         "coordinate at which the spring is slack", unit=by_coordinate("rad", "m"), shown_default="`0`"
     )
     rotor_inertia: Values | None = of_parameters(
-        "added to this joint's diagonal of M (a motor behind a gear)",
+        "added to this joint's diagonal of M (a motor with a gear)",
         unit=by_coordinate("kg m^2", "kg"),
         shown_default="`0`",
     )
@@ -242,6 +242,13 @@ class Constraint(Table):
         "of an ellipsoid, along x, y and z of the second frame", unit="m", shown_default="required for `ellipsoid`"
     )
     tube_radius: Value | None = of_parameters("of the tube of a torus", unit="m", shown_default="required for `torus`")
+    surface: Value | None = optional(
+        "of `rolling` and `sliding`: the height over the plane of the first frame",
+        unit="m",
+        names=BETWEEN_FRAMES,
+        kind="value of x, y and parameters",
+        shown_default="the plane",
+    )
     pitch: Value | None = of_parameters("travel per radian", unit="m/rad", shown_default="required for `helical`")
     equation: Value | None = optional(
         "of a `formula`: 0 on the constraint",

@@ -48,7 +48,7 @@ def label_of(text: object) -> str:
 
 
 @dataclass(frozen=True)
-class Meaning:
+class KeyMetadata:
     """Metadata of a key.
 
     Attributes
@@ -98,7 +98,7 @@ def key(
     default : object
         The value if the key is absent; required by default.
     """
-    meaning = Meaning(unit, names, refers, sets, path, column, kind, shown_default)
+    meaning = KeyMetadata(unit, names, refers, sets, path, column, kind, shown_default)
     field = Field(default, description=description, **constraints)
     field.metadata.append(meaning)
     return field
@@ -158,7 +158,7 @@ class AddedKey:
 
 
 @dataclass(frozen=True)
-class KeysElsewhere:
+class ForeignKeys:
     """Names in other tools of keys of a product's tables: a row of the register.
 
     ``hint``: from a name, the keys that the table has and the given value to the key, or keys; empty without one.
@@ -178,12 +178,12 @@ def shown_power(value: float) -> str:
     return f"{value:.0e}".replace("e-0", "e-")
 
 
-def meaning_of(field: FieldInfo) -> Meaning:
+def meaning_of(field: FieldInfo) -> KeyMetadata:
     """Return the metadata of a field of a table."""
-    return next((entry for entry in field.metadata if isinstance(entry, Meaning)), Meaning())
+    return next((entry for entry in field.metadata if isinstance(entry, KeyMetadata)), KeyMetadata())
 
 
-def every_unit(meaning: Meaning) -> tuple[str, ...]:
+def every_unit(meaning: KeyMetadata) -> tuple[str, ...]:
     """Return each unit that a key can have, once, in order."""
     by_type = meaning.unit.values() if isinstance(meaning.unit, Mapping) else (meaning.unit,)
     flat = [unit for units in by_type for unit in ((units,) if isinstance(units, str) else units)]
@@ -214,7 +214,7 @@ def inner_table(annotation: Any) -> Inner | None:
 
 
 @cache
-def fields_of(model: type[Table]) -> dict[str, tuple[Meaning, Inner | None]]:
+def fields_of(model: type[Table]) -> dict[str, tuple[KeyMetadata, Inner | None]]:
     """Return the metadata of each key of a table, by name in a file, and the tables in the value."""
     fields = model.model_fields.items()
     return {field.alias or name: (meaning_of(field), inner_table(field.annotation)) for name, field in fields}

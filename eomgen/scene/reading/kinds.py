@@ -25,7 +25,7 @@ QUANTITY_SCHEMA: dict[str, Any] = {
 _INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
-class Refused(str):
+class FaultyText(str):
     """A text whose fault is reported already."""
 
     __slots__ = ()
@@ -180,12 +180,12 @@ class Rotation(Table):
 
 
 def plain_angles(value: object) -> TypeGuard[list[float]]:
-    """Tell whether a value in place of rotations is three numbers, such as roll, pitch and yaw."""
+    """Return whether a value in place of rotations is three numbers, such as roll, pitch and yaw."""
     return isinstance(value, list | tuple) and len(value) == 3 and all(isinstance(part, int | float) for part in value)
 
 
 def is_matrix(value: object) -> bool:
-    """Tell whether a value in place of rotations is three rows of three numbers."""
+    """Return whether a value in place of rotations is three rows of three numbers."""
     return isinstance(value, list | tuple) and len(value) == 3 and all(plain_angles(row) for row in value)
 
 

@@ -25,7 +25,7 @@ class Row:
     Attributes
     ----------
     keys : of the values: without names of entries and places in lists, ``joints.limits.lower``
-    breaks : tells whether values, numbers or arrays, break the rule
+    breaks : returns whether values, numbers or arrays, break the rule
     words : the fault, with ``{0}``, ``{1}`` ... for the values, or a function of the values
     hint : the remedy
     stage : 0 for a rule for a single value, 1 for a relation

@@ -1,5 +1,5 @@
-"""Values of scene keys: formulas parsed in a scope, numbers at the default parameters, and units of symbols in
-formulas; constant orientations; values that look as if they were in degrees or in percent.
+"""Values of scene keys: formulas parsed in a scope, numbers at the default parameters; constant orientations; values
+that look as if they were in degrees or in percent.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, Vector
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, Vector
 from eomgen.formula.substitution import substituted
 from eomgen.formula.units.parser import read_unit
 from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, UnknownPoseError
 from eomgen.scene.formula.namespaces import known_there, read_included
 from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
-from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.reading.kinds import Refused, Rotations
+from eomgen.scene.reading.formula_units import FACTOR, disagreement, unit_of
+from eomgen.scene.reading.kinds import FaultyText, Rotations
 from eomgen.scene.reading.kinds import Rotation as WrittenRotation
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import BOUNDS, Row, bound_of
@@ -50,45 +50,6 @@ def _noted(formula: Formula) -> Iterator[str]:
             call = f"{formula.name}({angle:.0f}"
             yield f"{call}) takes {angle:.0f} rad, for angles in formulas are radians; {call} * pi / 180) takes degrees"
         yield from _noted(argument)
-
-
-_OF_KINDS = {"time": "s", "position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
-_PER_TIME = {"q": "", "v": "/s", "a": "/s^2"}
-#: Operations whose results have the unit of their arguments.
-_KEEPING = frozenset({"add", "sub", "neg", "abs", "min", "max", "select"})
-
-
-def unit_of(formula: Formula, joints: Mapping[str, str]) -> str:
-    """Return the unit in SI of a formula that is a known quantity, shifted, negated or limited; empty for other
-    formulas.
-
-    Parameters
-    ----------
-    joints : mapping
-        Types of joints by name.
-    """
-    if isinstance(formula, Symbol):
-        return unit_of_symbol(formula, joints)
-    if isinstance(formula, Quantity):
-        return formula.word.unit_of(formula.item, formula.component)
-    if isinstance(formula, Operation) and formula.name in _KEEPING:
-        parts = formula.arguments[1:] if formula.name == "select" else formula.arguments
-        result = {unit for part in parts if (unit := unit_of(part, joints))}
-        return result.pop() if len(result) == 1 else ""
-    return ""
-
-
-def unit_of_symbol(symbol: Symbol, joints: Mapping[str, str]) -> str:
-    """Return the unit of a symbol; empty if unknown. ``joints`` are types by name."""
-    if symbol.kind in _OF_KINDS:
-        return _OF_KINDS[symbol.kind]
-    if symbol.kind == "local":
-        return _OF_KINDS.get(symbol.name, "")
-    kind = JOINTS.get(joints.get(symbol.name, ""))
-    if symbol.kind not in _PER_TIME or kind is None:
-        return ""
-    units = kind.units if kind.q_size == kind.v_size == len(kind.units) else ()
-    return f"{units[symbol.index]}{_PER_TIME[symbol.kind]}" if symbol.index < len(units) else ""
 
 
 #: Ends of keys whose formulas are 0 somewhere, with a hint for an equation in place of a formula.
@@ -160,7 +121,7 @@ class Values:
 
     def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
         """Return a formula; ``UNKNOWN`` for a fault. A formula of parameters has to satisfy the rule of the key."""
-        if isinstance(value, Refused):
+        if isinstance(value, FaultyText):
             return UNKNOWN
         if not isinstance(value, str):
             self._require_bound(key, Number(value), scope)
@@ -176,6 +137,8 @@ class Values:
             return UNKNOWN
         self.note(f"{key}: {text}" for text in plain_degrees(formula))
         self._check_arguments(key, formula)
+        if terms := disagreement(formula, self.names):
+            self.note([f"{key}: {terms.text}; try: {FACTOR}"])
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
         self.mentioned |= entries(formula)
@@ -203,8 +166,8 @@ class Values:
                     for (name, unit), argument in zip(units, item.arguments, strict=False)
                 ]
         for argument, unit, formula_of in taken:
-            given = unit_of(formula_of, self.names.joints)
-            if not unit or not given or unit == given:
+            given = unit_of(formula_of, self.names)
+            if given in ("", "1", unit) or not unit:
                 continue
             from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
 
@@ -272,7 +235,7 @@ class Values:
         )
 
     def mentions_refused(self, text: str) -> bool:
-        """Tell whether a formula mentions a refused entry, by name in the file of the formula."""
+        """Return whether a formula mentions a refused entry, by name in the file of the formula."""
         refused = known_there(text, self.refused)
         return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in refused)
 

@@ -54,7 +54,7 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
     if interpolation == "quintic" and np.min(steps) < CLOSEST * np.max(steps):
         index = int(np.argmin(steps)) + 1
         message = (
-            f"points are {np.min(steps):.3g} apart here and {np.max(steps):.3g} elsewhere, too uneven for a spline"
+            f"distances of points: {np.min(steps):.3g} here, {np.max(steps):.3g} elsewhere, too uneven for a spline"
         )
         return index, message, 'points more evenly spread, or interpolation = "linear"'
     if outside == "periodic" and interpolation == "quintic":
@@ -349,7 +349,7 @@ def _misfit(in_title: str, unit: str) -> str:
     try:
         wanted = read_unit(unit)
         fault = unit_fault(in_title, read_unit(in_title), unit) if wanted else None
-    except UnitError:  # a label that is no unit
+    except UnitError:  # a label that is not a unit
         return ""
     return "" if fault is None else f"and its numbers are taken in {unit}"
 

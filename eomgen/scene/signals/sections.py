@@ -10,11 +10,12 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from eomgen.base.messages import NAME_LENGTH, key_of
+from eomgen.base.messages import NAME_LENGTH, key_of, shown
 from eomgen.base.random_inputs import Harmonic
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.units.dimensions import Dimension, dimension_of
 from eomgen.formula.units.parser import Factors, UnitError, read_unit
 from eomgen.formula.units.table import names
 from eomgen.scene.formula.definitions import NamedExpression
@@ -28,33 +29,36 @@ from eomgen.scene.formula.scope import (
     REACTION_PARTS,
     STATE,
     TIME,
+    SceneNames,
 )
 from eomgen.scene.reading import report
+from eomgen.scene.reading.formula_units import FACTOR, dimension_of_formula, disagreement, unit_of, unit_of_symbol
 from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.values import UNKNOWN, Values, unit_of, unit_of_symbol
-from eomgen.scene.section import Entries, Reading, Section, Unused
+from eomgen.scene.reading.values import UNKNOWN, Values
+from eomgen.scene.section import Entries, Reading, Section, UnusedEntries
 from eomgen.scene.signals import schema
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.sampling import read_sampled_state
+from eomgen.scene.signals.tables import note_of_label
 from eomgen.system.motions import Motion, motion_parameters
 from eomgen.system.signals import Definition, Input, Output, Parameter, State
 
 
-def units_of_symbols(formulas: Sequence[Formula], joints: Mapping[str, str]) -> str:
-    """Return the common unit of formulas if each is one coordinate, a rate of a coordinate, or a component of a point's
-    motion; empty for other formulas.
-
-    ``joints``: types by name.
-    """
-    result = {unit_of_symbol(formula, joints) if isinstance(formula, Symbol) else "" for formula in formulas}
+def units_of_symbols(formulas: Sequence[Formula], names: SceneNames) -> str:
+    """Return the common unit of formulas if each is one quantity or labelled name; empty for other formulas."""
+    result = {
+        unit_of_symbol(formula, names.joints, names.labels) if isinstance(formula, Symbol) else ""
+        for formula in formulas
+    }
     return result.pop() if len(result) == 1 else ""
 
 
 def doubtful_label(label: str, unit: str) -> str:
-    """Return a note on the label of a signal whose values are in another unit; empty for the same unit, and for a
-    label that is no unit."""
+    """Return a note on the label of a signal whose values are in another unit; empty for the same unit, and for a label
+    that is not a unit."""
     factors = _factors(label)
-    if not unit or not factors or factors == _factors(unit):
+    known = _factors(unit)
+    if not known or not factors or factors == known:
         return ""
     note = f"its unit {label} is a label, and its values are in {unit}"
     if not all(names()[name].is_coherent for name, _ in factors):
@@ -188,7 +192,7 @@ def read_output(name: str, output: schema.Output, sections: Sections, values: Va
     unit = _UNITS.get(given[0], "") if len(given) == 1 else ""
     if output.energy is not None:
         unit = "W" if output.energy.endswith("power") else "J"
-    own = unit or units_of_symbols(formulas, values.names.joints)
+    own = unit or units_of_symbols(formulas, values.names)
     if output.unit and (note := doubtful_label(output.unit, own)):
         values.note([f"{key}: {note}"])
     return Output(name, formulas, output.unit or unit, output.description)
@@ -215,24 +219,28 @@ class _Curves(Section):
     def read(self, reading: Reading) -> Mapping[str, Any]:
         curves = Curves(reading.values, reading.folder)
         for name, entry in reading.document.section("curves").items():
-            reading.tables["curves"][name] = curves.curve(key_of("curves", name), name, entry)
+            key = key_of("curves", name)
+            reading.tables["curves"][name] = curves.curve(key, name, entry)
+            remedy = (
+                "value_unit in the table" if entry.table is not None else f'points with units, [0, "1 {entry.unit}"]'
+            )
+            reading.values.note(note_of_label(key, entry.unit, remedy))
         return {}
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         return {"curves": tuple(reading.tables["curves"].values())}
 
 
-def _unit_fault(label: str, known: str) -> tuple[str, str] | None:
+def _unit_fault(label: str, known: Dimension) -> tuple[str, str] | None:
     """Return the fault of a label that is a unit of another kind than ``known``, and a hint; None for other labels."""
-    try:
-        factors = read_unit(label)
-    except UnitError:
+    given = dimension_of(label)
+    if given is None or given == known or (known.angle is None and given.powers == known.powers):
         return None
-    if factors == read_unit(known):
-        return None
+    if known.is_number:
+        return f"the unit {shown(label)} is not of a plain number, as its formula is", "no unit"
     from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
 
-    fault = unit_fault(label, factors, known)
+    fault = unit_fault(label, read_unit(label), str(known))
     return fault and (fault[0], f'"{known}", the unit of its formula in SI')
 
 
@@ -260,7 +268,7 @@ class _Definitions(Section):
 
     def read_entry(self, name: str, entry: schema.Definition, reading: Reading) -> Definition | None:
         values, where, text = reading.values, key_of("definitions", name), reading.names.definitions[name].text
-        if values.mentions_refused(text):  # a fault that is told already
+        if values.mentions_refused(text):  # a fault that is reported already
             values.refused = {*values.refused, name}
             return None
         taken = PLACE in reading.names.parameters or PLACE in reading.names.definitions
@@ -269,16 +277,18 @@ class _Definitions(Section):
         if formula is UNKNOWN:
             values.refused = {*values.refused, name}
             return None
-        known = unit_of(formula, reading.names.joints)
-        if entry.unit and known and (fault := _unit_fault(entry.unit, known)):
+        known, dimension = unit_of(formula, reading.names), dimension_of_formula(formula, reading.names)
+        if entry.unit and (terms := disagreement(formula, reading.names)):
+            reading.report.add(f"{where}.formula", terms.text, FACTOR)
+        elif entry.unit and dimension and (fault := _unit_fault(entry.unit, dimension)):
             reading.report.add(f"{where}.unit", *fault)
         elif note := doubtful_label(entry.unit, known):
             values.note([f"{where}.unit: {note}"])
         return Definition(name, text, formula, entry.unit or known, entry.description)
 
-    def unused(self, reading: Reading) -> Unused:
+    def unused(self, reading: Reading) -> UnusedEntries:
         names = [name for name, item in reading.names.definitions.items() if not item.used]
-        return Unused("definition", "definitions", names)
+        return UnusedEntries("definition", "definitions", names)
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         made = tuple(item for item in reading.items["definitions"].values() if item is not None)

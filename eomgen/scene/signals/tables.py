@@ -186,7 +186,7 @@ def _text(path: Path, name: str) -> str:
         raise TableError(f"{name}:{line}", fault, "the file saved as CSV in UTF-8") from None
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
-        raise TableError(f"{name}:{line}", "there is a zero byte: this is no text", "the file saved as CSV in UTF-8")
+        raise TableError(f"{name}:{line}", "there is a zero byte: this is not a text", "the file saved as CSV in UTF-8")
     return text
 
 
@@ -276,7 +276,7 @@ def _number(row: tuple[int, list[str]], place: int, words: _Words, name: str, de
 
 
 def _in_place(cell: str) -> str:
-    """Return a remedy for a cell that is no number."""
+    """Return a remedy for a cell that is not a number."""
     if _THOUSANDS.fullmatch(cell):
         hint = "numbers without separators of thousands"
         return f'{hint}; decimal = "," if the comma is a decimal mark' if _DECIMAL_COMMA.fullmatch(cell) else hint
@@ -309,6 +309,13 @@ def unit_of_title(title: str) -> str:
 def is_in_si(unit: str) -> bool:
     """Return whether numbers of a scene are in a unit."""
     return all(names()[name].is_coherent for name, _ in read_unit(unit))
+
+
+def note_of_label(key: str, label: str, remedy: str) -> list[str]:
+    """Return a note on the label of numbers if the label is a unit beyond SI; none for other labels."""
+    if all(names()[name].is_coherent for name, _ in _factors(label)):
+        return []
+    return [f"{key}.unit: its unit {label} is a label, so formulas take its numbers as they are; try: {remedy}"]
 
 
 def _factors(unit: str) -> Factors:

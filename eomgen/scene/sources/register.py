@@ -14,7 +14,7 @@ from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.sources.source import Option, Read, Source
+from eomgen.scene.sources.source import ConvertedScene, Option, Source
 from eomgen.scene.sources.urdf.source import URDF
 
 #: The group of entry points for sources of other distributions: objects of the class ``Source``.
@@ -26,7 +26,7 @@ _ELSEWHERE: Mapping[str, str] = {
 }
 
 
-def _read_toml(text: str, **options: Any) -> Read:
+def _read_toml(text: str, **options: Any) -> ConvertedScene:
     from eomgen.scene.sources.toml import read_toml  # noqa: PLC0415  # a scene of a record is not read
 
     return read_toml(text, **options)
@@ -137,8 +137,8 @@ KINDS = "eomgen.file_kinds"
 
 
 @dataclass(frozen=True)
-class OtherKind:
-    """A kind of file beside mechanical scenes.
+class OtherFileKind:
+    """A kind of file other than mechanical scenes.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ class OtherKind:
 
 def fault_of_kind(kind: object) -> tuple[str, str] | None:
     """Return the fault of a key ``kind`` in a mechanical scene, and a remedy; None if the value means no other kind."""
-    for row in rows_of(KINDS, OtherKind):
+    for row in rows_of(KINDS, OtherFileKind):
         if row.kind == kind:
             return f"this is {row.noun}, and this command or function is for mechanical scenes", row.remedy
     absent = fault_of_absent(str(kind))

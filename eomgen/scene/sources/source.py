@@ -12,7 +12,7 @@ from eomgen.errors import DescriptionError, FileError, Problem, UsageError
 
 
 @dataclass(frozen=True)
-class Read:
+class ConvertedScene:
     """A description in the form of a scene file.
 
     Attributes
@@ -90,7 +90,7 @@ class Source:
     name: str
     endings: tuple[str, ...]
     article: str
-    read: Callable[..., Read]
+    read: Callable[..., ConvertedScene]
     options: tuple[Option, ...] = ()
     elsewhere: Mapping[str, str] = field(default_factory=dict)
     scenes: bool = False

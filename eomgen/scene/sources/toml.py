@@ -11,7 +11,7 @@ from typing import Any
 
 from eomgen.base.messages import key_of
 from eomgen.errors import DescriptionError, Problem
-from eomgen.scene.sources.source import Read
+from eomgen.scene.sources.source import ConvertedScene
 
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
@@ -136,7 +136,7 @@ class _Scanner:
 
 
 _TOML_PLACE = re.compile(r" \(at line (\d+), column (\d+)\)$")
-#: A number with a decimal comma, behind an equals sign.
+#: A number with a decimal comma, after an equals sign.
 _DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)\s*(?:[,}#]|$)")
 
 #: A number and a unit without quotes.
@@ -181,7 +181,7 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
 
 
 def _toml_hint(fault: str, line: str) -> str:
-    """Return a hint for a line that is no TOML."""
+    """Return a hint for a line that is not TOML."""
     if fault.endswith("is given twice"):
         return "one of them"
     if "twice" in fault or "overwrite" in fault:
@@ -197,7 +197,7 @@ def _toml_hint(fault: str, line: str) -> str:
     return "TOML syntax: key = value, texts in quotes"
 
 
-def read_toml(text: str, *, file: str, strict: bool = False, included: bool = False) -> Read:
+def read_toml(text: str, *, file: str, strict: bool = False, included: bool = False) -> ConvertedScene:
     """Return the data of a scene file; no key is left out. Raises DescriptionError."""
     del strict, included
-    return Read(*toml_data(text, file))
+    return ConvertedScene(*toml_data(text, file))

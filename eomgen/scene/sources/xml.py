@@ -44,7 +44,7 @@ class Element:
 
     @property
     def has_text(self) -> bool:
-        """Tell whether there is text that was not read."""
+        """Return whether there is text that was not read."""
         return not self._text_read and any(not piece.isspace() for piece in self._text)
 
     def has(self, attribute: str) -> bool:

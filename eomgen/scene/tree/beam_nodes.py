@@ -154,7 +154,7 @@ def section_formulas(
         return ()
     if beam is None:
         other = name in values.names.beams
-        fault = f"the beam {name} is no geometrically exact one" if other else f"there is no beam {shown(name)}"
+        fault = f"the beam {name} is not geometrically exact" if other else f"there is no beam {shown(name)}"
         report.add(f"{key}.{kind}", fault, 'model = "cosserat"' if other else nearest(name, beams))
         return ()
     if output.at is None:

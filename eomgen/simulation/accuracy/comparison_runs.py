@@ -179,7 +179,7 @@ class MotionDifference(NamedTuple):
 
 
 class ComparisonRuns:
-    """Comparison runs of one run, and how far motions are apart."""
+    """Comparison runs of one run, and the difference between two motions."""
 
     def __init__(
         self,

@@ -386,7 +386,8 @@ def _passed_over(runs: ComparisonRuns, other: ComparedMotion) -> str:
 
 
 def _doubtful(runs: ComparisonRuns, result: ErrorEstimate, near: MotionDifference) -> bool:
-    """Return whether longer steps tell too little, so that a shorter one has to.
+    """Return whether runs with longer steps are insufficient for an estimate, so that a run with shorter steps is
+    needed.
 
     An angle that turns by more than half a turn within a step is sampled in the same way by longer steps.
     """

@@ -177,8 +177,8 @@ def motion_size(
     a velocity or a multiplier the largest value; a size below a thousandth of the largest one in its unit is raised to
     that thousandth. An angle whose whole turns do not matter, by ``turns`` (nv,), none by default, has the size of a
     turn at most. An output that is rounding in comparison with all outputs of the same unit, such as the moment of a
-    bearing beside its forces, counts as rounding. An energy that is kept, or nearly so, is measured by the energies at
-    work, ``energies`` in J.
+    bearing compared with its forces, counts as rounding. An energy that is kept, or nearly so, is measured by the
+    energies at work, ``energies`` in J.
     """
     column = columns_of(model, rows)
     travel = np.ptp(column["q"], axis=0)

@@ -1,8 +1,8 @@
 """Errors from differences between runs, by Richardson's extrapolation.
 
 If x_h - x = C h^p + higher powers, then x_2h - x_h = (2^p - 1) (x_h - x), and the ratio of x_4h - x_2h to x_2h - x_h
-tells whether p is the method's: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993), II.4.
-Which runs are compared, and when there is no estimate, ``error_estimation`` decides.
+shows whether p is the method's order: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993),
+II.4. Which runs are compared, and when there is no estimate, ``error_estimation`` decides.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import ByName
-from eomgen.results.error_estimate import NONE, OWN, ErrorEstimate, Largest
+from eomgen.base.calls import NamedResults
+from eomgen.results.error_estimate import NONE, OWN, ErrorEstimate, LargestError
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, ComparisonRuns, MotionDifference
 from eomgen.simulation.accuracy.motion_size import Kinds, shares
 
@@ -36,7 +36,7 @@ class Pair(NamedTuple):
     apart : of the run from another one
     gain : from the order to the error of the run as a part of that, (n, 1)
     words : which runs these were
-    near, far : differences that tell the order, as |x_2h - x_h| and |x_4h - x_2h|; of tolerances there are none
+    near, far : differences that determine the order, as |x_2h - x_h| and |x_4h - x_2h|; of tolerances there are none
     refinement : ratio of the steps of neighbouring runs
     """
 
@@ -95,7 +95,7 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
             else SMALL.format(least=f"{least:.2g} {unit}".strip())
         )
         measure = measure if math.isfinite(least) else NONE
-        largest = Largest(*largest_component, float(share[row, component]), measure)
+        largest = LargestError(*largest_component, float(share[row, component]), measure)
     outputs = {kind.partition(".")[2]: array for kind, array in errors.items() if kind.startswith("output.")}
     return ErrorEstimate(
         available=True,
@@ -105,7 +105,7 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
         v_at=errors["v"],
         z_at=errors["z"],
         multipliers_at=errors["multipliers"],
-        outputs_at=ByName(
+        outputs_at=NamedResults(
             "output",
             {name: array[:, 0] if runs.own.outputs[name].ndim == 1 else array for name, array in outputs.items()},
         ),
@@ -126,7 +126,7 @@ def _since(runs: ComparisonRuns) -> str:
     return f" from t = {first:.6g} s on, where the state is taken for exact" if first > start + 0.5 * runs.step else ""
 
 
-def _largest_velocity(runs: ComparisonRuns, errors: Array, times: Array) -> Largest | None:
+def _largest_velocity(runs: ComparisonRuns, errors: Array, times: Array) -> LargestError | None:
     """Return the largest error of the velocities, (n, nv), relative to the largest velocity of the same unit, for an
     elastic coordinate of a beam relative to the largest velocity of the coordinate; None if no velocity is above
     rounding.
@@ -157,10 +157,10 @@ def _largest_velocity(runs: ComparisonRuns, errors: Array, times: Array) -> Larg
     if elastic[column]:
         own = velocities[column] >= fastest[column]
         measure = OWN_FASTEST if own else SMALL_RATE.format(least=f"{fastest[column]:.2g} {unit}")
-    return Largest(model.v_names[column], error, unit, time, float(share[row, place]), measure)
+    return LargestError(model.v_names[column], error, unit, time, float(share[row, place]), measure)
 
 
-def _largest_output(runs: ComparisonRuns, errors: Kinds, times: Array) -> Largest | None:
+def _largest_output(runs: ComparisonRuns, errors: Kinds, times: Array) -> LargestError | None:
     """Return the largest error of the outputs relative to their ranges; None without outputs, or if all coordinates
     rest, so that ranges are rounding."""
     if runs.size.still:
@@ -175,7 +175,9 @@ def _largest_output(runs: ComparisonRuns, errors: Kinds, times: Array) -> Larges
         row, place = np.unravel_index(int(np.argmax(share)), share.shape)
         label = f"output {name}{f'[{place}]' if array.shape[1] > 1 else ''}"
         result.append(
-            Largest(label, float(array[row, place]), units[name], float(times[row]), float(share[row, place]), RANGE)
+            LargestError(
+                label, float(array[row, place]), units[name], float(times[row]), float(share[row, place]), RANGE
+            )
         )
     return max(result, key=lambda item: item.share, default=None)
 

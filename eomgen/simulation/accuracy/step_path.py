@@ -17,7 +17,7 @@ from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import evaluate_batch, symbols
 from eomgen.formula.features import corners, jumps, may_be_fast
-from eomgen.formula.nodes import Formula, LoadSymbol, Symbol
+from eomgen.formula.nodes import ZERO_VECTOR, Formula, LoadSymbol, Symbol
 from eomgen.lie.groups import SO3
 from eomgen.lie.numeric import log, rotated
 from eomgen.results.dense_output import Rows, state_at
@@ -61,7 +61,7 @@ class StepStates:
         return result
 
     def at_point(self, symbol: Symbol) -> Array:
-        """Return a component of the motion of a point or of the place of a load, (m,)."""
+        """Return a component of the motion of a point, of a body or of the place of a load, (m,)."""
         body, point, own_axes = self._path.points[symbol]
         kind = symbol.name if symbol.kind == "local" else symbol.kind
         key = kind, body, point, own_axes
@@ -166,6 +166,8 @@ class StepPath:
             return False
         if isinstance(symbol, LoadSymbol):
             place = symbol.body, symbol.point, symbol.own_axes
+        elif symbol.kind in ("rotation", "angular_velocity"):
+            place = symbol.name, ZERO_VECTOR, False
         else:
             known = {point.name: point for point in model.description.drawing.points}
             if symbol.kind not in ("position", "velocity") or symbol.name not in known:
@@ -368,7 +370,7 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array) -> bool:
     """Return whether accelerations or rates of internal states jump at a place that the motion crosses between rows
     (n, width).
 
-    A force that begins at zero behind a comparison, as of a contact, has a corner there, and no jump.
+    A force that begins at zero after a comparison, as of a contact, has a corner there, and no jump.
     """
     places = _places(run, "jumps", jumps)
     if not places or len(rows) < 2:

@@ -61,7 +61,7 @@ _RESOLVED = 8.0
 #: Refinement of the rows for a second examination of adaptive methods after a first finding: some steps of these
 #: methods are shorter than the average.
 _REFINEMENTS = (8.0,)
-#: Number of rows behind a step in which a level is checked to hold the motion.
+#: Number of rows after a step in which a level is checked to hold the motion.
 _HELD = 4096
 #: Part of the change within a step over which a rate jumps: nodes lie so close at comparisons.
 _AT_ONCE = 1e-4
@@ -102,7 +102,7 @@ class _Nodes(NamedTuple):
     counts: NDArray[np.intp]
 
 
-class _Held(NamedTuple):
+class _HeldComponent(NamedTuple):
     """A velocity or an internal state that the equations hold at a level, although the run passes the level.
 
     Attributes
@@ -351,7 +351,7 @@ class _Examination:
         return law
 
     def _laws(self, blocks: StepStates, ends: StepStates) -> Iterator[tuple[Array, Array]]:
-        """Yield each law's values at samples and at step ends; rates replace laws without known values."""
+        """Yield the values of each law at samples and at ends of steps, or its rates if the law has no known values."""
         for law in self._known:
             yield self._path.values(law, blocks), self._path.values(law, ends)
         if self._opaque:
@@ -477,7 +477,7 @@ class _Examination:
 
     # -- levels that the motion cannot pass ------------------------------------------------------------------------
 
-    def _levels(self, steps: NDArray[np.intp], nodes: _Nodes) -> list[_Held]:
+    def _levels(self, steps: NDArray[np.intp], nodes: _Nodes) -> list[_HeldComponent]:
         """Return the levels that the run passes, though the equations hold the motion there.
 
         At a jump of a force in a velocity the rates on both sides may point to the jump: no motion passes it
@@ -489,7 +489,7 @@ class _Examination:
             return []
         begins = self._rates_at(steps)
         values, inside = self._columns(self._path.at_rows), self._columns(nodes.blocks)
-        levels: list[_Held] = []
+        levels: list[_HeldComponent] = []
         last = np.cumsum(nodes.counts)
         for place, step in enumerate(steps.tolist()):
             part = slice(last[place] - nodes.counts[place], last[place])
@@ -508,7 +508,7 @@ class _Examination:
                 duration = float(np.ptp(there[back]) / np.abs(rates[back]).max())
                 before = float(inside[part, column][back[0] - 1]) if back[0] else float(low)
                 jumps = abs(level - before) < _AT_ONCE * abs(float(high - low))
-                levels.append(_Held(place, column, level, time, beyond, duration, jumps))
+                levels.append(_HeldComponent(place, column, level, time, beyond, duration, jumps))
         return levels
 
     def _chattering(self, steps: NDArray[np.intp], nodes: _Nodes) -> Iterator[tuple[int, NDArray[np.bool_]]]:
@@ -691,7 +691,7 @@ class _Examination:
         step = f"{width / _RESOLVED:.2g}"
         return UnseenLaw(Finding(value=value, time=time, text=text, hint=self._remedy(step)), law, float(step))
 
-    def _told_of_level(self, held: _Held, steps: NDArray[np.intp], meshes: Sequence[Array]) -> UnseenLaw:
+    def _told_of_level(self, held: _HeldComponent, steps: NDArray[np.intp], meshes: Sequence[Array]) -> UnseenLaw:
         name = (*self._model.v_names, *self._model.z_names)[held.column]
         unit = (*self._model.v_units, *self._model.z_units)[held.column]
         unit = "" if unit in ("", "1") else f" {unit}"

@@ -19,6 +19,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import apply, evaluate
+from eomgen.formula.features import WITH_EDGE
 from eomgen.formula.nodes import Application, Formula, Operation, Quantity, Symbol
 from eomgen.integrators.events import CONTROLLER_ADVICE, CONTROLLER_FAILED
 from eomgen.integrators.families.adaptive import MOST_STEPS
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 Values = Mapping[tuple[str, str, int], float]
 #: Remedy for operations without a value.
 OTHER_FORMULA = "another start, or a formula that has a value there, such as max(x, 1e-3) in place of x"
-_SAID = {"sqrt": "sqrt({0})", "log": "log({0})", "asin": "asin({0})", "acos": "acos({0})", "pow": "({0}) ** ({1})"}
+_SAID = {name: f"{name}({{0}})" for name in WITH_EDGE} | {"pow": "({0}) ** ({1})"}
 #: Arguments beyond this size come from a motion that has grown without end.
 _GROWN = 1e12
 

@@ -13,7 +13,7 @@ import numpy as np
 from eomgen.analysis.state_warnings import linear_range_exceeded
 from eomgen.base.arrays import Array
 from eomgen.base.messages import listed
-from eomgen.results.error_estimate import NOTICED, ErrorEstimate, Largest
+from eomgen.results.error_estimate import NOTICED, ErrorEstimate, LargestError
 from eomgen.results.finding import FAILURE, Finding
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
@@ -64,7 +64,7 @@ def _discretisation_error(run: FinishedRun) -> Iterator[Finding]:
     yield Finding(value=largest.share, time=largest.time, text=text, hint=_remedy_of_error(run))
 
 
-def noticed_error(error: ErrorEstimate) -> Largest | None:
+def noticed_error(error: ErrorEstimate) -> LargestError | None:
     """Return the estimated error to report, of coordinates before outputs and velocities; None if errors are small, and
     shrink with the step."""
     output, velocity = error.largest_output, error.largest_velocity
@@ -96,7 +96,7 @@ def _rounded_states(run: FinishedRun) -> list[str]:
     ]
 
 
-def _refinement(run: FinishedRun, largest: Largest) -> str:
+def _refinement(run: FinishedRun, largest: LargestError) -> str:
     """Return the step that makes a large error small, by the order of the method; empty if other remedies apply."""
     error, step = run.error, run.longest_part
     share = max(error.relative, largest.share if largest is error.largest_output else 0.0)
@@ -109,7 +109,7 @@ def _refinement(run: FinishedRun, largest: Largest) -> str:
     return f"a step smaller than {step * error.refinement(AIM, share):.2g} s"
 
 
-class Unresolved(NamedTuple):
+class UnresolvedComponent(NamedTuple):
     """A coordinate or internal state with an error larger than the motion; the unit begins with a space."""
 
     name: str
@@ -129,7 +129,7 @@ def _unresolved_coordinate(run: FinishedRun) -> Iterator[Finding]:
     yield Finding(value=error / travel, text=text, hint=_remedy_of_error(run))
 
 
-def unresolved_coordinates(run: FinishedRun) -> list[Unresolved]:
+def unresolved_coordinates(run: FinishedRun) -> list[UnresolvedComponent]:
     """Return coordinates of joints and internal states with a motion that is relatively small, and smaller than three
     times the estimated error.
 
@@ -141,7 +141,7 @@ def unresolved_coordinates(run: FinishedRun) -> list[Unresolved]:
     return _hidden(run, *run.between_rows) if result and run.rows_are_sparse else result
 
 
-def _hidden(run: FinishedRun, q: Array, z: Array) -> list[Unresolved]:
+def _hidden(run: FinishedRun, q: Array, z: Array) -> list[UnresolvedComponent]:
     """Return the coordinates and internal states whose errors hide motions of q, (n, nq), and z, (n, nz)."""
     model, error = run.run.model, run.error
     reported = noticed_error(error)
@@ -155,7 +155,7 @@ def _hidden(run: FinishedRun, q: Array, z: Array) -> list[Unresolved]:
     result = [(model.q_names[k], q_travel[k], by, model.q_units[k], reach[model.q_units[k]]) for k, by in angles]
     result += zip(model.z_names, z_travel, of_states, model.z_units, z_sizes, strict=True)
     return [
-        Unresolved(name, travel, by, "" if unit in ("", "1") else f" {unit}")
+        UnresolvedComponent(name, travel, by, "" if unit in ("", "1") else f" {unit}")
         for name, travel, by, unit, largest in result
         if (reported is None or name != reported.name) and travel > least * largest and HIDDEN * by > travel
     ]

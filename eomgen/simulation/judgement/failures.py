@@ -86,15 +86,13 @@ def end_of(run: FinishedRun) -> str:
 
 
 def _last_state(run: Run, trajectory: Trajectory, events: Events | None) -> _LastState:
-    """Return the state of the last row, or of the last event behind that row."""
+    """Return the state of the last row, or of the last event after that row."""
     t, q, v, a, _, z = (part[0] for part in states_of(trajectory.rows[-1:], run.model))
     if events is None or not len(events) or events.t[-1] <= t:
         return _LastState(float(t), q, v, a, z, run.parameters, "")
     *_, event = events
     p = parameters_with(events, run.model, run.parameters, event.modes)
-    return _LastState(
-        event.t, event.q, event.v, np.full_like(v, np.nan), event.z, p, f", behind the event {event.name}"
-    )
+    return _LastState(event.t, event.q, event.v, np.full_like(v, np.nan), event.z, p, f", after the event {event.name}")
 
 
 def _diagnosis(run: Run, stepper: Stepper, trajectory: Trajectory, last: _LastState) -> tuple[str, str]:

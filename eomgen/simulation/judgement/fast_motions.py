@@ -6,7 +6,7 @@ how large they swing, by two differences of accelerations along a tenth of a rad
 goes with the angular frequency w swings a mode of frequency W by w/W of its acceleration only, however it curves.
 
 A run sees them at its steps alone. One that oscillates at a multiple of the steps' frequency looks like a constant, to
-runs with half the step as well, so no comparison of runs tells it. Here they are evaluated between the steps.
+runs with half the step as well, so no comparison of runs shows it. Here they are evaluated between the steps.
 """
 
 from __future__ import annotations

@@ -8,43 +8,33 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from eomgen.analysis.state_warnings import LargestBending, largest_bending
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.base.progress import Progress
 from eomgen.compiled.initial_state import InitialState
 from eomgen.integrators.events import STOPPED
 from eomgen.lie.product import Factor
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.results.finding import WARNING, Finding, Severity
-from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate
-from eomgen.simulation.accuracy.step_path import repeated_share, step_rows
-from eomgen.simulation.accuracy.unseen_events import unseen_events
-from eomgen.simulation.accuracy.unseen_laws import UnseenLaw, laws_between_steps, unseen_law
-from eomgen.simulation.judgement.fast_motions import unresolved_motion
-from eomgen.simulation.judgement.instability import Growth, at_rest, unstable_growth
-from eomgen.simulation.judgement.invariants import (
-    APART,
-    REPORTED_ENERGY,
-    EnergyBalance,
-    Violation,
-    energy_balance,
-    largest_stretch,
-    largest_violation,
-    same_time,
-)
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.events import acting, parameters_over, table_of
 from eomgen.simulation.stepping.run import Run
-from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed, states_of
+from eomgen.simulation.stepping.states import PrescribedInputs, States, evaluated, prescribed, states_of
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import StepParts, step_parts
 
-#: Share of the way between rows that velocities at the rows do not tell, in the middle of all intervals.
+if TYPE_CHECKING:
+    from eomgen.analysis.state_warnings import LargestBending
+    from eomgen.simulation.accuracy.unseen_laws import UnseenLaw
+    from eomgen.simulation.judgement.instability import Growth
+    from eomgen.simulation.judgement.invariants import EnergyBalance, Violation
+
+#: Share of the way between rows that velocities at the rows do not determine, in the middle of all intervals.
 _UNTOLD = 0.5
 #: Ways that are rounding, in parts of the largest coordinate.
 _ROUNDING = 1e-12
@@ -53,7 +43,7 @@ _ROUNDING = 1e-12
 def untold_between_rows(states: States, factors: Sequence[Factor]) -> bool:
     """Return whether a coordinate moves between most rows in a way that the velocities at the rows do not show.
 
-    A force of 1 kHz, for instance, has the same phase at rows that are 1 ms apart.
+    A force of 1 kHz, for instance, has the same phase at rows with an interval of 1 ms.
     """
     duration = np.diff(states.t)
     for factor in factors:
@@ -100,7 +90,7 @@ class NamesCheckpoint(Protocol):
 
 
 class FinishedRun:
-    """A run and the facts that its checks need.
+    """A run and the facts that its checks need; the functions for a fact are imported when it is asked for.
 
     Parameters
     ----------
@@ -108,7 +98,8 @@ class FinishedRun:
     wall : float
         Duration of the stepping, s.
     writer : of checkpoints; None without any
-    estimation : of the discretisation error; None without one
+    estimated : whether the discretisation error is estimated
+    progress : called with (steps done, all steps), the steps of the comparison runs included
     beginning : None for a resumed run
     """
 
@@ -119,8 +110,10 @@ class FinishedRun:
         trajectory: Trajectory,
         wall: float,
         writer: NamesCheckpoint | None = None,
-        estimation: ErrorEstimation | None = None,
         beginning: RunStart | None = None,
+        *,
+        estimated: bool = False,
+        progress: Progress | None = None,
     ) -> None:
         self.run = run
         self.stepper = stepper
@@ -128,7 +121,7 @@ class FinishedRun:
         self.wall = wall
         self.beginning = beginning
         self._writer = writer
-        self._estimation = estimation
+        self._estimated, self._progress = estimated, progress
         self.events: Events | None = table_of(trajectory, stepper, run.parameters)
 
     def has(self, facts: Sequence[str]) -> bool:
@@ -169,7 +162,7 @@ class FinishedRun:
         return parameters_over(self.events, self.run.model, self.run.parameters, self.states.t)
 
     @cached_property
-    def prescribed(self) -> Prescribed:
+    def prescribed(self) -> PrescribedInputs:
         run = self.run
         return prescribed(run.model, self.states.t, self.present, run.signals if run.takes_rows else None)
 
@@ -186,11 +179,14 @@ class FinishedRun:
 
     @cached_property
     def error(self) -> ErrorEstimate:
+        from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate  # noqa: PLC0415  # on request
+        from eomgen.simulation.judgement.fast_motions import unresolved_motion  # noqa: PLC0415  # likewise
+
         run, trajectory = self.run, self.trajectory
-        if self._estimation is None:
+        if not self._estimated:
             return no_estimate(run)
         statistics = self.statistics
-        estimate = self._estimation.of(
+        estimate = ErrorEstimation(self._progress).of(
             run, self.stepper.library, trajectory, self.present, self.wall, self.events, statistics, self._at_rows
         )
         if not estimate.available:
@@ -223,6 +219,8 @@ class FinishedRun:
 
     def _known_jumps(self, order: int) -> Array:
         """Return the times at which forces, or derivatives of forces up to an order, jump, s."""
+        from eomgen.simulation.judgement.invariants import same_time  # noqa: PLC0415  # on request
+
         t = self.states.t
         known = self.run.model.jumps_between(t, same_time(t), order=order)
         return np.concatenate([known, self.changes]) if len(self.changes) else known
@@ -243,16 +241,22 @@ class FinishedRun:
 
     @cached_property
     def at_rest(self) -> bool:
+        from eomgen.simulation.judgement.instability import at_rest  # noqa: PLC0415  # on request
+
         return at_rest(self.run, self.trajectory.rows)
 
     @cached_property
     def growth(self) -> Growth | None:
         """Growth by instability of the method."""
+        from eomgen.simulation.judgement.instability import unstable_growth  # noqa: PLC0415  # on request
+
         return unstable_growth(self.last_run, self.stepper.library, self.trajectory)
 
     @cached_property
     def balance(self) -> EnergyBalance:
-        balance = energy_balance(
+        from eomgen.simulation.judgement import invariants  # noqa: PLC0415  # on request
+
+        balance = invariants.energy_balance(
             self.states.t,
             self.energy,
             self._known_jumps(1),
@@ -260,13 +264,13 @@ class FinishedRun:
             sparse=self.rows_are_sparse,
             epsilon=float(np.finfo(np.float32 if self.single else np.float64).eps),
         )
-        off = balance.error is not None and balance.error > REPORTED_ENERGY
+        off = balance.error is not None and balance.error > invariants.REPORTED_ENERGY
         working = off and (self._works_between_rows or any(np.any(self.energy[one]) for one in ("power", "base_power")))
         if working and self.rows_are_sparse and untold_between_rows(self.states, self.run.model.factors):
-            return EnergyBalance(None, APART)
+            return invariants.EnergyBalance(None, invariants.APART)
         if working and self._small_error and self.unseen_law is None:  # then the power at the rows is off
-            return EnergyBalance(None, APART)
-        return EnergyBalance(0.0) if off and self.at_rest else balance
+            return invariants.EnergyBalance(None, invariants.APART)
+        return invariants.EnergyBalance(0.0) if off and self.at_rest else balance
 
     @property
     def _small_error(self) -> bool:
@@ -282,6 +286,8 @@ class FinishedRun:
     @cached_property
     def between_rows(self) -> tuple[Array, Array]:
         """q and z at the rows and, if known, at the ends of the steps between rows."""
+        from eomgen.simulation.accuracy.step_path import step_rows  # noqa: PLC0415  # on request
+
         rows = self.trajectory.rows
         taken = step_rows(self.run, self.stepper.library, rows, self.present, self.statistics)
         states = self.states if taken is None else states_of(np.concatenate([rows, taken.rows]), self.run.model)
@@ -295,6 +301,8 @@ class FinishedRun:
     @cached_property
     def passed_over(self) -> UnseenLaw | None:
         """A law that acts between the steps."""
+        from eomgen.simulation.accuracy.unseen_laws import unseen_law  # noqa: PLC0415  # on request
+
         library, rows, inputs = self.stepper.library, self.trajectory.rows, self.prescribed.u
         ends, changes = self.parts.ends, self.changes
         known = library, rows, self.present, self.statistics, ends, changes, inputs
@@ -303,6 +311,9 @@ class FinishedRun:
     @property
     def examined(self) -> float:
         """The share of the run in which laws between the steps were looked for."""
+        from eomgen.simulation.accuracy.step_path import repeated_share  # noqa: PLC0415  # on request
+        from eomgen.simulation.accuracy.unseen_laws import laws_between_steps  # noqa: PLC0415  # likewise
+
         if not self.run.method.chooses_steps or not laws_between_steps(self.run):
             return 1.0
         return repeated_share(self.run, self.trajectory.rows, self.statistics)
@@ -310,6 +321,8 @@ class FinishedRun:
     @cached_property
     def unseen_events(self) -> Finding | None:
         """An event of which pairs of roots lie within single steps."""
+        from eomgen.simulation.accuracy.unseen_events import unseen_events  # noqa: PLC0415  # on request
+
         if self.events is None:
             return None
         library, rows, known = self.stepper.library, self.trajectory.rows, self.stepper.layout["method"]["events"]
@@ -319,6 +332,8 @@ class FinishedRun:
     @cached_property
     def violation(self) -> Violation | None:
         """Largest violation of a constraint, or of the unit length of a quaternion."""
+        from eomgen.simulation.judgement.invariants import largest_stretch, largest_violation  # noqa: PLC0415  # on request
+
         model, t, q = self.run.model, self.states.t, self.states.q
         largest = self.statistics.get("max_constraint", 0.0)
         result = largest_violation(model, t, q, self.run.parameters, largest), largest_stretch(model, t, q)
@@ -326,6 +341,8 @@ class FinishedRun:
 
     @cached_property
     def bending(self) -> LargestBending | None:
+        from eomgen.analysis.state_warnings import largest_bending  # noqa: PLC0415  # on request
+
         return largest_bending(self.run.model, self.states.t, self.states.q)
 
     @cached_property

@@ -8,7 +8,7 @@ or not at all, in smaller steps. Sizes are compared and not states, so a phase l
 nor recorded rows are needed.
 
 The largest velocities of the four quarters of a run are compared. A velocity that grows from each to the next by a
-large factor grows exponentially: constant forces give factors below 2 behind the first quarters.
+large factor grows exponentially: constant forces give factors below 2 after the first quarters.
 """
 
 from __future__ import annotations
@@ -157,7 +157,7 @@ def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
 def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     rows = rows[-_LONGEST:]
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
-    largest = np.maximum.accumulate(sizes)  # a passage through zero is no growth
+    largest = np.maximum.accumulate(sizes)  # a passage through zero is not growth
     # a component at rest has no ratio
     with np.errstate(over="ignore"):
         behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > 0.0)
@@ -182,8 +182,11 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
 
 
 def at_rest(run: Run, rows: Array) -> bool:
-    """Return whether the system rests in rows (n, width), apart from rounding of coordinates, by its velocities and
-    between rows; a stiff component may tremble by as little at a high frequency."""
+    """Return whether the system is at rest in rows (n, width), to rounding, by velocities and by changes between rows.
+
+    Velocities of a stiff component may exceed the bound at rest, since rounding of its coordinate oscillates at a high
+    frequency; then velocities must be small from row to row and coordinates must stay.
+    """
     q = rows[:, 1 : 1 + run.model.nq]
     longest = _longest(run, rows)
     sizes = np.array([longest if unit == "m" else 1.0 for unit in run.model.q_units])
@@ -343,7 +346,7 @@ _EACH, _OVERALL = 10.0, 1e6
 #: Travel in the last quarter, relative to the travel in the first quarter (the largest coordinate in m, or in rad): a
 #: motion that swings, or falls over from an equilibrium, travels less.
 _FAR = 1e3
-#: Rows of a quarter that tell its largest velocity.
+#: Rows of a quarter that determine its largest velocity.
 _ROWS = 8
 
 

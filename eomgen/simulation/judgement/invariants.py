@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 #: energy without work has failed. Without power, a total energy that grows fiftyfold gains 49 % at least.
 REPORTED_ENERGY, FAILED_ENERGY = 0.01, 0.49
 #: Reason for an unknown balance if rows do not resolve the power between them.
-APART = "the rows are too far apart to tell the work in between"
+APART = "the rows are too widely spaced for the work in between"
 #: Rows that the integral of a power needs.
 _ROWS = 5
 #: Error of an integral over rows, in multiples of its change when every second row is left out.
@@ -105,7 +105,7 @@ def energy_balance(
     if len(t) < (2 if conservative else _ROWS):
         if len(t) > 1 and (gained := _out_of_nothing(t, energy, moving)):
             return EnergyBalance(gained, gain=gained)
-        return EnergyBalance(None, f"{len(t)} row{'s' * (len(t) != 1)} tell too little of the work in between")
+        return EnergyBalance(None, f"{len(t)} row{'s' * (len(t) != 1)} are too few for the work in between")
     floor = max(1e-9, 100.0 * epsilon) * (max(abs(highest), abs(lowest)) + fastest)
     if conservative:
         return _shares(total - total[0], moving) if moving > floor else EnergyBalance(0.0)

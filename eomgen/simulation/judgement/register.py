@@ -77,7 +77,7 @@ class Verdict:
 def message_of(opening: str, findings: Iterable[Finding]) -> str:
     """Return a message of an opening and findings; without an opening the first finding is the opening.
 
-    The first failure is contrasted with a run that reached the end by ", but"; every other sentence begins behind a
+    The first failure is contrasted with a run that reached the end by ", but"; every other sentence begins after a
     semicolon. Findings that continue one another have one hint.
     """
     message, failed = opening, not opening

@@ -135,7 +135,7 @@ def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | Non
                 when = t[1:][passed][0]
                 sentence = f"element {number} of the beam {nodes[0]} turns by more than half a turn at t = {when:.6g} s"
                 hint = f"elements = {2 * (len(nodes) - 1)}, which turn less each"
-                return Finding(time=float(when), text=f"{sentence}, which strains cannot tell", hint=hint)
+                return Finding(time=float(when), text=f"{sentence}, which strains cannot show", hint=hint)
     return None
 
 

@@ -39,7 +39,7 @@ _NEEDED = ("mass", "constraint_jacobian")
 
 
 @dataclass(frozen=True)
-class Singular:
+class SingularPosition:
     """A nearly singular position: its time in s, and its smallest singular value as a part of the largest such value in
     the run."""
 
@@ -51,7 +51,7 @@ class Singular:
         return f"the constraints are nearly singular at t = {self.time:.6g} s, where branches of configurations cross"
 
 
-def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> Singular | None:
+def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> SingularPosition | None:
     """Return the position of a run at which its constraints are most nearly singular; None without a nearly
     singular position.
 
@@ -64,7 +64,9 @@ def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> Sing
     return _nearest(model, t[chosen], q[chosen], p, 0)
 
 
-def singular_ahead(model: CompiledModel, t: Array, q: Array, v: Array, p: Array, step: float) -> Singular | None:
+def singular_ahead(
+    model: CompiledModel, t: Array, q: Array, v: Array, p: Array, step: float
+) -> SingularPosition | None:
     """Return the most nearly singular position that the next steps of a run come to; None without such
     a position.
 
@@ -125,7 +127,7 @@ def _looked_at(model: CompiledModel, rows: int) -> NDArray[np.intp]:
     return np.union1d(spread, np.arange(max(0, rows - _LAST), rows))
 
 
-def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> Singular | None:
+def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> SingularPosition | None:
     """Return the most nearly singular position among the rows from ``first`` on, relative to the largest smallest
     singular value of all rows; a single row is measured by its own rows of constraints.
 
@@ -151,7 +153,7 @@ def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> 
     measure, least = (singular_values[0, 0], _SINGULAR_START) if alone else (values.max(), NEARLY)
     place = first + int(np.argmin(values[first:]))
     part = float(values[place] / measure) if measure > 0.0 else 1.0
-    return Singular(float(t[place]), part) if part < least else None
+    return SingularPosition(float(t[place]), part) if part < least else None
 
 
 def not_followed(relative: float, tolerance: float) -> str:

@@ -1,7 +1,7 @@
 """Checks of the start of a run: rates that explicit steps do not resolve, limits, impacts, tyres deep in their road,
 and the choice of method.
 
-Impacts that a run starts behind, or on, and their effect on the motion, in words.
+Impacts that a run starts past, or on, and their effect on the motion, in words.
 """
 
 from __future__ import annotations
@@ -106,14 +106,16 @@ def _poses(model: CompiledModel, t: float, q: Array, p: Array) -> dict[str, Arra
 _DIFFERENCE, _OF_REACH = 1e-7, 1e-10
 
 
-class Fastest(NamedTuple):
+class FastestDecay(NamedTuple):
     """The fastest decay: subject and verb in words, rate in 1/s."""
 
     text: str
     rate: float
 
 
-def decay_of_states(model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array) -> Fastest | None:
+def decay_of_states(
+    model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array
+) -> FastestDecay | None:
     """Return the fastest decay of internal states, by the eigenvalues of -Fz: 0 if no state decays.
 
     Without internal states, or if Fz is not finite, the result is None.
@@ -123,19 +125,19 @@ def decay_of_states(model: CompiledModel, state: InitialState, t: float, u: Arra
     by_state = model.internal_partials(state.q, state.v, state.z, t, u, parameters=p).rate_z
     if not np.all(np.isfinite(by_state)):
         return None
-    return Fastest("internal states decay", float((-np.linalg.eigvals(by_state).real).max(initial=0.0)))
+    return FastestDecay("internal states decay", float((-np.linalg.eigvals(by_state).real).max(initial=0.0)))
 
 
 def decay_of_motion(
     model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array, step: float
-) -> Fastest | None:
+) -> FastestDecay | None:
     """Return the fastest decay of velocities, at the initial velocities and at rest."""
     fastest = 0.0
     for rate in (state.v, np.zeros_like(state.v)):
         decay = _decay(model, state, rate, t, u, p, step)
         if decay is not None and np.all(np.isfinite(decay)):
             fastest = max(fastest, float(np.linalg.eigvals(decay).real.max(initial=0.0)))
-    return Fastest("damping or friction decays", fastest)
+    return FastestDecay("damping or friction decays", fastest)
 
 
 def _decay(
@@ -164,7 +166,7 @@ _ON = 1e-12
 
 
 def impacts_at_start(run: Run, state: InitialState) -> list[str]:
-    """Return one sentence for each impact that the initial state is behind, or rests on without a side.
+    """Return one sentence for each impact that the initial state is past, or rests on without a side.
 
     For an impact of one direction, the free side has values of the function above zero (falling) or below (rising); an
     impact of both directions is met from either side, so that only a start on the impact has no side.
@@ -192,7 +194,7 @@ def impacts_at_start(run: Run, state: InitialState) -> list[str]:
         name, sign = row["name"], row["sign"]
         if sign and value * sign > near:
             sentences.append(
-                f"the run starts behind the impact {name}, which is met from the side where its formula is"
+                f"the run starts past the impact {name}, which is met from the side where its formula is"
                 f" {'below' if sign > 0 else 'above'} zero: at the start it is {value:.4g}; try: another initial state,"
                 f' or direction = "{"falling" if sign > 0 else "rising"}"'
             )
@@ -237,7 +239,7 @@ def _state_at_start(run: FinishedRun) -> tuple[CompiledModel, InitialState, floa
     return owner.model, _beginning_of(run).state, t, u, owner.parameters
 
 
-def _too_fast(run: FinishedRun, decay: Fastest | None) -> Iterator[Finding]:
+def _too_fast(run: FinishedRun, decay: FastestDecay | None) -> Iterator[Finding]:
     limit = run.run.method.real_stability
     if decay is not None and run.settings["step"] * decay.rate > limit:
         text = f"{decay.text} at up to {decay.rate:.3g} 1/s at the start, too fast for an explicit method at this step"

@@ -212,7 +212,7 @@ def _meaning(row: Mapping[str, Any]) -> str:
 
 
 def _takes_arguments(given: Controller, row: Mapping[str, Any]) -> bool:
-    """Return whether the signature of a function fits the arguments of its calls, as far as Python can tell."""
+    """Return whether the signature of a function fits the arguments of its calls, as far as Python can determine."""
     if _makes(given):
         return True
     try:
@@ -239,7 +239,7 @@ def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
     if result is None or array.shape not in ((size,), () if size == 1 else (size,)):
         given = "nothing" if result is None else f"an array of shape {array.shape}"
         if result is not None and array.shape == (0, 0):
-            given = f"{type(result).__name__}, which is no array of numbers"
+            given = f"{type(result).__name__}, which is not an array of numbers"
         fault = f"the function gives {given} at t = {t:.9g} s, and has to give {_numbers(row)}"
         one = f"return value, the number that {row['outputs'][0]} holds"
         several = f"return {', '.join(row['outputs'])}"

@@ -124,7 +124,7 @@ def ending(status: int, stepper: Stepper, without_value: Sequence[str] = ()) -> 
         if least := row["least_interval"]:
             return (
                 f"the event {row['name']} comes again and again at t = {stepper.t:.9g} s, sooner than its"
-                f" least_interval of {least:.6g} s, behind {count} before"
+                f" least_interval of {least:.6g} s, after {count} before"
             )
         return (
             f"the event {row['name']} comes again and again at t = {stepper.t:.9g} s, {count} times so far: the motion"

@@ -28,7 +28,7 @@ from eomgen.toolchain.library import Library
 Values = Mapping[tuple[str, str, int], float]
 #: Why there is no value, and a remedy.
 REASON = (
-    f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad, beyond which numbers are 2e-06 rad and more apart"
+    f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad, beyond which numbers differ by 2e-06 rad and more"
 )
 HINT = "an origin of time near the run, with the phase there in the formula"
 
@@ -252,15 +252,15 @@ def chosen_stepper(
     Raises
     ------
     UsageError, ModelError
-        As of ``chosen_method``, ``stepper_library`` and ``stepper_settings``; settings that are no mapping.
+        As of ``chosen_method``, ``stepper_library`` and ``stepper_settings``; settings that are not a mapping.
     """
     kept: dict[Hashable, ChosenStepper] = model.functions.library.kept.setdefault("chosen steppers", {})
     values = (method, *given.values(), *(settings.items() if isinstance(settings, Mapping) else (settings,)))
-    key = (values, tuple(map(type, values)))  # True is no 1 here
+    key = (values, tuple(map(type, values)))  # True differs from 1 here
     try:
         if key in kept and kept[key].library.successor is None:
             return kept[key]
-    except TypeError:  # values without a hash are no valid options either
+    except TypeError:  # values without a hash are not valid options either
         pass
     defaults = model.library.layout["defaults"]
     name = canonical_name(model.library.layout["built_method"] if method is None else method, given["tolerance"])
@@ -325,7 +325,7 @@ def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid
 
 @functools.cache
 def _memory() -> float:
-    """Return the bytes of memory that this machine has; infinite if the system does not tell."""
+    """Return the bytes of memory that this machine has; infinite if the system does not report it."""
     return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")) if hasattr(os, "sysconf") else math.inf
 
 

@@ -33,7 +33,7 @@ class States(NamedTuple):
     z: Array
 
 
-class Prescribed(NamedTuple):
+class PrescribedInputs(NamedTuple):
     """Inputs u (n, nu) and the state of the base (n, 19) at rows; None if there are none."""
 
     u: Array | None
@@ -55,7 +55,7 @@ def states_of(rows: Array, model: CompiledModel) -> States:
     )
 
 
-def prescribed(model: CompiledModel, t: Array, p: Array, signals: InputSignals | None) -> Prescribed:
+def prescribed(model: CompiledModel, t: Array, p: Array, signals: InputSignals | None) -> PrescribedInputs:
     """Return inputs and the base at times (n,); evaluated once, since a road of many harmonics costs more than all else
     of a row.
 
@@ -67,10 +67,10 @@ def prescribed(model: CompiledModel, t: Array, p: Array, signals: InputSignals |
     u, drivers = None, {"t": t, "p": p}  # parameters of the run, checked at its beginning
     if model.nu:
         u = model.evaluator.formula_inputs(drivers) if signals is None else signals.rows(t)
-    return Prescribed(u, model.evaluator.functions("base", drivers)[0] if model.evaluator.moving_base else None)
+    return PrescribedInputs(u, model.evaluator.functions("base", drivers)[0] if model.evaluator.moving_base else None)
 
 
-def evaluated(name: str, model: CompiledModel, states: States, given: Prescribed, p: Array) -> dict[str, Array]:
+def evaluated(name: str, model: CompiledModel, states: States, given: PrescribedInputs, p: Array) -> dict[str, Array]:
     """Return the outputs, or the energy, at all rows; empty if the model was built without the term.
 
     Parameters

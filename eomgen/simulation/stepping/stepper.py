@@ -222,7 +222,7 @@ def times_of_inputs(within: Array, step: float, first: int, steps: int, start: f
 
 
 def _with_address(numbers: Sequence[float], address: int) -> Array:
-    """Return the numbers as an array; the address stands one place behind the end, in the same memory.
+    """Return the numbers as an array; the address stands one place after the end, in the same memory.
 
     Compiled sampled controllers read the address from there.
     """
@@ -293,7 +293,7 @@ class LaneStepper:
         )
 
     def run(self, steps: int, rows: int) -> Array:
-        """Return (lanes, rows, width), a row behind each ``steps`` steps; NaN after the failure of a lane.
+        """Return (lanes, rows, width), a row after each ``steps`` steps; NaN after the failure of a lane.
 
         ``rows`` 0: only the rows of the present states, (lanes, 1, width).
         """
@@ -330,7 +330,7 @@ class LaneStepper:
         Parameters
         ----------
         states, parameters, inputs : as of ``start``, (n, ...), n a multiple of the lanes
-        steps, rows : a row behind each ``steps`` steps; the first row is the start
+        steps, rows : a row after each ``steps`` steps; the first row is the start
         rest : steps before one row more, if any
         shorter : size of a last step, s, if there is one
         tables : (n, 1 + rows of inputs of all steps, nu)
@@ -363,7 +363,7 @@ class LaneStepper:
         return record, modes, flat, statuses
 
     def _beside(self, tables: Array) -> Array:
-        """Return tables (n, rows, nu) with the numbers of each group of lanes beside one another."""
+        """Return tables (n, rows, nu) with the numbers of each group of lanes adjacent in memory."""
         count, rows, size = tables.shape
         beside = on_cache_lines(tables.size)
         beside.reshape(-1, rows, size, self.lanes)[:] = np.moveaxis(

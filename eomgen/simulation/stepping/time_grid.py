@@ -26,7 +26,7 @@ MOST_JUMPS = 10_000
 
 @dataclass(frozen=True)
 class TimeGrid:
-    """Steps of equal size, and a shorter last step if the span is no multiple of the step.
+    """Steps of equal size, and a shorter last step if the span is not a multiple of the step.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ def time_grid(start: float, end: float, step: float, real: str = "double") -> Ti
     shortest = min(step, end - start)
     if 0.0 < shortest < FINEST * apart:
         fault = (
-            f"at t = {latest:.9g} s neighbouring numbers are {apart:.3g} s apart, too far for a step of"
+            f"at t = {latest:.9g} s neighbouring numbers differ by {apart:.3g} s, too much for a step of"
             f" {shortest:.3g} s"
         )
         hint = (
@@ -156,7 +156,8 @@ class StepParts:
         return result
 
     def tell(self, step: float, other: float) -> bool:
-        """Return whether runs in steps of ``step`` and of ``other``, the longer one, tell an error all over the run."""
+        """Return whether runs in steps of ``step`` and of ``other``, the longer one, estimate an error over the whole
+        run."""
         if not len(self.ends):
             return True
         last = min(self.end, self.start + _MOST * min(step, other))

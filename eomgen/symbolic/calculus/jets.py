@@ -10,13 +10,13 @@ SQRT, LOG, POW, ASIN, ACOS and ATAN2 have denominators that vanish at their sing
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from eomgen.base.data import replace
 from eomgen.symbolic.calculus.loops import map_jets
 from eomgen.symbolic.external import Call, add_call
 from eomgen.symbolic.map import record
-from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
+from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 Jet = Sequence[Ref]
@@ -46,7 +46,7 @@ def jets(
 
     def jet(ref: Ref) -> list[Ref]:
         coefficients = known[abs(ref)]
-        return coefficients if ref > 0 else algebra.scale(-ONE, coefficients)
+        return coefficients if ref > 0 else algebra.negative(coefficients)
 
     for node in tape.live(outputs):
         op = tape.op[node]
@@ -95,47 +95,22 @@ class JetAlgebra:
 
     def __init__(self, tape: Tape) -> None:
         self.tape = tape
-        self._sine_cosine: dict[tuple[str, tuple[Ref, ...]], tuple[list[Ref], list[Ref]]] = {}
+        self._sine_cosine: dict[tuple[bool, tuple[Ref, ...]], tuple[list[Ref], list[Ref]]] = {}
 
     def apply(self, op: Op, value: Ref, operands: Sequence[list[Ref]]) -> list[Ref]:
         """Return the jet of an operation from the jets of the operands; ``value`` is the coefficient of order 0."""
         tape, x = self.tape, operands[0]
-        flat = [value] + [ZERO] * (len(x) - 1)
+        if op in ELEMENTARY:
+            return ELEMENTARY[op].jet(self, x, value)
         match op:
             case Op.ADD:
                 return self.add(x, operands[1])
             case Op.SUB:
-                return self.add(x, self.scale(-ONE, operands[1]))
+                return self.add(x, self.negative(operands[1]))
             case Op.MUL:
                 return self.multiply(x, operands[1])
             case Op.DIV:
                 return self.divide(x, operands[1])
-            case Op.SQRT:
-                return self._sqrt(x, value)
-            case Op.SIN:
-                return self._trigonometric("circular", x)[0]
-            case Op.COS:
-                return self._trigonometric("circular", x)[1]
-            case Op.SINH:
-                return self._trigonometric("hyperbolic", x)[0]
-            case Op.COSH:
-                return self._trigonometric("hyperbolic", x)[1]
-            case Op.EXP:
-                return self._from_derivative(x, value, 0.0, linear=True)
-            case Op.TAN:
-                return self._from_derivative(x, value, 1.0)
-            case Op.TANH:
-                return self._from_derivative(x, value, -1.0)
-            case Op.LOG:
-                return self.integrate(value, self.divide(self.rate(x), x[:-1]))
-            case Op.ATAN:
-                denominator = self.add([ONE] + [ZERO] * (len(x) - 2), self.multiply(x[:-1], x[:-1]))
-                return self.integrate(value, self.divide(self.rate(x), denominator))
-            case Op.ASIN | Op.ACOS:
-                rest = self.add([ONE] + [ZERO] * (len(x) - 2), self.scale(-ONE, self.multiply(x[:-1], x[:-1])))
-                root = self._sqrt(rest, tape.call(Op.SQRT, rest[0]))
-                rate = self.divide(self.rate(x), root)
-                return self.integrate(value, rate if op is Op.ASIN else self.scale(-ONE, rate))
             case Op.ATAN2:
                 return self.integrate(value, self._angle_rate(x, operands[1]))
             case Op.POW:
@@ -152,7 +127,7 @@ class JetAlgebra:
                     *(tape.select(x[0], p, q) for p, q in zip(operands[1][1:], operands[2][1:], strict=True)),
                 ]
             case _:  # SIGN, LT and LE are flat
-                return flat
+                return [value] + [ZERO] * (len(x) - 1)
 
     def curve(self, curve: CurveLike, derivative: int, x: Jet) -> list[Ref]:
         """Return the jet of a curve c(x): c' is the jet of the derivative, one coefficient shorter, times x'."""
@@ -180,6 +155,9 @@ class JetAlgebra:
 
     def scale(self, factor: Ref, x: Jet) -> list[Ref]:
         return [self.tape.mul(factor, ref) for ref in x]
+
+    def negative(self, x: Jet) -> list[Ref]:
+        return self.scale(-ONE, x)
 
     def add(self, x: Jet, y: Jet) -> list[Ref]:
         return [self.tape.add(p, q) for p, q in zip(x, y, strict=True)]
@@ -221,7 +199,12 @@ class JetAlgebra:
         total = self.tape.mul(self.tape.constant(2.0), total)
         return total if k % 2 or k // 2 < first else self.tape.add(total, self.tape.mul(x[k // 2], x[k // 2]))
 
-    def _sqrt(self, x: Jet, value: Ref) -> list[Ref]:
+    def constant(self, value: float, length: int) -> list[Ref]:
+        """Return the jet of a constant."""
+        return [self.tape.constant(value)] + [ZERO] * (length - 1)
+
+    def sqrt(self, x: Jet, value: Ref) -> list[Ref]:
+        """Return the jet of z with z z = x, given z at order 0."""
         if not x:
             return []
         z = [value]
@@ -230,12 +213,11 @@ class JetAlgebra:
             z.append(self.tape.mul(half, self.tape.sub(x[k], self._square(z, k, 1))))
         return z
 
-    def _trigonometric(self, kind: str, x: Jet) -> tuple[list[Ref], list[Ref]]:
+    def sine_and_cosine(self, x: Jet, *, hyperbolic: bool = False) -> tuple[list[Ref], list[Ref]]:
         """Return the jets of sine and cosine, circular or hyperbolic, which are computed together."""
-        key = (kind, tuple(x))
+        key = (hyperbolic, tuple(x))
         if key not in self._sine_cosine:
-            ops = (Op.SIN, Op.COS) if kind == "circular" else (Op.SINH, Op.COSH)
-            sign = -1.0 if kind == "circular" else 1.0
+            ops, sign = ((Op.SINH, Op.COSH), 1.0) if hyperbolic else ((Op.SIN, Op.COS), -1.0)
             sine, cosine = ([self.tape.call(op, x[0])] for op in ops)
             slope = [ZERO, *self.rate(x)]
             for k in range(1, len(x)):
@@ -245,29 +227,39 @@ class JetAlgebra:
             self._sine_cosine[key] = (sine, cosine)
         return self._sine_cosine[key]
 
-    def _from_derivative(self, x: Jet, value: Ref, square: float, linear: bool = False) -> list[Ref]:
-        """Return the jet of z with z' = w x'; w = z if ``linear``, else 1 + square z^2."""
-        slope, z, w = [ZERO, *self.rate(x)], [value], list[Ref]()
+    def exponential(self, x: Jet, value: Ref) -> list[Ref]:
+        """Return the jet of z with z' = z x', given z at order 0."""
+        return self._by_slope(x, value, lambda z: z[-1])
+
+    def tangent(self, x: Jet, value: Ref, square: float) -> list[Ref]:
+        """Return the jet of z with z' = (1 + square z^2) x', given z at order 0."""
+
+        def slope(z: Jet) -> Ref:
+            squares = self.tape.mul(self.tape.constant(square), self._square(z, len(z) - 1))
+            return self.tape.add(squares, ONE if len(z) == 1 else ZERO)
+
+        return self._by_slope(x, value, slope)
+
+    def _by_slope(self, x: Jet, value: Ref, slope: Callable[[Jet], Ref]) -> list[Ref]:
+        """Return the jet of z with z' = w x'; ``slope`` gives the next coefficient of w, of the jet z as far as
+        known."""
+        rate, z, w = [ZERO, *self.rate(x)], [value], list[Ref]()
         for k in range(1, len(x)):
-            if linear:
-                w.append(z[-1])
-            else:
-                w.append(self.tape.mul(self.tape.constant(square), self._square(z, k - 1)))
-                w[-1] = self.tape.add(w[-1], ONE if k == 1 else ZERO)
-            z.append(self.tape.mul(self.tape.constant(1.0 / k), self._convolution(slope, w, k, 1, k)))
+            w.append(slope(z))
+            z.append(self.tape.mul(self.tape.constant(1.0 / k), self._convolution(rate, w, k, 1, k)))
         return z
 
     def _angle_rate(self, y: Jet, x: Jet) -> list[Ref]:
         """Return the jet of d/dt atan2(y, x) = (x y' - y x') / (x^2 + y^2)."""
         low_y, low_x = y[:-1], x[:-1]
-        moment = self.add(self.multiply(low_x, self.rate(y)), self.scale(-ONE, self.multiply(low_y, self.rate(x))))
+        moment = self.add(self.multiply(low_x, self.rate(y)), self.negative(self.multiply(low_y, self.rate(x))))
         return self.divide(moment, self.add(self.multiply(low_x, low_x), self.multiply(low_y, low_y)))
 
     def _power(self, x: Jet, exponent: Jet, value: Ref) -> list[Ref]:
         tape = self.tape
         if _varies(exponent):
             logarithm = self.integrate(tape.call(Op.LOG, x[0]), self.divide(self.rate(x), x[:-1]))
-            return self._from_derivative(self.multiply(exponent, logarithm), value, 0.0, linear=True)
+            return self.exponential(self.multiply(exponent, logarithm), value)
         z, reciprocal = [value], tape.div(ONE, x[0])
         for k in range(1, len(x)):
             total = ZERO

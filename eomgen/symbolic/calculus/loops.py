@@ -380,7 +380,7 @@ def _carries_of_elements(tape: Tape, loop: Map) -> list[tuple[Ref, ...]]:
 
 
 def _outer(loop: Map) -> dict[InputSymbol, tuple[Ref, ...]]:
-    """Return the outer references behind each kernel input; one for shared and carry, one per element for gather."""
+    """Return the outer references of each kernel input; one for shared and carry, one per element for gather."""
     columns: dict[InputSymbol, tuple[Ref, ...]] = {
         InputSymbol("shared", k): (ref,) for k, ref in enumerate(loop.shared)
     }

@@ -21,7 +21,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from eomgen.symbolic.calculus.configuration import tangent_seeds
 from eomgen.symbolic.calculus.loops import Tangent, map_adjoints, map_partials, signed_tangent
 from eomgen.symbolic.external import Call, call_adjoints
-from eomgen.symbolic.operations import LEAVES, UNARY, InputSymbol, Op
+from eomgen.symbolic.operations import ELEMENTARY, LEAVES, UNARY, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 __all__ = [
@@ -202,7 +202,7 @@ def _local_partials(tape: Tape, node: int, op: Op, active: Iterable[int]) -> lis
     """Return (position of operand, partial derivative) for the active operands of a node."""
     operands = tape.operands(node)
     if op in UNARY:
-        return [(0, _derivative(tape, node, op, operands[0]))]
+        return [(0, _slope(tape, node, op, operands[0]))]
     if op is Op.CURVE:
         curve, order = tape.curves[tape.b[node]]
         return [(0, tape.curve(curve, order + 1, operands[0]))]
@@ -237,37 +237,11 @@ def _local_partials(tape: Tape, node: int, op: Op, active: Iterable[int]) -> lis
     return partials
 
 
-def _derivative(tape: Tape, node: int, op: Op, x: Ref) -> Ref:
-    """Return f'(x), in terms of the node f(x) if fewer operations suffice."""
-    match op:
-        case Op.SQRT:
-            return tape.div(tape.constant(0.5), node)
-        case Op.SIN:
-            return tape.call(Op.COS, x)
-        case Op.COS:
-            return -tape.call(Op.SIN, x)
-        case Op.TAN:
-            return tape.add(ONE, tape.mul(node, node))
-        case Op.ASIN:
-            return tape.div(ONE, tape.call(Op.SQRT, tape.sub(ONE, tape.mul(x, x))))
-        case Op.ACOS:
-            return tape.div(-ONE, tape.call(Op.SQRT, tape.sub(ONE, tape.mul(x, x))))
-        case Op.ATAN:
-            return tape.div(ONE, tape.add(ONE, tape.mul(x, x)))
-        case Op.SINH:
-            return tape.call(Op.COSH, x)
-        case Op.COSH:
-            return tape.call(Op.SINH, x)
-        case Op.TANH:
-            return tape.sub(ONE, tape.mul(node, node))
-        case Op.EXP:
-            return node
-        case Op.LOG:
-            return tape.div(ONE, x)
-        case Op.ABS:
-            return tape.call(Op.SIGN, x)
-        case _:  # SIGN is flat
-            return ZERO
+def _slope(tape: Tape, node: int, op: Op, x: Ref) -> Ref:
+    """Return f'(x) of a function of one number, whose node is f(x)."""
+    if op in ELEMENTARY:
+        return ELEMENTARY[op].slope(tape, x, node)
+    return tape.call(Op.SIGN, x) if op is Op.ABS else ZERO
 
 
 def _depending(tape: Tape, live: Iterable[int], on: set[int]) -> set[int]:

@@ -325,7 +325,7 @@ FAILURES = [
     Failure(
         "A distributed load on a rigid body",
         3,
-        "description error: scene.toml:44 (distributed_loads.wind.beam): 'upper' is no beam; try: one of blade",
+        "description error: scene.toml:44 (distributed_loads.wind.beam): 'upper' is not a beam; try: one of blade",
         more=BLADE + LOADED.replace('"blade"', '"upper"'),
     ),
     Failure(

@@ -34,7 +34,7 @@ FAILURES = [
     Failure(
         "A word for a number",
         2,
-        "usage error: --step: 'fast' is no time; try: 2, or \"2 s\"",
+        "usage error: --step: 'fast' is not a time; try: 2, or \"2 s\"",
         command="simulate scene.toml --out out --step fast",
     ),
     Failure(
@@ -95,7 +95,7 @@ FAILURES = [
         command="simulate scene.toml --out out --set load",
     ),
     Failure(
-        "A parameter that is no number",
+        "A parameter that is not a number",
         2,
         "usage error: --set load=heavy: 'heavy' is not a number; try: --set load=0.5",
         command="simulate scene.toml --out out --set load=heavy",
@@ -253,8 +253,8 @@ FAILURES = [
     Failure(
         "A solution that is none",
         7,
-        "input/output error: solution.npz: this is not a solution written by eomgen: it is no .npz archive, or not all "
-        "of one; try: a .npz file of Solution.save",
+        "input/output error: solution.npz: this is not a solution written by eomgen: it is not an .npz archive, or not"
+        " all of one; try: a .npz file of Solution.save",
         command="animate solution.npz --out arm.html",
         files={"solution.npz": "PK no zip"},
     ),
@@ -269,8 +269,8 @@ FAILURES = [
     Failure(
         "A checkpoint that is none",
         7,
-        "input/output error: run.ckpt: this is not a checkpoint written by eomgen: it is no .npz archive, or not all of"
-        " one; try: a file that simulate(checkpoint=...) wrote",
+        "input/output error: run.ckpt: this is not a checkpoint written by eomgen: it is not an .npz archive, or not"
+        " all of one; try: a file that simulate(checkpoint=...) wrote",
         command="simulate scene.toml --out out --resume run.ckpt",
         files={"run.ckpt": "no checkpoint"},
     ),

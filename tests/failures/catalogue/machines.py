@@ -105,7 +105,7 @@ FAILURES = [
         "A spring between points that never part",
         4,
         "model error: spring coil: the points tip and twin coincide for all coordinates, so it has no direction; "
-        "try: points that can move apart, or a torsion spring",
+        "try: points that can separate, or a torsion spring",
         more=(
             "[points.twin]\n"
             'body = "upper"\n'

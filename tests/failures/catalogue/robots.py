@@ -120,7 +120,7 @@ FAILURES = [
         files={"r.urdf": robot(in_joint('<mimic joint="lfit"/>'))},
     ),
     Failure(
-        "A mass that is no number",
+        "A mass that is not a number",
         3,
         "description error: r.urdf:3 (links.rod): value: a number is needed here, not 'heavy'",
         command="info r.urdf",
@@ -183,7 +183,7 @@ FAILURES = [
     Failure(
         "A transmission with a reduction of zero",
         3,
-        "description error: r.urdf:8 (transmissions.t): the mechanical reduction '0' is no number other than 0; try:"
+        "description error: r.urdf:8 (transmissions.t): the mechanical reduction '0' is not a number other than 0; try:"
         " efforts of the joint over efforts of the actuator, e.g. 50",
         command="info r.urdf --transmissions",
         files={"r.urdf": robot(("</robot>", TRANSMISSION.format(0) + "</robot>"))},

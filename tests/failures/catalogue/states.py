@@ -129,7 +129,7 @@ FAILURES = [
     Failure(
         "A C file that is not there",
         3,
-        "description error: scene.toml:37 (controllers.servo.source): 'servo.c' is no file; try: the path of a"
+        "description error: scene.toml:37 (controllers.servo.source): 'servo.c' is not a file; try: the path of a"
         " C file, from the scene file's folder",
         more=f'{_SERVO}\nsource = "servo.c"\nfunction = "servo"',
     ),

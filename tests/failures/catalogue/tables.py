@@ -13,7 +13,7 @@ FAILURES = [
         more='[inputs.road]\ntable = { file = "road.csv" }',
     ),
     Failure(
-        "A cell that is no number",
+        "A cell that is not a number",
         3,
         "description error: road.csv:3 (inputs.road.table): column 'height': 'high' is not a number; try: a number such"
         " as 0.25",

@@ -38,7 +38,7 @@ hold slopes within 0.1 of orders up to 2, 0.2 of 3 and 4, and 0.4 above, and com
   (`model.rhs`), which knows no stepper. A slope is fitted to the three finest of 8 to 1024 equal steps whose errors are
   above rounding.
 - Methods that choose their steps take equal ones here, from row to row of an input, at tolerances that let them. How
-  errors follow tolerances is told [elsewhere](accuracy.md). `taylor` takes series of order {series}.
+  errors follow tolerances is described [elsewhere](accuracy.md). `taylor` takes series of order {series}.
 - A method is refused by what its row of the register needs. Parameters are its own defaults; `newmark_index3` damps
   with alpha = 0.05.
 

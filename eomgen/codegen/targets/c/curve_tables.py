@@ -70,7 +70,7 @@ class CurveTable:
 
 
 def _escaped(data: npt.NDArray[np.uint8]) -> bytes:
-    """Return rows of bytes as texts of C, each in lines of at most ``_LINE`` bytes, and a comma behind each row.
+    """Return rows of bytes as texts of C, each in lines of at most ``_LINE`` bytes, and a comma after each row.
 
     All characters are laid out at places of equal width, and then zeros, which no text has, are deleted.
     """

@@ -25,7 +25,12 @@ _WINDOW = 4000
 
 _INDENT = "    "
 _COMMENT_LINE = re.compile(r"\s*(/\*|\*) ")
-#: Places at which a line may end: behind a comma or an assignment, before an operator.
+#: A line of a comment without indentation, and a line of a comment whose sentence goes on in the next line.
+_PARAGRAPH = re.compile(r"\s*\* ([^\s*].*)")
+_UNENDED = re.compile(r"(?:/\*|^\s*\*) [^\s*](?:.*[^.:;])?$")
+#: Further lines of an item in a comment are indented by as much more.
+_ITEM = 2
+#: Places at which a line may end: after a comma or an assignment, before an operator.
 _BREAK = re.compile(
     r"(?<=,) (?=\S)|(?<= =) (?=\S)| (?=(?:&&|\|\||[+?:-]) )|(?<=:) (?=return )|(?<=[;{]) (?=return |\(void\))"
 )
@@ -34,16 +39,61 @@ _CLOSED = re.compile(r'"(?:[^"\\]|\\.)*"|/\*.*?\*/')
 
 
 def folded(text: str) -> str:
-    """Return C text with no line longer than WIDTH, but for directives and texts that cannot be cut."""
-    if all(len(line) <= WIDTH for line in text.split("\n")):
-        return text
+    """Return C text with paragraphs of comments and signatures filled and no line longer than WIDTH, but for directives
+    and texts that cannot be cut.
+
+    Templates break lines before names and numbers are known; a call or a condition is broken anew if it is too long.
+    """
     pieces: list[str] = []
     within = False  # a comment that an earlier line began: a product may begin with a star, too
-    for line in text.split("\n"):
+    for line in _joined_lines(text.split("\n")):
         pieces += _pieces(line, within)
         opened, closed = line.rfind("/*"), line.rfind("*/")
         within = opened > closed or (within and closed < 0)
     return "\n".join(pieces)
+
+
+def _joined_lines(lines: Sequence[str]) -> list[str]:
+    """Return lines with paragraphs of comments, signatures and calls that are too long as single lines."""
+    result: list[str] = []
+    number, end = 0, len(lines)
+    while number < end:
+        line, last = lines[number], number + 1
+        if "/*" in line and "*/" not in line:
+            while last < end and "*/" not in lines[last - 1]:
+                last += 1
+            result += _paragraphs(lines[number:last])
+        elif line.count("(") > line.count(")") and _is_plain(line):
+            depth = line.count("(") - line.count(")")
+            while depth > 0 and last < end and _is_plain(lines[last]):
+                depth += lines[last].count("(") - lines[last].count(")")
+                last += 1
+            group = lines[number:last]
+            if depth == 0 and (not line[0].isspace() or max(map(len, group)) > WIDTH):
+                result.append(" ".join([line, *(part.strip() for part in group[1:])]).replace("( ", "("))
+            else:
+                result += group
+        else:
+            result.append(line)
+        number = last
+    return result
+
+
+def _is_plain(line: str) -> bool:
+    """Return whether a line is code without texts, comments and directives."""
+    return not ('"' in line or "/*" in line or line.startswith("#") or line.endswith("\\"))
+
+
+def _paragraphs(lines: Sequence[str]) -> list[str]:
+    """Return the lines of a comment, each paragraph in one line: indented lines and ends of sentences end it."""
+    result = [lines[0]]
+    for line in lines[1:]:
+        text = _PARAGRAPH.match(line)
+        if text and _UNENDED.search(result[-1]) and "SPDX" not in result[-1]:
+            result[-1] += f" {text[1]}"
+        else:
+            result.append(line)
+    return result
 
 
 def _pieces(line: str, within: bool = False) -> list[str]:
@@ -59,9 +109,12 @@ def _pieces(line: str, within: bool = False) -> list[str]:
 
 
 def _folded_comment(line: str) -> list[str]:
-    """Break between words; further lines begin with a star below the star of the first line."""
+    """Break between words; further lines begin with a star below the star of the first line, or with an indentation in
+    an item."""
     indent = line[: len(line) - len(line.lstrip())]
     prefix = f"{indent} * " if line.lstrip().startswith("/*") else f"{indent}* "
+    item = re.match(r"\s*\*( {2,})\S", line)
+    prefix += " " * (len(item[1]) - 1 + _ITEM) if item else ""
     pieces = []
     while len(line) > WIDTH:
         cut = line.rfind(" ", len(prefix) + 1, WIDTH + 1)
@@ -135,6 +188,8 @@ _COMMON = frozenset({0.0, 0.5, 1.0, 2.0})
 _COUNTED = frozenset({"row", "numbers", "cell", "cells", "choice", "neg"})
 #: Entries of a table in one line.
 _ROW = 16
+#: Stands for the workspace among the numbers of outputs.
+_SAVED = -1
 
 
 def counts(statement: Statement) -> bool:
@@ -142,11 +197,27 @@ def counts(statement: Statement) -> bool:
     return statement.kind in _COUNTING and not (statement.kind == "circular" and statement.data[-1] == 1)
 
 
-def _zeroed(statement: Statement) -> int | None:
-    """Return the output in which a statement stores zero, None for other statements: such statements are joined."""
+def _joined(statement: Statement) -> int | None:
+    """Return a key that neighbours in one line share, None for a line of its own.
+
+    The key is the number of the output in which a statement stores zero, or ``_SAVED``.
+    """
     kind, data = statement.kind, statement.data
+    if kind == "save":
+        return _SAVED
     is_zero = kind == "out" and data[2] == ("K", 0.0) and math.copysign(1.0, data[2][1]) > 0.0
     return data[0] if is_zero else None
+
+
+def _filled(texts: Iterable[str]) -> list[str]:
+    """Return statements as lines of up to a whole width, without indentation."""
+    lines: list[str] = []
+    for text in texts:
+        if lines and len(lines[-1]) + len(text) < WIDTH - len(_INDENT):
+            lines[-1] += f" {text}"
+        else:
+            lines.append(text)
+    return lines
 
 
 @dataclass
@@ -283,9 +354,13 @@ class Printer:
     def lines(self, statements: Sequence[Statement]) -> list[str]:
         """Return statements as lines of C, without indentation."""
         lines: list[str] = []
-        for output, group in itertools.groupby(statements, _zeroed):
+        for output, group in itertools.groupby(statements, _joined):
             if output is None:
                 lines += self._lines(group, first=not lines)
+            elif output == _SAVED:
+                lines += _filled(
+                    f"w[{statement.data[0]}] = {self._print(statement.data[1])[0]};" for statement in group
+                )
             else:
                 targets = [self._target(output, statement.data[1]) for statement in group]
                 lines.append(f"{' = '.join(targets)} = K(0.0);")
@@ -299,8 +374,6 @@ class Printer:
                 lines.append(f"const real {self._local(data[0])} = {self._print(data[1])[0]};")
             elif kind == "out":
                 lines.append(f"{self._target(data[0], data[1])} = {self._print(data[2])[0]};")
-            elif kind == "save":
-                lines.append(f"w[{data[0]}] = {self._print(data[1])[0]};")
             elif kind == "label":
                 lines += [*([""] if lines or not first else []), _headline(data[0])]
             elif kind == "sincos":

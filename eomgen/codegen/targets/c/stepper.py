@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from eomgen.codegen.program import Expression, ProgramFunction, Statement
 from eomgen.codegen.scheduling.matrix_loops import assembly
 from eomgen.codegen.targets.c.printer import BranchingPrinter, Printer, indented, number
-from eomgen.codegen.targets.c.tables import Lookup
+from eomgen.codegen.targets.c.tables import Lookup, offset
 from eomgen.integrators.newton.matrix import WEIGHTS
 
 #: Nonzeros of B, and velocity components, up to which the increment of the configuration is written out.
@@ -40,14 +40,14 @@ class StepperProgram(Protocol):
 
 
 def stepper_names(program: StepperProgram) -> dict[str, Any]:
-    """Return the names that every template of a stepper may use, beside ``program``.
+    """Return the names that every template of a stepper may use, in addition to ``program``.
 
     ``P``, ``N``: prefix of functions and of constants; ``nq, nv, nz, nu``: sizes; ``method``; ``turns``: numbers in q
     that are stepped without whole turns; ``wrapped``: the step is called by a step that handles turns or angles;
     ``begin``: start of a run; ``remembers``: a state contains the inputs and parameters of its accelerations;
     ``rotations``: runs of the configuration that are rotations or poses; ``blocks`` of a state, with sizes;
-    ``kernels``: functions on the groups; ``number, call, copy_state, finite``: see ``FunctionCalls``. With constraints
-    also ``un``: the unknowns; ``nl, nh``: numbers of rows, and of holonomic rows;
+    ``kernels``: functions on the groups; ``number, call, copy_state, finite, row_unit``: see ``FunctionCalls``. With
+    constraints also ``un``: the unknowns; ``nl, nh``: numbers of rows, and of holonomic rows;
     ``ni``: number of independent components;
     ``point``: arguments.
     """
@@ -74,6 +74,7 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
         "call": calls.call,
         "copy_state": calls.copy_state,
         "finite": calls.finite,
+        "row_unit": calls.row_unit,
         "good_settings": _good_settings(program),
         **method["choices"],
     }
@@ -112,7 +113,7 @@ def _linear_system(program: StepperProgram) -> dict[str, Any]:
         "solver": solver,
         "scaled": bool(solver["inertia"]),
         "matrix": _assembled(solver),
-        "partials": {name: f"work->numbers + {start}" for name, (start, _) in solver["blocks"].items()},
+        "partials": {name: f"work->numbers{offset(start)}" for name, (start, _) in solver["blocks"].items()},
         "entries_are_finite": f"{program.prefix}_finite(work->entries, {solver['nonzeros']})",
         **_elimination(program),
     }
@@ -403,6 +404,12 @@ class FunctionCalls:
         sizes, test = self.program.sizes, f"{self.program.prefix}_finite"
         sized = [(part, sizes["v" if part[0] == "a" else part[0]]) for part in parts.split()]
         return " && ".join(f"{test}({owner}{part}, {size})" for part, size in sized if size)
+
+    def row_unit(self, row: str) -> str:
+        """Return the unit of a row of the whole matrix: by a macro if rows of w share units with rows of Phi."""
+        un = self.program.method["unknowns"]
+        is_shifted = un["w"] < un["first_z"] and un["holonomic"] > un["skipped"]
+        return f"{self.program.prefix}_ROW_UNIT({row})" if is_shifted else f"unit[{row}]"
 
     def residual(self) -> str:
         """Return the call of the equations of a step at the iterate: r, Phi and w to work->right.

@@ -20,6 +20,11 @@ def place(start: int, step: int, counter: str = "i") -> str:
     return f"{start} + {term}" if start else term
 
 
+def offset(distance: int | str) -> str:
+    """Return the text that offsets a pointer by a distance, empty for a distance of 0."""
+    return "" if distance in (0, "0") else f" + {distance}"
+
+
 def moved(first: str, step: int, counter: str = "k") -> str:
     """Return the text of a place that moves by a step with each count."""
     if step == 0:

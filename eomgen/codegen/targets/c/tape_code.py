@@ -14,12 +14,14 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.program import Expression, FunctionPart, Program, ProgramFunction, Statement
+from eomgen.symbolic.operations import NAMES
 
+#: Functions of one number.
+FUNCTIONS = (*(name.upper() for name in NAMES.values()), "ABS", "SIGN")
 #: Operations of the engine; the position is the code. An operation has a target and one or two operands.
 OPERATIONS = (
-    "END", "MOVE", "NEG", "ADD", "SUB", "MUL", "DIV", "SQRT", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "ATAN2",
-    "SINH", "COSH", "TANH", "EXP", "LOG", "POW", "ABS", "SIGN", "MIN", "MAX", "LT", "LE", "SELECT", "SINCOS", "TARGET",
-    "OUT",
+    "END", "MOVE", "NEG", "ADD", "SUB", "MUL", "DIV", *FUNCTIONS, "ATAN2", "POW", "MIN", "MAX", "LT", "LE", "SELECT",
+    "SINCOS", "TARGET", "OUT",
 )  # fmt: skip  # a table
 _CODES = {name: code for code, name in enumerate(OPERATIONS)}
 #: Registers of a function at most: numbers of registers have 16 bits.
@@ -246,7 +248,7 @@ class _Assembler:
 
 
 def _without_negative(kind: str, operands: list[Expression]) -> tuple[str, list[Expression]]:
-    """Return a sum or difference whose second operand is no negative; the bits are the same."""
+    """Return a sum or difference whose second operand is not a negative; the bits are the same."""
     second = operands[1]
     if isinstance(second, int) and second < 0:
         return "SUB" if kind == "ADD" else "ADD", [operands[0], -second]

@@ -24,10 +24,12 @@ from eomgen.codegen.targets.c.naming import NAMES, CNames, comment, local_names
 from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folded, indented, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
 from eomgen.codegen.targets.c.stepper import stepper_names
-from eomgen.codegen.targets.c.tape_code import OPERATIONS, TapeCode, literal
+from eomgen.codegen.targets.c.tape_code import FUNCTIONS, OPERATIONS, TapeCode, literal
 from eomgen.codegen.targets.c.templates import TemplateBytecode, environment, stepper_template
+from eomgen.codegen.targets.c.uniform import MEANINGS, Uniform
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.stepper_layout import STEPPER_CDEF
+from eomgen.system.system import INPUT_BLOCKS
 
 #: Signatures that are equal for all scenes, so that the generic wrapper is compiled once per machine.
 INTERFACE_CDEF = f"""\
@@ -247,7 +249,7 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{prefix}_external.h", context.render("c/model/external.h.jinja")
     if context.tape is not None:
         yield f"{prefix}_tape.h", context.render("c/model/tape.h.jinja", literal=literal)
-        yield "eomgen_tape.c", context.render("c/model/tape.c.jinja", operations=OPERATIONS)
+        yield "eomgen_tape.c", context.render("c/model/tape.c.jinja", operations=OPERATIONS, unary=FUNCTIONS)
     for file in context.files:
         yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
     if program.method:
@@ -263,6 +265,11 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
     for source in program.sources:
         text = source.text if source.text.endswith("\n") else f"{source.text}\n"
         yield source.name, context.render("c/model/user_source.c.jinja", source=source) + text
+    if program.uniform:
+        texts = {"uniform": Uniform(program), "arrays": [(block, MEANINGS[block]) for block in INPUT_BLOCKS]}
+        yield "eomgen_uniform.h", context.render("c/uniform/eomgen_uniform.h.jinja", **texts)
+        yield f"{prefix}_uniform.h", context.render("c/uniform/model.h.jinja", **texts)
+        yield f"{prefix}_uniform.c", context.render("c/uniform/model.c.jinja", **texts)
     yield "main.c", context.render("c/controller/main.c.jinja" if program.controller else "c/main/main.c.jinja")
 
 
@@ -280,12 +287,15 @@ def _documents(context: _Context, files: Mapping[str, str], mark: str) -> dict[s
     sources = sorted(name for name in files if name.endswith(".c"))
     command = compile_command(program, sources)
     texts = {"command": command, "examples": _examples(program), "stack": stack_bytes(program)}
+    uniform = Uniform(program)
     template = "c/controller/README.md.jinja" if program.controller else "c/main/README.md.jinja"
-    readme = {"README.md": context.render(template, **texts)}
+    readme = {"README.md": context.render(template, **texts, uniform=uniform)}
     whole = {**files, **readme}
-    kind = {"method": program.method["title"]} if program.method else {}
+    kind: dict[str, Any] = {"method": program.method["title"]} if program.method else {}
     if program.controller:
         kind["controller"] = {key: program.controller[key] for key in ("tick", "clocks")}
+    if program.uniform:
+        kind["uniform"] = uniform.manifest()
     return {**readme, MANIFEST: manifest(program, whole, fingerprint=mark, compile=command, **kind)}
 
 

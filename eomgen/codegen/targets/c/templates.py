@@ -20,8 +20,9 @@ from eomgen.base.version import __version__
 from eomgen.codegen.scheduling.matrix_loops import added_products
 from eomgen.codegen.targets.c.naming import c_string, comment, file_name
 from eomgen.codegen.targets.c.printer import Printer, indented, number
-from eomgen.codegen.targets.c.tables import Lookup, nonzeros, places_of_fronts, repeated
+from eomgen.codegen.targets.c.tables import Lookup, nonzeros, offset, place, places_of_fronts, repeated
 from eomgen.integrators.families.register import family_named
+from eomgen.symbolic.operations import NAMES
 from eomgen.system.description import LARGEST_ANGLE
 
 _DIGEST = 32
@@ -103,7 +104,11 @@ def environment() -> jinja2.Environment:
         autoescape=False,
     )
     env.globals["largest_angle"] = LARGEST_ANGLE
+    env.globals["elementary"] = tuple(NAMES.values())
+    env.globals["circular"] = ("sin", "cos")  # taken together by ``EG_SINCOS``
+    env.globals["own_functions"] = ("exp", "log")  # of ``real_functions.h.jinja``, which compilers vectorise
     env.globals["lookup"] = Lookup
+    env.globals["place"] = place
     env.globals["repeated"] = repeated
     env.globals["nonzeros"] = nonzeros
     env.globals["products"] = _products
@@ -112,6 +117,7 @@ def environment() -> jinja2.Environment:
     env.filters["c_string"] = c_string
     env.filters["file_name"] = file_name
     env.filters["number"] = number
+    env.filters["offset"] = offset
     env.tests["contains"] = lambda container, item: item in container
     return env
 

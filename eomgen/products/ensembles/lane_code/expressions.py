@@ -12,18 +12,18 @@ from eomgen.base.data import dataclass
 from eomgen.products.ensembles.lane_code.source import (
     Array,
     Constant,
+    LaneIntegers,
+    LaneMask,
     LaneSource,
     LaneStructure,
+    NoValue,
     Pointer,
     Real,
     Region,
     Routine,
-    Truths,
     Type,
+    UniformInteger,
     Variable,
-    Void,
-    Whole,
-    Wholes,
     element,
     in_lanes,
     leaf,
@@ -53,7 +53,7 @@ class Value:
     @property
     def decided(self) -> bool | None:
         """The value of a condition, if known in advance."""
-        return self.text == "1" if isinstance(self.type, Whole) and self.text in {"0", "1"} else None
+        return self.text == "1" if isinstance(self.type, UniformInteger) and self.text in {"0", "1"} else None
 
 
 @dataclass(frozen=True)
@@ -108,32 +108,37 @@ class Expressions(ABC):
     def to(self, value: Value, kind: Type, node: Any) -> str:
         """Return the text of a value as another type."""
         match kind, value.type:
-            case (Real(), Real()) | (Wholes(), Wholes()) | (Constant(), Constant()) | (Whole(), Whole()):
+            case (
+                (Real(), Real())
+                | (LaneIntegers(), LaneIntegers())
+                | (Constant(), Constant())
+                | (UniformInteger(), UniformInteger())
+            ):
                 return value.text
             case LaneStructure(), LaneStructure():
                 return value.text
-            case Real(), Constant() | Whole():
+            case Real(), Constant() | UniformInteger():
                 return f"EG_WIDE((double)({value.text}))"
-            case Real(), Wholes():
+            case Real(), LaneIntegers():
                 return f"eg_real_of({value.text})"
-            case Real(), Truths():
+            case Real(), LaneMask():
                 return f"eg_real_of({value.text} & 1)"
-            case Wholes(), Whole():
+            case LaneIntegers(), UniformInteger():
                 return f"EG_WHOLES({value.text})"
-            case Wholes(), Truths():
+            case LaneIntegers(), LaneMask():
                 return f"({value.text} & 1)"
-            case Constant(), Whole():
+            case Constant(), UniformInteger():
                 return f"(double)({value.text})"
-            case Pointer(), Pointer() | Whole():
+            case Pointer(), Pointer() | UniformInteger():
                 return value.text
         raise no_lanes(f"{value.type} as {kind} in {value.text}", node)
 
     def truths(self, value: Value) -> str:
         """Return in which lanes a value is not zero."""
         match value.type:
-            case Truths():
+            case LaneMask():
                 return value.text
-            case Wholes():
+            case LaneIntegers():
                 return f"({value.text} != 0)"
             case Real():
                 return f"(eg_wholes)({value.text} != EG_WIDE(0.0))"
@@ -147,12 +152,12 @@ class Expressions(ABC):
             kind: Type = Real()
         elif any(isinstance(kind, Constant) for kind in kinds):
             kind = Constant()
-            if any(isinstance(each, Wholes | Truths) for each in kinds):
+            if any(isinstance(each, LaneIntegers | LaneMask) for each in kinds):
                 kind = Real()
-        elif any(isinstance(each, Wholes | Truths) for each in kinds):
-            kind = Wholes()
-        elif all(isinstance(each, Whole) for each in kinds):
-            kind = Whole()
+        elif any(isinstance(each, LaneIntegers | LaneMask) for each in kinds):
+            kind = LaneIntegers()
+        elif all(isinstance(each, UniformInteger) for each in kinds):
+            kind = UniformInteger()
         else:
             kind = one.type if isinstance(one.type, LaneStructure | Pointer) else other.type
         return self.to(one, kind, node), self.to(other, kind, node), kind
@@ -163,7 +168,7 @@ class Expressions(ABC):
         """Return an expression."""
         match node:
             case c_ast.Constant():
-                return Value(node.value, Whole() if node.type in {"int", "long int", "long"} else Constant())
+                return Value(node.value, UniformInteger() if node.type in {"int", "long int", "long"} else Constant())
             case c_ast.ID():
                 return self._named(node)
             case c_ast.ArrayRef() | c_ast.StructRef():
@@ -196,40 +201,40 @@ class Expressions(ABC):
         if name in self.source.tables:
             return Value(name, self.source.tables[name])
         if name in self.source.enumerators:
-            return Value(name, Whole())
+            return Value(name, UniformInteger())
         if name in {"HUGE_VAL", "NAN", "INFINITY"}:
             return Value(name, Constant())
         if name == "NULL":
-            return Value("NULL", Pointer(Void()), null=True)
+            return Value("NULL", Pointer(NoValue()), null=True)
         raise no_lanes(f"the name {name}", node)
 
     def _unary(self, node: Any) -> Value:
         if node.op == "sizeof":
             if isinstance(node.expr, c_ast.Typename):
-                return Value(f"sizeof({spelled(in_lanes(type_of(node.expr.type, self.source)))})", Whole())
-            return Value(f"sizeof({self.place(node.expr).text})", Whole())
+                return Value(f"sizeof({spelled(in_lanes(type_of(node.expr.type, self.source)))})", UniformInteger())
+            return Value(f"sizeof({self.place(node.expr).text})", UniformInteger())
         if node.op == "*":
             place = self.place(node)
             return Value(place.text, place.type)
         if node.op == "&":
             place = self.place(node.expr)
-            if isinstance(place.type, Whole) and isinstance(node.expr, c_ast.ID):
+            if isinstance(place.type, UniformInteger) and isinstance(node.expr, c_ast.ID):
                 self.vary(node.expr.name)
-                return Value(f"&{place.text}", Pointer(Wholes()))
+                return Value(f"&{place.text}", Pointer(LaneIntegers()))
             return Value(f"&{place.text}", Pointer(place.type))
         if node.op in {"p++", "p--"}:
             self.behind.append(node)
             return self.value(node.expr)
         value = self.value(node.expr)
         if node.op == "!":
-            if isinstance(value.type, Truths):
-                return Value(f"(~{value.text})", Truths())
-            if isinstance(value.type, Wholes | Real):
-                return Value(f"(~{self.truths(value)})", Truths())
-            return Value(f"!({value.text})", Whole())
+            if isinstance(value.type, LaneMask):
+                return Value(f"(~{value.text})", LaneMask())
+            if isinstance(value.type, LaneIntegers | Real):
+                return Value(f"(~{self.truths(value)})", LaneMask())
+            return Value(f"!({value.text})", UniformInteger())
         if node.op in "+-~":
-            if isinstance(value.type, Truths):
-                value = Value(self.to(value, Wholes(), node), Wholes())
+            if isinstance(value.type, LaneMask):
+                value = Value(self.to(value, LaneIntegers(), node), LaneIntegers())
             return Value(f"({node.op}{value.text})", value.type)
         raise no_lanes(f"the operator {node.op} within an expression", node)
 
@@ -238,22 +243,26 @@ class Expressions(ABC):
             return self._logical(node)
         one, other = self.value(node.left), self.value(node.right)
         for value, counted in ((one, other), (other, one)):
-            if isinstance(value.type, Pointer | Array) and node.op in "+-" and isinstance(counted.type, Whole | Wholes):
-                if isinstance(counted.type, Wholes):
+            if (
+                isinstance(value.type, Pointer | Array)
+                and node.op in "+-"
+                and isinstance(counted.type, UniformInteger | LaneIntegers)
+            ):
+                if isinstance(counted.type, LaneIntegers):
                     raise no_lanes(f"an address of its own in each lane: {written(node)}", node)
                 first = f"{value.text} {node.op} ({counted.text})" if value is one else f"{counted.text} + {value.text}"
                 return Value(f"({first})", Pointer(element(value.type)))
         if isinstance(one.type, Pointer) or isinstance(other.type, Pointer):
             if one.null and other.null:
-                return Value("1" if node.op == "==" else "0", Whole())
-            return Value(f"({one.text} {node.op} {other.text})", Whole())
+                return Value("1" if node.op == "==" else "0", UniformInteger())
+            return Value(f"({one.text} {node.op} {other.text})", UniformInteger())
         left, right, kind = self._common(one, other, node)
         if node.op in _COMPARISONS:
             text = f"({left} {node.op} {right})"
             if isinstance(kind, Real):
-                return Value(f"((eg_wholes){text})", Truths())
-            return Value(text, Truths() if isinstance(kind, Wholes) else Whole())
-        if node.op in {"/", "%"} and isinstance(kind, Wholes):
+                return Value(f"((eg_wholes){text})", LaneMask())
+            return Value(text, LaneMask() if isinstance(kind, LaneIntegers) else UniformInteger())
+        if node.op in {"/", "%"} and isinstance(kind, LaneIntegers):
             return Value(f"eg_{'quotient' if node.op == '/' else 'remainder'}({self.mask()}, {left}, {right})", kind)
         return Value(f"({left} {node.op} {right})", kind)
 
@@ -266,17 +275,17 @@ class Expressions(ABC):
             other = self.value(node.right)
             if other.decided is not None:
                 return one if other.decided is joint else other
-        if isinstance(one.type, Whole | Constant | Pointer):
+        if isinstance(one.type, UniformInteger | Constant | Pointer):
             other = self.value(node.right)
-            if isinstance(other.type, Whole | Constant | Pointer):
-                return Value(f"({one.text} {node.op} {other.text})", Whole())
+            if isinstance(other.type, UniformInteger | Constant | Pointer):
+                return Value(f"({one.text} {node.op} {other.text})", UniformInteger())
             constant = "EG_WHOLES(0)" if joint else "EG_WHOLES(-1)"
             right = self.truths(other)
-            return Value(f"({one.text} ? {right if joint else constant} : {constant if joint else right})", Truths())
+            return Value(f"({one.text} ? {right if joint else constant} : {constant if joint else right})", LaneMask())
         left = self.truths(one)
         if not _has_calls(node.right):
             other = self._for_all(node.right)
-            return Value(f"({left} {'&' if joint else '|'} {self.truths(other)})", Truths())
+            return Value(f"({left} {'&' if joint else '|'} {self.truths(other)})", LaneMask())
         first, here = self.fresh("first"), self.fresh("m")
         outer = self.region
         self.region = Region(here, outer)
@@ -285,7 +294,7 @@ class Expressions(ABC):
         asked = f"{outer.mask} & {first}" if joint else f"{outer.mask} & ~{first}"
         result = f"{first} & {right}" if joint else f"{first} | {right}"
         begin = f"const eg_wholes {first} = {left}; eg_wholes {here} = {asked};"
-        return Value(f"({{ {begin} eg_any({here}) ? {result} : {first}; }})", Truths())
+        return Value(f"({{ {begin} eg_any({here}) ? {result} : {first}; }})", LaneMask())
 
     def _for_all(self, node: Any) -> Value:
         """Return an operand that is evaluated in all lanes, even without its condition."""
@@ -298,7 +307,7 @@ class Expressions(ABC):
         condition = self.value(node.cond)
         if condition.decided is not None:
             return self.value(node.iftrue if condition.decided else node.iffalse)
-        if isinstance(condition.type, Whole | Constant | Pointer):
+        if isinstance(condition.type, UniformInteger | Constant | Pointer):
             one, other, kind = self._common(self._argument(node.iftrue), self._argument(node.iffalse), node)
             return Value(f"({condition.text} ? {one} : {other})", kind)
         holds = self.fresh("holds")
@@ -317,8 +326,8 @@ class Expressions(ABC):
         if any(isinstance(value.type, Pointer | Array | LaneStructure) for value in values):
             raise no_lanes(f"an address of its own in each lane: {written(node)}", node)
         one, other, kind = self._common(values[0], values[1], node)
-        if isinstance(kind, Whole):
-            kind = Wholes()
+        if isinstance(kind, UniformInteger):
+            kind = LaneIntegers()
             one, other = (self.to(value, kind, node) for value in values)
         if isinstance(kind, Constant):
             kind = Real()
@@ -332,14 +341,14 @@ class Expressions(ABC):
         match kind, value.type:
             case Real(), _:
                 return Value(self.to(value, kind, node), Real())
-            case Whole(), Whole() | Wholes():
+            case UniformInteger(), UniformInteger() | LaneIntegers():
                 return value
-            case Whole(), Truths():
-                return Value(self.to(value, Wholes(), node), Wholes())
-            case Whole(), Real():
-                return Value(f"eg_wholes_of({value.text})", Wholes())
-            case Whole(), Constant():
-                return Value(f"(long)({value.text})", Whole())
+            case UniformInteger(), LaneMask():
+                return Value(self.to(value, LaneIntegers(), node), LaneIntegers())
+            case UniformInteger(), Real():
+                return Value(f"eg_wholes_of({value.text})", LaneIntegers())
+            case UniformInteger(), Constant():
+                return Value(f"(long)({value.text})", UniformInteger())
         raise no_lanes(f"the cast {written(node)}", node)
 
     # -- places --------------------------------------------------------------------------------------------------------
@@ -386,20 +395,20 @@ class Expressions(ABC):
         region = place.region if isinstance(place.type, Array) else None
         index = self.value(node.subscript)
         kind = element(place.type)
-        if place.lanes and isinstance(index.type, Whole) and isinstance(kind, Real | Wholes):
+        if place.lanes and isinstance(index.type, UniformInteger) and isinstance(kind, Real | LaneIntegers):
             return Place(f"{place.text} + {index.text}", kind, None, place.lanes)
-        if isinstance(index.type, Whole) and not place.lanes:
+        if isinstance(index.type, UniformInteger) and not place.lanes:
             return Place(f"{place.text}[{index.text}]", kind, region)
-        if place.lanes or not isinstance(kind, Real | Wholes | Constant | Whole | LaneStructure):
+        if place.lanes or not isinstance(kind, Real | LaneIntegers | Constant | UniformInteger | LaneStructure):
             raise no_lanes(f"an element of its own in each lane: {written(node)}", node)
-        lanes = self.to(index, Wholes(), node)
+        lanes = self.to(index, LaneIntegers(), node)
         if isinstance(kind, LaneStructure):  # the distance of members is the number of vectors of the structure
             apart = f"(int64_t)(sizeof({spelled(kind)}) / sizeof(eg_wide))"
             return Place(f"{place.text}[0]", kind, None, f"({lanes} * {apart})")
-        if isinstance(kind, Constant | Whole):
+        if isinstance(kind, Constant | UniformInteger):
             looked = "table" if isinstance(kind, Constant) else "counts"
             text = f"eg_look_up_{looked}({self.mask()}, {place.text}, {lanes})"
-            return Place(text, Real() if isinstance(kind, Constant) else Wholes(), None)
+            return Place(text, Real() if isinstance(kind, Constant) else LaneIntegers(), None)
         return Place(place.text, kind, region, lanes)
 
     # -- calls -------------------------------------------------------------------------------------------------------
@@ -414,7 +423,7 @@ class Expressions(ABC):
         if name in {"memcpy", "memset", "memmove", "memcmp"}:
             return self._memory(name, given, node)
         if name == "offsetof":
-            return Value(written(node), Whole())
+            return Value(written(node), UniformInteger())
         if name.startswith("EG_") or name in _OF_A_NUMBER:
             return self._arithmetic(_OF_A_NUMBER.get(name, name), given, node)
         if name in self.source.routines:
@@ -437,7 +446,7 @@ class Expressions(ABC):
             else:
                 raise no_lanes(f"an array of unknown size: {written(item)}", node)
         self.foreign.add(name)
-        return Value(f"eg_each_{name}({', '.join([self.mask(), *texts])})", Wholes())
+        return Value(f"eg_each_{name}({', '.join([self.mask(), *texts])})", LaneIntegers())
 
     def _arithmetic(self, name: str, given: list[Any], node: Any) -> Value:
         texts, made, behind = [], [], []
@@ -457,26 +466,26 @@ class Expressions(ABC):
         called = f"{name}({', '.join(texts)})"
         if not made:
             return Value(called, Real())
-        return Value(f"({{ {' '.join(made)} {called}; {' '.join(behind)} }})", Void())
+        return Value(f"({{ {' '.join(made)} {called}; {' '.join(behind)} }})", NoValue())
 
     def _memory(self, name: str, given: list[Any], node: Any) -> Value:
         target = self.value(given[0])
         size = self.value(given[2]).text
         if name == "memset":
-            return Value(f"eg_clear({self.mask()}, {target.text}, {size})", Void())
+            return Value(f"eg_clear({self.mask()}, {target.text}, {size})", NoValue())
         if isinstance(given[1], c_ast.TernaryOp):
             condition = self.value(given[1].cond)
-            if not isinstance(condition.type, Whole | Constant | Pointer):
+            if not isinstance(condition.type, UniformInteger | Constant | Pointer):
                 holds, one, other = self.truths(condition), self.value(given[1].iftrue), self.value(given[1].iffalse)
                 parts = [
                     f"eg_merge({self.mask()} & {mask}, {target.text}, {origin.text}, {size})"
                     for mask, origin in ((holds, one), (f"~{holds}", other))
                 ]
-                return Value(", ".join(parts), Void())
+                return Value(", ".join(parts), NoValue())
         origin = self.value(given[1])
         if name == "memcmp":
-            return Value(f"eg_differs({target.text}, {origin.text}, {size})", Wholes())
-        return Value(f"eg_merge({self.mask()}, {target.text}, {origin.text}, {size})", Void())
+            return Value(f"eg_differs({target.text}, {origin.text}, {size})", LaneIntegers())
+        return Value(f"eg_merge({self.mask()}, {target.text}, {origin.text}, {size})", NoValue())
 
     def _function(self, name: str, given: list[Any], node: Any) -> Value:
         self.functions.add(name)
@@ -484,7 +493,7 @@ class Expressions(ABC):
             self.to(self._argument(item), kind, node)
             for item, kind in zip(given, self.source.functions[name], strict=True)
         ]
-        return Value(f"eg_masked_{name}({', '.join([self.mask(), *texts])})", Void())
+        return Value(f"eg_masked_{name}({', '.join([self.mask(), *texts])})", NoValue())
 
     def _argument(self, node: Any) -> Value:
         value = self.value(node)
@@ -497,13 +506,17 @@ class Expressions(ABC):
         texts = []
         for item, (parameter, kind) in zip(given, routine.parameters, strict=True):
             value = self._argument(item)
-            if isinstance(kind, Whole):
-                if not isinstance(value.type, Whole):
+            if isinstance(kind, UniformInteger):
+                if not isinstance(value.type, UniformInteger):
                     routine.varying.add(parameter)
-                wanted: Type = Wholes() if parameter in routine.varying else Whole()
-                texts.append(value.text if isinstance(wanted, Whole) else self.to(value, wanted, node))
+                wanted: Type = LaneIntegers() if parameter in routine.varying else UniformInteger()
+                texts.append(value.text if isinstance(wanted, UniformInteger) else self.to(value, wanted, node))
                 continue
-            if isinstance(kind, Pointer) and isinstance(leaf(kind), Whole | Real) and isinstance(value.type, Pointer):
+            if (
+                isinstance(kind, Pointer)
+                and isinstance(leaf(kind), UniformInteger | Real)
+                and isinstance(value.type, Pointer)
+            ):
                 self._learn(routine, parameter, value.type.to, item)
             if isinstance(kind, Pointer) and not value.null:
                 routine.given.add(parameter)
@@ -513,7 +526,7 @@ class Expressions(ABC):
 
     def _learn(self, routine: Routine, parameter: str, kind: Type, node: Any) -> None:
         known = routine.elements.get(parameter)
-        if isinstance(kind, Void) or known == kind:
+        if isinstance(kind, NoValue) or known == kind:
             return
         while isinstance(node, c_ast.ArrayRef):  # a row of a table
             node = node.name

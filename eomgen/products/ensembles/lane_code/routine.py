@@ -11,18 +11,18 @@ from eomgen.products.ensembles.lane_code.expressions import Expressions, Place, 
 from eomgen.products.ensembles.lane_code.source import (
     Array,
     Constant,
+    LaneIntegers,
     LaneSource,
     LaneStructure,
     Loop,
+    NoValue,
     Pointer,
     Real,
     Region,
     Routine,
     Type,
+    UniformInteger,
     Variable,
-    Void,
-    Whole,
-    Wholes,
     declared,
     in_lanes,
     leaf,
@@ -64,17 +64,17 @@ class RoutineText(Expressions):
         self.returns = result
         self.signature = f"static {spelled(result)} {routine.name}({', '.join(['eg_wholes live', *arguments])})"
         self._block(routine.node.body)
-        head = [] if isinstance(result, Void) else [f"    {spelled(result)} result = {{0}};"]
-        tail = [] if isinstance(result, Void) or self._ended else ["    return result;"]
+        head = [] if isinstance(result, NoValue) else [f"    {spelled(result)} result = {{0}};"]
+        tail = [] if isinstance(result, NoValue) or self._ended else ["    return result;"]
         self.text = "\n".join([self.signature, "{", *head, *self.lines, *tail, "}"])
 
     _ended = False
 
     def _parameter(self, name: str, kind: Type) -> Type:
         match kind:
-            case Whole():
-                return Wholes() if name in self.routine.varying else kind
-            case Pointer(to) if isinstance(leaf(to), Whole | Real):
+            case UniformInteger():
+                return LaneIntegers() if name in self.routine.varying else kind
+            case Pointer(to) if isinstance(leaf(to), UniformInteger | Real):
                 return Pointer(self.routine.elements.get(name, in_lanes(to)))
             case Pointer(to):
                 return Pointer(in_lanes(to))
@@ -140,7 +140,7 @@ class RoutineText(Expressions):
             case c_ast.ExprList():
                 for item in node.exprs:
                     self._statement(item)
-            case c_ast.Cast() if isinstance(type_of(node.to_type.type, self.source), Void):
+            case c_ast.Cast() if isinstance(type_of(node.to_type.type, self.source), NoValue):
                 if isinstance(node.expr, c_ast.FuncCall):
                     self._statement(node.expr)
             case c_ast.FuncCall():
@@ -172,8 +172,8 @@ class RoutineText(Expressions):
             self._static(node, kind)
             return
         base = kind
-        if isinstance(kind, Whole):
-            kind = Wholes() if node.name in self.routine.varying else kind
+        if isinstance(kind, UniformInteger):
+            kind = LaneIntegers() if node.name in self.routine.varying else kind
         elif isinstance(kind, Pointer):
             if node.init is None:
                 kind = Pointer(self.routine.elements.get(node.name, in_lanes(kind.to)))
@@ -198,9 +198,13 @@ class RoutineText(Expressions):
             text = self.listed(node.init, kind)
         else:
             value = self.value(node.init)
-            if isinstance(base, Whole) and isinstance(kind, Whole) and not isinstance(value.type, Whole):
+            if (
+                isinstance(base, UniformInteger)
+                and isinstance(kind, UniformInteger)
+                and not isinstance(value.type, UniformInteger)
+            ):
                 self.vary(node.name)
-                kind = Wholes()
+                kind = LaneIntegers()
             text = self.to(value, kind, node)
         self.variables[-1][node.name] = Variable(kind, self.region)
         self._line(f"{declared(node.name, kind)} = {text};")
@@ -208,7 +212,7 @@ class RoutineText(Expressions):
     def _static(self, node: Any, kind: Type) -> None:
         if (
             isinstance(kind, LaneStructure) or node.name in self.routine.widened
-        ):  # vectors are no constants of the language
+        ):  # vectors are not constants of the language
             kind = in_lanes(kind)
             self.variables[-1][node.name] = Variable(kind, self.region)
             text = "{{0}}" if node.init is None else self.listed(node.init, kind)
@@ -245,12 +249,12 @@ class RoutineText(Expressions):
                 self.routine.elements[target.name] = value.type.to
             self._line(f"{place.text} = {value.text};")
             return
-        if isinstance(place.type, Whole):
+        if isinstance(place.type, UniformInteger):
             name = target.name
-            if name in self.routine.counters and isinstance(value.type, Whole):
+            if name in self.routine.counters and isinstance(value.type, UniformInteger):
                 self._line(f"{place.text} = {value.text};")
                 return
-            if not isinstance(value.type, Whole) or self.region is not place.region:
+            if not isinstance(value.type, UniformInteger) or self.region is not place.region:
                 self.vary(name)
                 return
             self._line(f"{place.text} = {value.text};")
@@ -311,7 +315,7 @@ class RoutineText(Expressions):
         match self.returns:
             case Real():
                 return f"eg_pick({mask}, {value}, {other})"
-            case Wholes():
+            case LaneIntegers():
                 return f"eg_pick_wholes({mask}, {value}, {other})"
         raise no_lanes("a structure, returned where lanes part company", self.routine.node)
 
@@ -328,7 +332,7 @@ class RoutineText(Expressions):
             self._line(f"{word};")
             return
         if not loop.parted:
-            raise _PartCompany(loop)
+            raise _DivergentLanes(loop)
         masks = {loop.region.mask} | ({loop.run} if word == "break" else set())
         self._leave(self.mask(), masks)
         region: Region | None = self.region
@@ -344,7 +348,7 @@ class RoutineText(Expressions):
         if condition.decided is not None:
             chosen = node.iftrue if condition.decided else node.iffalse
             return chosen is None or self._braces(chosen)
-        if isinstance(condition.type, Whole | Constant | Pointer):
+        if isinstance(condition.type, UniformInteger | Constant | Pointer):
             self._line(f"if ({condition.text}) {{")
             self.depth += 1
             self._block(node.iftrue)
@@ -393,7 +397,7 @@ class RoutineText(Expressions):
         if outer.mask != base:
             self._line(f"{outer.mask} = {outer.mask} & {base};")
         if outer is self.top:
-            nothing = "" if isinstance(self.returns, Void) else " result"
+            nothing = "" if isinstance(self.returns, NoValue) else " result"
             self._line(f"if (!eg_any(live)) return{nothing};")
         elif self.loops and outer is self.loops[-1].region:
             self._line(f"if (!eg_any({outer.mask})) continue;")
@@ -417,10 +421,10 @@ class RoutineText(Expressions):
             self._line(f"int {again} = 0;")
         state = len(self.lines), self.depth, self.region, len(self.loops), len(self.variables)
         try:
-            if condition is None or isinstance(self.value(condition).type, Whole):
+            if condition is None or isinstance(self.value(condition).type, UniformInteger):
                 self._common_loop(condition, step, body, again)
                 return
-        except _PartCompany as divergence:
+        except _DivergentLanes as divergence:
             if len(self.loops) <= state[3] or divergence.loop is not self.loops[state[3]]:
                 raise
             del self.lines[state[0] :], self.loops[state[3] :], self.variables[state[4] :]
@@ -477,7 +481,7 @@ class RoutineText(Expressions):
         self._rejoin(outer)
 
 
-class _PartCompany(Exception):
+class _DivergentLanes(Exception):
     """Raised if some lanes leave a loop in which other lanes remain."""
 
     def __init__(self, loop: Loop) -> None:

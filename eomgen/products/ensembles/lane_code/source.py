@@ -17,7 +17,7 @@ class Type:
 
 
 @dataclass(frozen=True)
-class Void(Type):
+class NoValue(Type):
     """No value."""
 
 
@@ -32,17 +32,17 @@ class Constant(Type):
 
 
 @dataclass(frozen=True)
-class Whole(Type):
+class UniformInteger(Type):
     """A whole number that all lanes have in common: counters of loops, sizes, places."""
 
 
 @dataclass(frozen=True)
-class Wholes(Type):
+class LaneIntegers(Type):
     """A whole number in each lane."""
 
 
 @dataclass(frozen=True)
-class Truths(Type):
+class LaneMask(Type):
     """The result of a comparison in each lane: all bits set, or none."""
 
 
@@ -82,9 +82,9 @@ def spelled(kind: Type) -> str:
             return "real"
         case Constant():
             return "double"
-        case Whole():
+        case UniformInteger():
             return "long"
-        case Wholes() | Truths():
+        case LaneIntegers() | LaneMask():
             return "eg_wholes"
         case LaneStructure(name) | Other(name):
             return name
@@ -92,7 +92,7 @@ def spelled(kind: Type) -> str:
             return f"{spelled(of)} (*)[{size}]"
         case Pointer(to):
             return f"{spelled(to)} *"
-        case Void():
+        case NoValue():
             return "void"
     raise TypeError(f"no C text of {kind}")
 
@@ -155,14 +155,14 @@ _WHOLE = {"int", "long", "long int", "unsigned", "unsigned int", "size_t"}
 _SMALL = {"signed char", "unsigned char", "short", "unsigned short"}
 
 
-class NotInLanes(Exception):
+class UntranslatableConstruct(Exception):
     """A construct that cannot be translated, with the position."""
 
 
-def no_lanes(construct: str, node: Any) -> NotInLanes:
+def no_lanes(construct: str, node: Any) -> UntranslatableConstruct:
     """Return the error for a construct."""
     where = f" ({node.coord})" if getattr(node, "coord", None) else ""
-    return NotInLanes(f"{construct}{where}")
+    return UntranslatableConstruct(f"{construct}{where}")
 
 
 @dataclass
@@ -245,14 +245,14 @@ def type_of(node: Any, source: LaneSource) -> Type:
             if name in source.names:
                 return source.names[name]
             if name == "void":
-                return Void()
+                return NoValue()
             if name == "double":
                 return Real()
             if name in _WHOLE or name in _SMALL:
-                return Whole()
+                return UniformInteger()
             return Other(name)
         case c_ast.Enum():
-            return Whole()
+            return UniformInteger()
         case c_ast.Struct():
             return LaneStructure(node.name)
     raise no_lanes(f"a declaration of {type(node).__name__}", node)
@@ -261,8 +261,8 @@ def type_of(node: Any, source: LaneSource) -> Type:
 def in_lanes(kind: Type) -> Type:
     """Return the type with whole numbers per lane: members of structures, arrays that are written to."""
     match kind:
-        case Whole():
-            return Wholes()
+        case UniformInteger():
+            return LaneIntegers()
         case Array(of, size):
             return Array(in_lanes(of), size)
         case Pointer(to):
@@ -279,7 +279,7 @@ def _read_type(item: Any, source: LaneSource) -> None:
     kind = item.type.type if isinstance(item.type, c_ast.TypeDecl) else None
     if isinstance(kind, c_ast.Enum):
         source.texts.append(written(item) + ";")
-        source.names[item.name] = Whole()
+        source.names[item.name] = UniformInteger()
         source.enumerators |= {each.name for each in kind.values.enumerators}
     elif isinstance(kind, c_ast.Struct) and kind.decls is not None:
         members = {each.name: type_of(each.type, source) for each in kind.decls}
@@ -298,7 +298,7 @@ def _parameters(node: Any, source: LaneSource) -> list[tuple[str, Type]]:
     result = []
     for parameter in node.args.params if node.args else []:
         kind = type_of(parameter.type, source)
-        if isinstance(kind, Void):
+        if isinstance(kind, NoValue):
             continue
         if isinstance(kind, Array):
             kind = Pointer(kind.of)
@@ -309,7 +309,7 @@ def _parameters(node: Any, source: LaneSource) -> list[tuple[str, Type]]:
 def _read_foreign(item: Any, source: LaneSource) -> None:
     """Register a function of numbers and arrays of numbers that returns a whole number."""
     kinds = [kind for _, kind in _parameters(item.type, source)]
-    if type_of(item.type.type, source) == Whole() and all(kind in (Real(), Pointer(Real())) for kind in kinds):
+    if type_of(item.type.type, source) == UniformInteger() and all(kind in (Real(), Pointer(Real())) for kind in kinds):
         source.foreign[item.name] = kinds
 
 
@@ -341,7 +341,7 @@ def shared(kind: Type) -> Type:
         case Real():
             return Constant()
         case Other("char"):
-            return Whole()
+            return UniformInteger()
         case Array(of, size):
             return Array(shared(of), size)
     return kind

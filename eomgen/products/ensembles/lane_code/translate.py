@@ -19,7 +19,15 @@ from eomgen.codegen.targets.c.templates import environment
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import MOST, STOPPED
 from eomgen.products.ensembles.lane_code.routine import RoutineText
-from eomgen.products.ensembles.lane_code.source import LaneSource, NotInLanes, Pointer, Type, Void, read, spelled
+from eomgen.products.ensembles.lane_code.source import (
+    LaneSource,
+    NoValue,
+    Pointer,
+    Type,
+    UntranslatableConstruct,
+    read,
+    spelled,
+)
 from eomgen.toolchain.builder import REFUSED, Preprocess
 from eomgen.toolchain.library import LaneLibrary, Library
 
@@ -44,13 +52,13 @@ def translated(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping
 
     Raises
     ------
-    NotInLanes
+    UntranslatableConstruct
         The text has a construct that lanes cannot follow.
     """
     source = read(CParser().parse(text, "stepper"), outputs)
     missing = [name for name in roots if name not in source.routines]
     if missing:
-        raise NotInLanes(f"no function {', '.join(missing)}")
+        raise UntranslatableConstruct(f"no function {', '.join(missing)}")
     for name, null in roots.items():
         routine = source.routines[name]
         routine.given |= {each for each, kind in routine.parameters if isinstance(kind, Pointer) and each not in null}
@@ -59,7 +67,7 @@ def translated(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping
         made = _reached(source, roots, outputs)
         if _known(source) == before:
             return _file(source, made, outputs)
-    raise NotInLanes("the variables that differ from lane to lane were not determined")
+    raise UntranslatableConstruct("the variables that differ from lane to lane were not determined")
 
 
 def _reached(source: LaneSource, roots: Collection[str], outputs: Mapping[str, list[int]]) -> dict[str, RoutineText]:
@@ -114,7 +122,7 @@ def _both(source: LaneSource, text: RoutineText, outputs: Mapping[str, list[int]
 
 
 def _is_void(text: RoutineText) -> bool:
-    return isinstance(text.returns, Void)
+    return isinstance(text.returns, NoValue)
 
 
 def _each(name: str, kinds: Sequence[Type]) -> str:
@@ -208,7 +216,7 @@ def stepper_in_lanes(model: CompiledModel, library: Library) -> LaneLibrary | st
     def files_of(files: Mapping[str, str], preprocessed: Preprocess) -> Mapping[str, str]:
         try:
             return lane_files(files, library.layout, preprocessed)
-        except NotInLanes as refusal:
+        except UntranslatableConstruct as refusal:
             return {REFUSED: str(refusal)}
 
     return model.stepper_in_lanes(library, LANES_CDEF, files_of)
@@ -230,7 +238,7 @@ def lane_files(
 
     Raises
     ------
-    NotInLanes
+    UntranslatableConstruct
         The stepper has something that lanes cannot follow.
     """
     prefix, method, sizes = str(layout["prefix"]), layout["method"], layout["sizes"]

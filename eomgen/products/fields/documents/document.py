@@ -294,7 +294,7 @@ class FieldSystem:
     cells, lengths : of the mesh, along each axis
     energy, where : formulas of a cell, as text
     fields, columns : operators and data that these name
-    truth : seed of the white field behind random data; None without random data
+    truth : seed of the white field that random data are made from; None without random data
     folder : folder of relative paths
     places : file and line of each key, for messages
     content : all that determines the posterior but for files of data

@@ -114,7 +114,7 @@ class FieldEntries:
     def hint(self, error: FormulaError) -> str:
         """Return a hint for a formula with a fault."""
         if "units are not read" in error.what:
-            return 'the number alone; unit = "m" beside it is a label'
+            return 'the number alone; unit = "m" with it is a label'
         return error.hint
 
 

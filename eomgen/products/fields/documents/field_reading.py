@@ -41,7 +41,7 @@ from eomgen.scene.sources.toml import toml_data
 
 #: Commands and keys for Hamiltonian systems of coordinates, for messages.
 OF_COORDINATES = "eomgen simulate, or a [mesh] with cells and length"
-#: Reserved words of formulas, which are no valid names; the time is refused at its use.
+#: Reserved words of formulas, which are not valid names; the time is refused at its use.
 _WORDS = RESERVED - {"t"}
 _KEYS = (
     "format", "kind", "name", "description", "mesh", "parameters", "operators", "prior", "truth", "data", "cell",
@@ -97,7 +97,7 @@ def fields_from_data(
     """
     report = Report(file, lines or {})
     if data.get("kind") != KIND:
-        fault = "this is no file of fields: a system to be sampled has a kind and a mesh"
+        fault = "this is not a file of fields: a system to be sampled has a kind and a mesh"
         report.add("kind" if "kind" in data else "", fault, f'kind = "{KIND}", [mesh], [operators] and [cell]')
         report.raise_problems()
     if "mesh" not in data:
@@ -337,7 +337,7 @@ class _FieldReader(FieldEntries):
             if kind == "file":
                 file = table["file"]
                 if not isinstance(file, str) or not file.lower().endswith(_FILES):
-                    self.report.add(inner, f"{_said(file)} is no file of data", "a path that ends with .npy or .csv")
+                    self.report.add(inner, f"{_said(file)} is not a file of data", "a path that ends with .npy or .csv")
                 made.append(Data(name, kind, file=str(file), column=self.text(key, table, "column"), minimum=least))
             elif kind == "formula":
                 above = [item.name for item in made if item.kind not in DRAWN]
@@ -387,7 +387,7 @@ class _FieldReader(FieldEntries):
             self.report.add("truth", "the seed is missing", "[truth] and seed = 1")
             return None
         if not isinstance(seed, int) or not _is_whole(seed, 0) or seed > _MOST_SEED:
-            self.report.add("truth.seed", f"{_said(seed)} is no seed", f"a whole number from 0 to {_MOST_SEED}")
+            self.report.add("truth.seed", f"{_said(seed)} is not a seed", f"a whole number from 0 to {_MOST_SEED}")
             return None
         return seed
 

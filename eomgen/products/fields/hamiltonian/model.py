@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import ByName, Defaults, checked_calls, unknown_attribute
+from eomgen.base.calls import Defaults, NamedResults, checked_calls, unknown_attribute
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.adaptive import check_tolerance
@@ -200,7 +200,7 @@ class HamiltonianModel:
         Raises
         ------
         UsageError
-            An unknown method, parameter or coordinate, or a time that is no whole number of steps.
+            An unknown method, parameter or coordinate, or a time that is not a whole number of steps.
         """
         run = self.document.simulation
         t_end = run.duration if t_end is None else _finite("t_end", t_end)
@@ -248,7 +248,7 @@ class HamiltonianModel:
             t,
             q,
             p,
-            ByName("part of H", energy),
+            NamedResults("part of H", energy),
             outputs,
             {**dict(zip(_COUNTED, counted, strict=True)), "wall_time": seconds},
             status == 0 and not exploded,
@@ -257,17 +257,17 @@ class HamiltonianModel:
             errors,
         )
 
-    def _observed(self, q: Array, p: Array, values: Array) -> tuple[dict[str, Array], ByName[Array]]:
+    def _observed(self, q: Array, p: Array, values: Array) -> tuple[dict[str, Array], NamedResults[Array]]:
         """Return the parts of H and the outputs at states, (rows, n) each."""
         parts = self._call("hamiltonian", [q, p], values)[0]
         energy: dict[str, Array] = {
             name: parts[:, k] for k, name in enumerate(DEPENDENCES) if name != "coupled" or not self.separable
         }
         energy["total"] = parts.sum(axis=1)
-        outputs: ByName[Array] = ByName("output", {})
+        outputs: NamedResults[Array] = NamedResults("output", {})
         if self.document.outputs:
             y = self._call("observed", [q, p], values)[0]
-            outputs = ByName("output", {item.name: y[:, k] for k, item in enumerate(self.document.outputs)})
+            outputs = NamedResults("output", {item.name: y[:, k] for k, item in enumerate(self.document.outputs)})
         return energy, outputs
 
     def _metadata(
@@ -449,7 +449,7 @@ def _whole_steps(t_end: float, step: float) -> int:
     steps = round(count)
     if abs(count - steps) > 1e-6 * max(1.0, count * 1e-6):
         hint = f"an end of {max(steps, 1) * step:.9g}, or a step of {t_end / max(steps, 1):.9g}"
-        raise UsageError(Problem("t_end", f"{t_end:.9g} is no whole number of steps of {step:.9g}", hint))
+        raise UsageError(Problem("t_end", f"{t_end:.9g} is not a whole number of steps of {step:.9g}", hint))
     return steps
 
 
@@ -463,7 +463,7 @@ def _array(key: str, value: object) -> Array:
     try:
         return np.asarray(value, float)
     except (TypeError, ValueError):
-        raise UsageError(Problem(key, f"{shown(value)} is no array of numbers", "[0.1, 0.2]")) from None
+        raise UsageError(Problem(key, f"{shown(value)} is not an array of numbers", "[0.1, 0.2]")) from None
 
 
 def _spacing(every: object) -> int:
@@ -471,7 +471,7 @@ def _spacing(every: object) -> int:
     if isinstance(every, np.integer):
         every = int(every)
     if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-        raise UsageError(Problem("record_every", f"{every!r} is no whole number from 1", "record_every=10"))
+        raise UsageError(Problem("record_every", f"{every!r} is not a whole number from 1", "record_every=10"))
     return every
 
 
@@ -504,4 +504,4 @@ def _ending(status: int, t: Array, step: float, steps: int) -> str:
         return f"reached t = {t[-1]:.9g} in {steps} steps"
     if status < 0:
         return f"interrupted at t = {t[-1]:.9g}"
-    return f"stopped behind t = {t[-1]:.9g}: {_STATUSES[status].format(step=abs(step))}"
+    return f"stopped after t = {t[-1]:.9g}: {_STATUSES[status].format(step=abs(step))}"

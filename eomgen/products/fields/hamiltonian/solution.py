@@ -95,7 +95,7 @@ def estimated(
 
     Parameters
     ----------
-    own : (rows, 2 n), q and p behind every ``every`` steps and behind the last
+    own : (rows, 2 n), q and p after every ``every`` steps and after the last
     names : of the columns
     """
     if steps < 1:

@@ -178,7 +178,7 @@ def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], ma
     Parameters
     ----------
     fields, data : names
-    masks : of fields, whose values stand behind the data
+    masks : of fields, whose values follow the data
 
     Raises
     ------

@@ -65,7 +65,9 @@ class Mesh:
         made = tuple(int(count) for count in cells)
         sides = (lengths,) * len(made) if isinstance(lengths, int | float) else tuple(lengths)
         if not 1 <= len(made) <= 3 or min(made) < 2:
-            raise UsageError(Problem("Mesh: cells", f"{tuple(cells)} is no mesh", "1 to 3 numbers from 2 on: (64, 64)"))
+            raise UsageError(
+                Problem("Mesh: cells", f"{tuple(cells)} is not a mesh", "1 to 3 numbers above 1: (64, 64)")
+            )
         if len(sides) != len(made) or not all(SMALLEST <= side <= LARGEST for side in sides):
             fault = f"{sides} are not {len(made)} lengths from {SMALLEST:g} to {LARGEST:g}"
             raise UsageError(Problem("Mesh: lengths", fault, "one number, or one for each axis"))
@@ -201,8 +203,8 @@ Library = Literal["scipy", "fftw"]
 LIBRARIES: tuple[Library, ...] = ("scipy", "fftw")
 Precision = Literal["double", "single"]
 PRECISIONS: tuple[Precision, ...] = ("double", "single")
-#: Number of cells from which on columns along the first of three axes are copied to a buffer: the columns are so far
-#: apart in memory that estimated plans take four times as long on 256^3 cells.
+#: Number of cells from which on columns along the first of three axes are copied to a buffer: the distances of columns
+#: in memory are so large that estimated plans take four times as long on 256^3 cells.
 _LARGE = 128**3
 
 

@@ -185,7 +185,7 @@ def mask(mesh: Mesh, values: ArrayLike) -> LinearOperator:
     """Return the product with a field of cells."""
     made = np.asarray(values, dtype=float)
     if made.shape != mesh.cells or not np.all(np.isfinite(made)):
-        fault = f"an array of the shape {made.shape} is no mask of finite numbers for {mesh.cells} cells"
+        fault = f"an array of the shape {made.shape} is not a mask of finite numbers for {mesh.cells} cells"
         raise UsageError(Problem("mask: values", fault, f"finite numbers of the shape {mesh.cells}"))
     return LinearOperator("mask", mesh, mask=made)
 

@@ -327,7 +327,7 @@ class FieldPosterior:
             direction = product
         return math.sqrt(value)
 
-    @np.errstate(over="ignore", invalid="ignore")  # of an energy without a lower bound, which is told
+    @np.errstate(over="ignore", invalid="ignore")  # of an energy without a lower bound, which is reported
     def mode(self, start: Complex | None = None, *, tolerance: float = 1e-8, iterations: int = 60) -> Mode:
         """Return the white field of least U by Newton's method with conjugate gradients, from 0 on if from nowhere.
 
@@ -379,7 +379,7 @@ class FieldPosterior:
         raise NumericalError(Problem("mode", fault, "more iterations, or a larger tolerance"))
 
     def _below_a_saddle(self, x: Complex, value: float, inverse: Array | float) -> tuple[Complex, float] | None:
-        """Return a field of less U, and U there, beside one without a gradient; None if the latter is a minimum.
+        """Return a field of less U, and U there, next to a field without a gradient; None if the latter is a minimum.
 
         The Hessian is 1 + sum of A^T h'' A. For one field the Hessian is positive if no cell has h'' below 0; else
         power iterations look for the least eigenvalue with the inverse mass as metric, starting from the largest.

@@ -459,7 +459,7 @@ class Sampler:
             seed, frequency, counts = (metadata[name] for name in ("seed", "frequency", "trajectories"))
             warm_ups, known = metadata["warm_up"], metadata["slopes"]
         except KeyError as error:
-            fault = f"this is no file of chains: {error.args[0]} is missing"
+            fault = f"this is not a file of chains: {error.args[0]} is missing"
             raise FileError(Problem(where, fault, "a file of Sampler.save")) from None
         half = self.posterior.mesh.half
         recorded = (len(spectra), seed, (*spectra.shape[1:-1], spectra.shape[-1] // 2))

@@ -45,7 +45,7 @@ from eomgen.products.fields.posteriors import (
 )
 
 #: Message for files that NumPy cannot read; NumPy's own message is about pickles.
-_NO_ARRAY = ("this is no .npy file of numbers", "numpy.save of an array of real numbers")
+_NO_ARRAY = ("this is not a .npy file of numbers", "numpy.save of an array of real numbers")
 #: Remedy for overflow.
 _SMALLER = "a smaller power"
 #: Half spectra that a trajectory and Newton's method hold at most, besides the chains.
@@ -110,7 +110,7 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     check_transforms(system.sampling.transforms, system.sampling.precision)
     memory = memory_of(system, chains)
     mesh = Mesh(system.cells, system.lengths)
-    made = _Making(system, mesh)
+    made = _FileObjects(system, mesh)
     for item in system.data:
         if item.kind not in DRAWN:
             made.data[item.name] = made.given(item)
@@ -213,7 +213,7 @@ def _at(system: FieldSystem, key: str) -> Iterator[None]:
         raise kind(problems) from None
 
 
-class _Making:
+class _FileObjects:
     """Objects of a file on the mesh of the file."""
 
     def __init__(self, system: FieldSystem, mesh: Mesh) -> None:
@@ -293,7 +293,8 @@ class _Making:
                 raise FileError(Problem(str(path), fault, nearest(name, names) or listed(names)))
             places.append(names.index(name) if name else which)
         if len(names) < 2 or len(rows) < 2:
-            fault = f"a table of {counted(len(names), 'column')} and {counted(len(rows), 'row')} is no power spectrum"
+            size = f"{counted(len(names), 'column')} and {counted(len(rows), 'row')}"
+            fault = f"a table of {size} is not a power spectrum"
             raise FileError(Problem(str(path), fault, "two columns, k and P, and two rows at least"))
         k, power = rows[:, places[0]], rows[:, places[1]]
         wrong = ~(np.isfinite(k) & np.isfinite(power)) | (k <= 0.0) | (power <= 0.0)
@@ -379,7 +380,7 @@ class _Making:
             least = -math.inf if item.kind == "normal" else 0.0
             key = self.system.place(f"data.{item.name}")
             for name, values, low in [("mean", mean, least), *((DRAWN[item.kind], values, 0.0) for values in spread)]:
-                above = name == "beta"  # 0 is no shape of a distribution
+                above = name == "beta"  # 0 is not a valid shape of a distribution
                 if not np.all(np.isfinite(values)) or float(values.min()) < low or (above and not values.all()):
                     fault = f"the {name} of the drawn fields is {float(values.min()):.6g} somewhere, or not finite"
                     bound = " above 0" if above else "" if low else " from 0 on"
@@ -411,7 +412,7 @@ def _numbers_of(path: Path) -> NDArray[Any]:
         raise FileError(Problem(str(path), *_NO_ARRAY)) from None
     if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "biuf":
         kind = stored.dtype if isinstance(stored, np.ndarray) else "an archive"
-        raise FileError(Problem(str(path), f"{kind} are no real numbers", "an array of real numbers"))
+        raise FileError(Problem(str(path), f"{kind} are not real numbers", "an array of real numbers"))
     return stored
 
 

@@ -224,7 +224,7 @@ class _Run:
         missing = [name for name in ("settings", "chains", "seconds", "gradients") if name not in told]
         missing += [name for name in ("warm_up", "warmed", "record.counts") if name not in arrays]
         if missing:
-            fault = f"this is no checkpoint of chains: {listed(missing)} is missing"
+            fault = f"this is not a checkpoint of chains: {listed(missing)} is missing"
             raise FileError(Problem(str(path), fault, "a folder of eomgen sample --out"))
         own, theirs = self.fixed(), told["settings"]
         for name, value in own.items():

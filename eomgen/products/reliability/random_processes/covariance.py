@@ -103,7 +103,7 @@ class DampedCosine:
 
 @dataclass(frozen=True)
 class _Filter(ABC):
-    """White noise behind a filter of second order of natural frequency w0 (rad per unit of the lag), damping ratio z:
+    """White noise through a filter of second order of natural frequency w0 (rad per unit of the lag), damping ratio z:
     R = s^2 exp(-z w0 abs(tau)) (cos w tau + c sin w abs(tau)), w = w0 sqrt(1 - z^2)."""
 
     standard_deviation: float

@@ -7,7 +7,7 @@ expansion has the largest part of the variance: the sum of the lambda_i over R(0
 Nystrom's method with Gauss-Legendre nodes on equal panels gives them. If R has a kink at lag 0 the integrand has one
 at s = t; there the kernel is integrated on both sides of t against Lagrange's polynomials of the panel, so the
 eigenvalues converge as fast as with smooth kernels. R is the same from both ends of the window, so every phi_i is
-even or odd about its middle, and the two kinds are found apart: eigenvalues that lie side by side are of different
+even or odd about its middle, and the two kinds are computed separately: neighbouring eigenvalues are of different
 kinds, and do not mix. Of R = s^2 exp(-abs(tau)/l) they are known in closed form (Ghanem and Spanos 1991).
 """
 
@@ -41,7 +41,7 @@ _HELD, _MARGIN, _FEW_MODES = 0.9, 0.1, 8
 _USEFUL = 0.05
 #: Change of an eigenvalue by doubled panels, relative to the largest, at which the eigenvalue counts as converged.
 _CONVERGED = 1e-10
-#: The same of several processes together, whose tables of modes are no closer.
+#: The same of several processes together, whose tables of modes are not closer.
 _CONVERGED_JOINTLY = 1e-7
 #: The same after which a window at the largest number of nodes is refused.
 _DOUBTFUL = 1e-5
@@ -176,8 +176,8 @@ def _converged(
 def _refuse_far(covariance: Covariance, duration: float, share: float) -> None:
     """Raise UsageError for a share that needs far more modes than allowed, without a computation of modes.
 
-    In long windows eigenvalues are G(f) / 2 at frequencies 1 / (2 T) apart, so n modes have the largest part of the
-    spectrum on n / (2 T) of frequencies; Nystrom's nodes do not resolve correlations that are as short.
+    In long windows eigenvalues are G(f) / 2 at frequencies with the distance 1 / (2 T), so n modes have the largest
+    part of the spectrum on n / (2 T) of frequencies; Nystrom's nodes do not resolve correlations that are as short.
 
     References
     ----------

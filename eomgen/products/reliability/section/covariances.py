@@ -361,4 +361,4 @@ class Translations:
         if len(turns):
             nearest_one = int(turns[np.argmin(np.abs(away[turns + 1]))]) + 1
             fault = f"it turns round at g = {g[nearest_one]:.3g}, {abs(away[nearest_one]):.2g} standard deviations"
-            self.values.note([f"{key}: {fault} from the mean, so it is no map onto a marginal distribution"])
+            self.values.note([f"{key}: {fault} from the mean, so it is not a map onto a marginal distribution"])

@@ -31,7 +31,7 @@ from eomgen.scene.formula.namespaces import mapped
 from eomgen.scene.formula.scope import Laws
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import UNKNOWN, Values
-from eomgen.scene.section import Entries, Reading, Section, Unused, fault_of_variables
+from eomgen.scene.section import Entries, Reading, Section, UnusedEntries, fault_of_variables
 from eomgen.scene.signals.curves import Curves
 from eomgen.system.signals import Input, NormalSeries, Parameter, variables_of
 
@@ -310,8 +310,8 @@ class Processes:
     def _lag(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> float | None:
-        """Return the lag of a process behind the process that it follows, 0 without such a process; None if unknown,
-        which is reported."""
+        """Return the lag of a process relative to the process that it follows, 0 without such a process; None if
+        unknown, which is reported."""
         key = key_of("random", name)
         if entry.follows is None:
             for word in ("offset", "delay"):
@@ -459,9 +459,9 @@ class _Random(Section):
         laws |= formulas | dict.fromkeys(unknown, UNKNOWN)
         return {item.name: item for item in inputs}
 
-    def unused(self, reading: Reading) -> Unused:
+    def unused(self, reading: Reading) -> UnusedEntries:
         mentioned = reading.values.mentioned
-        return Unused(
+        return UnusedEntries(
             "random process",
             "random processes",
             [

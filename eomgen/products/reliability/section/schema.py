@@ -125,7 +125,7 @@ class RandomProcess(Table):
 
 
 def _squared(label: object) -> str:
-    """Return the square of a unit; empty for a label that is no unit."""
+    """Return the square of a unit; empty for a label that is not a unit."""
     try:
         return " ".join(f"{name}^{2 * exponent}" for name, exponent in read_unit(label_of(label)))
     except UnitError:

@@ -52,7 +52,7 @@ class Tails(NamedTuple):
     above: Array
 
 
-class _Generating:
+class _CumulantFunction:
     """K - s y and derivatives for thresholds (m,), each with a separate form or all with the same form, at s (m,)."""
 
     def __init__(self, forms: Sequence[QuadraticForm], thresholds: Array) -> None:
@@ -98,7 +98,7 @@ class _Generating:
         return np.asarray(rise.sum(axis=1)), np.asarray(slope.sum(axis=1))
 
     def saddles(self) -> Array:
-        """Return s (m,) between the poles where K' = y; an infinity if y is no value of the form.
+        """Return s (m,) between the poles where K' = y; an infinity if y is not a value of the form.
 
         K' rises all along the strip between the poles, so the interval about a saddle is halved.
         """
@@ -192,7 +192,7 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
 
 
 def _on_path(
-    generating: _Generating, saddles: Array, rows: NDArray[np.intp], guess: Complex, t: float
+    generating: _CumulantFunction, saddles: Array, rows: NDArray[np.intp], guess: Complex, t: float
 ) -> tuple[Complex, Complex]:
     """Return u next to a guess at which K has fallen by t^2 / 2 from a saddle, and the slope of K there."""
     u = guess
@@ -258,7 +258,7 @@ def imhof(forms: Forms, thresholds: ArrayLike) -> Tails:
     return Tails(below.reshape(shape), above.reshape(shape))
 
 
-def _where_it_ends(generating: _Generating, number: int) -> float:
+def _where_it_ends(generating: _CumulantFunction, number: int) -> float:
     """Return u from which on the characteristic function of a row, by u, is below rounding."""
     edge, row = 1.0, np.array([number])
     while edge < 1e8 and np.exp(np.real(generating(np.array([1j * edge]), row)))[0] / edge > 1e-17:
@@ -277,10 +277,10 @@ def _flat(thresholds: ArrayLike) -> tuple[Array, tuple[int, ...]]:
     return y.ravel(), y.shape
 
 
-def _saddle_points(given: Forms, y: Array) -> tuple[_Generating, Array, Array, Array]:
+def _saddle_points(given: Forms, y: Array) -> tuple[_CumulantFunction, Array, Array, Array]:
     """Return the generating function, saddles, and the tails if a form has no spread or never comes."""
     forms = [given] if isinstance(given, QuadraticForm) else list(given)
-    generating = _Generating(forms, y)
+    generating = _CumulantFunction(forms, y)
     spread = np.broadcast_to([form.standard_deviation > 0.0 for form in forms], y.shape)
     fixed = np.broadcast_to([form.value for form in forms], y.shape)
     saddles = np.where(spread, generating.saddles(), np.inf)

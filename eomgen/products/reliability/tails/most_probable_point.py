@@ -147,7 +147,7 @@ def most_probable_points(response: Response, thresholds: Sequence[float]) -> lis
 
 def points_on_curve(
     response: Response, thresholds: Sequence[float], kinked: Callable[[], bool] = bool
-) -> tuple[dict[int, MostProbablePoint], dict[int, Unreached]]:
+) -> tuple[dict[int, MostProbablePoint], dict[int, UnreachedThreshold]]:
     """Return the most probable points by indices of thresholds, and the reasons for missing points.
 
     From the mean the curve of most probable points is followed to both sides in steps of a quarter of a standard
@@ -174,19 +174,19 @@ def points_on_curve(
     origin = MostProbablePoint(start.value, np.zeros(response.size), 0.0, start, 0)
     order = np.argsort(thresholds)
     result: dict[int, MostProbablePoint] = {}
-    missed: dict[int, Unreached] = {}
+    missed: dict[int, UnreachedThreshold] = {}
     before: MostProbablePoint | None
     for side in (1.0, -1.0):
         before, last, ended = None, origin, ""
         chosen = [int(k) for k in order if side * (thresholds[k] - start.value) > 0.0]
         for k in chosen if side > 0 else reversed(chosen):
             if ended:
-                missed[k] = Unreached(last, float(thresholds[k]), ended)
+                missed[k] = UnreachedThreshold(last, float(thresholds[k]), ended)
                 continue
             try:
                 before, last = _followed(response, before, last, float(thresholds[k]), kinked)
                 result[k] = last
-            except Unreached as error:
+            except UnreachedThreshold as error:
                 last, missed[k], ended = error.last, error, error.why
     for k, threshold in enumerate(thresholds):
         if threshold == start.value:
@@ -206,7 +206,7 @@ def _why_it_ends(response: Response, last: MostProbablePoint) -> str:
     return "where the response has its bound or folds"
 
 
-class Unreached(NumericalError):
+class UnreachedThreshold(NumericalError):
     """The curve of most probable points ends before a threshold; ``last``: at which point, ``why``."""
 
     def __init__(self, last: MostProbablePoint, threshold: float, why: str) -> None:
@@ -236,12 +236,12 @@ def _followed(
         if reached is None:
             stride *= 0.5
             if stride < 1e-3 * _STRIDE:
-                raise Unreached(last, threshold, _why_it_ends(response, last))
+                raise UnreachedThreshold(last, threshold, _why_it_ends(response, last))
             continue
         if reached.threshold == threshold:
             return last, reached
         if np.linalg.norm(reached.point) > FARTHEST:
-            raise Unreached(reached, threshold, _why_it_ends(response, reached))
+            raise UnreachedThreshold(reached, threshold, _why_it_ends(response, reached))
         before, last = last, reached
         if reached.aside:
             stride = _STRIDE
@@ -349,7 +349,7 @@ def further_design_points(
 
     A bistable system has several such points, and the probability is then some sum of the contributions. The search
     starts from the mirrored point and from random directions at the same distance, by the method of Hasofer and Lind
-    with Newton's at the end; a search without result is no proof.
+    with Newton's at the end; a search without result is not a proof.
     """
     random = np.random.default_rng(seed)
     directions = random.standard_normal((starts, len(design_point.point)))
@@ -369,7 +369,7 @@ def _descended(
     response: Response, begin: Array, threshold: float, known: Sequence[MostProbablePoint]
 ) -> MostProbablePoint | None:
     """Return the most probable point to which steps of at most one standard deviation lead; None if these come to a
-    known one, or settle too far behind the first of these."""
+    known one, or settle at a much greater distance than the first of these."""
     z = begin
     for _ in range(_ITERATIONS):
         value, gradient = response.gradient(z)

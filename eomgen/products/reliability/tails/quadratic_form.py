@@ -136,7 +136,7 @@ class Response(Protocol):
         """Return y with gradient and Hessian at a point (n,)."""
 
 
-class Multiplied(Response, Protocol):
+class HessianProductResponse(Response, Protocol):
     """A response whose Hessian can be multiplied by directions."""
 
     def products(self, point: Array, directions: Array) -> Array:
@@ -144,7 +144,7 @@ class Multiplied(Response, Protocol):
 
 
 @dataclass
-class Counted:
+class CountedResponse:
     """A response that counts evaluations.
 
     Attributes
@@ -221,7 +221,7 @@ def projected_hessian(products: Array, directions: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Projected:
+class ProjectedResponse:
     """A response with Hessians of a few directions alone (second-order projected differentiation).
 
     Attributes
@@ -230,7 +230,7 @@ class Projected:
     directions : (n, r), orthonormal; at each point the gradient's is added
     """
 
-    response: Multiplied
+    response: HessianProductResponse
     directions: Array
 
     @property

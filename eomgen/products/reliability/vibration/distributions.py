@@ -16,7 +16,7 @@ from eomgen.products.reliability.tails import (
     MostProbablePoint,
     QuadraticForm,
     Response,
-    Unreached,
+    UnreachedThreshold,
     breitung,
     corrected_tail,
     far_branches,
@@ -76,20 +76,20 @@ def doubts_of(response: Response, reached: Sequence[MostProbablePoint], seed: in
     notes = []
     for one in reached:
         if not one.nearest and not one.aside:  # Hessians miss jumps of the gradient
-            notes.append(f"the most probable point of {one.threshold:.6g} is no nearest one: trust samples there")
+            notes.append(f"the most probable point of {one.threshold:.6g} is not the nearest one: trust samples there")
     for one in {id(one): one for one in (reached[0], reached[-1])}.values():
         others = further_design_points(response, one, _DIRECTIONS, seed)
         if others:
             far = float(np.linalg.norm(others[0].point))
             notes.append(
-                f"{one.threshold:.6g} has another most probable point, {far:.3g} standard deviations out beside"
+                f"{one.threshold:.6g} has another most probable point, {far:.3g} standard deviations out, this one"
                 f" {abs(one.index):.3g}: probabilities of one point are too small there, samples count both"
             )
     return notes
 
 
 def why_gradient_changes(kinks: Sequence[str]) -> str:
-    """Return why a curve ends beside which the gradient changes more than the Hessian tells.
+    """Return the reason why a curve ends at a point near which the gradient changes more than the Hessian predicts.
 
     Parameters
     ----------
@@ -98,12 +98,14 @@ def why_gradient_changes(kinks: Sequence[str]) -> str:
     if kinks:
         return f"{JUMPING}: by {', '.join(kinks)}"
     return (
-        "where the gradient of the response changes more than its Hessian tells, as beside a saddle from which motions"
+        "where the gradient of the response changes more than its Hessian predicts, as near a saddle from which motions"
         " part (no jump of slopes was found in formulas)"
     )
 
 
-def unreached(missed: Mapping[int, Unreached], thresholds: Array, kinks: Callable[[], Sequence[str]]) -> list[str]:
+def unreached(
+    missed: Mapping[int, UnreachedThreshold], thresholds: Array, kinks: Callable[[], Sequence[str]]
+) -> list[str]:
     """Return notes on thresholds that have no most probable point, one for each end of the curve of these.
 
     ``kinks``: returns the operations of the scene at which slopes jump, in words.
@@ -196,7 +198,7 @@ def disagreements(thresholds: Sequence[float], form: Distribution, true: Distrib
     """Return, by index, the thresholds with a quadratic form far from the correction by samples."""
     sides = ["above" if above <= 0.5 else "below" for above in true.above]
     result = _apart(thresholds, sides, form, true)
-    ending = "samples: the response is no quadratic form there, which is left out; take `corrected`"
+    ending = "samples: the response is not a quadratic form there, and the form is left out; take `corrected`"
     return {k: f"{text} by {ending}" for k, text in result.items()}
 
 

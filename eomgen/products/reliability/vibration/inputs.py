@@ -194,7 +194,7 @@ def span_of(model: Model, at: float | None, step: float | None, t_start: float =
     if not end > t_start:
         fault = f"there is no run from {t_start:.6g} s to t = {end:.6g} s"
         raise UsageError(
-            Problem("at", fault, f"at={t_start + simulation.duration:.6g} (--t-end), a time behind the start")
+            Problem("at", fault, f"at={t_start + simulation.duration:.6g} (--t-end), a time after the start")
         )
     count = (end - t_start) / size
     if count < 1.0 - _WHOLE:
@@ -204,7 +204,7 @@ def span_of(model: Model, at: float | None, step: float | None, t_start: float =
         hint = f"at={size:.6g}, step={end:.6g}: the end comes first" if swapped else f"step={shorter:.2g}"
         raise UsageError(Problem("step", fault, hint))
     if abs(count - round(count)) > _WHOLE * max(1.0, count):
-        fault = f"t = {end:.9g} s is no whole number of steps of {size:.6g} s"
+        fault = f"t = {end:.9g} s is not a whole number of steps of {size:.6g} s"
         whole = t_start + round(count) * size
         raise UsageError(Problem("at", fault, f"at={whole:.9g} (--t-end {whole:.9g})"))
     return end, size
@@ -222,7 +222,7 @@ def check_output(model: Model, output: str) -> None:
     place = rest.rstrip("]")
     if bool(bracket) != (size > 1) or (bracket and not (place.isdigit() and int(place) < size)):
         hint = name if size == 1 else f"{name}[0] to {name}[{size - 1}]"
-        raise UsageError(Problem("output", f"{output!r} is no single component of {name}", hint))
+        raise UsageError(Problem("output", f"{output!r} is not a single component of {name}", hint))
 
 
 def thresholds_of(
@@ -301,7 +301,7 @@ def lost_variance(
     -------
     float
         From 0 to 1; NaN if a process is not stationary by itself (coherent or repaired covariances), or if the output
-        takes processes between rows in ways that derivatives at rows do not tell.
+        takes processes between rows in ways that derivatives at rows do not show.
     """
     if not gradient.any() or any(one.covariance is None for one in processes):
         return float("nan")

@@ -265,7 +265,7 @@ def rows_at(t: Array, times: Sequence[float]) -> list[int]:
     rows = [int(np.argmin(np.abs(t - time))) for time in times]
     for row, time in zip(rows, times, strict=True):
         if not abs(t[row] - time) <= 1e-6 * np.ptp(t):  # nor not a number
-            fault = f"t = {time:.6g} s is no row of the run; the nearest one is at {t[row]:.9g} s"
+            fault = f"t = {time:.6g} s is not a row of the run; the nearest one is at {t[row]:.9g} s"
             raise UsageError(Problem("times", fault, "whole steps within the run"))
     return rows
 

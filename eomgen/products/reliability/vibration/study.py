@@ -21,9 +21,9 @@ from eomgen.products.reliability.tails import (
     JUMPING,
     Draws,
     MostProbablePoint,
-    Projected,
+    ProjectedResponse,
     QuadraticForm,
-    Unreached,
+    UnreachedThreshold,
     hermite_projection,
     leading_directions,
     points_on_curve,
@@ -266,9 +266,9 @@ class _VibrationStudy:
         return self.response.along(np.zeros(self.response.size))
 
     @property
-    def _expanded(self) -> RunResponse | Projected:
+    def _expanded(self) -> RunResponse | ProjectedResponse:
         """The response with the Hessians that are asked for."""
-        return self.response if self.directions is None else Projected(self.response, self.directions)
+        return self.response if self.directions is None else ProjectedResponse(self.response, self.directions)
 
     def expansions(self, projected: float | None, whole: bool, pairs: int) -> dict[str, QuadraticForm]:
         """Return the quadratic forms about the mean, and on average."""
@@ -393,7 +393,7 @@ class _VibrationStudy:
             first = missed[min(missed)]
             if first.why == JUMPING:
                 why = why_gradient_changes(self.response.kinks())
-                raise Unreached(first.last, float(wanted[min(missed)]), why)
+                raise UnreachedThreshold(first.last, float(wanted[min(missed)]), why)
             raise first
         self.notes += unreached(missed, wanted, self.response.kinks)
         if not points:
@@ -521,7 +521,7 @@ class _VibrationStudy:
         if time <= 0.0:
             return QuadraticForm(0.0, np.zeros(size), np.zeros((size, size)))
         other = self.response.ending(time)
-        expanded = other if self.directions is None else Projected(other, self.directions)
+        expanded = other if self.directions is None else ProjectedResponse(other, self.directions)
         form = expanded.expansion(np.zeros(size)).form
         self.response.spend(*other.spent)
         return form

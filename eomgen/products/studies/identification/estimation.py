@@ -186,7 +186,7 @@ class Predictions:
                 self.failures.append(error.problems[0].what)
                 return None
             if not (np.isfinite(values).all() and np.isfinite(slopes).all()):
-                self.failures.append("outputs are no finite numbers")
+                self.failures.append("outputs are not finite numbers")
                 return None
             self._last = x.copy(), values, slopes
         return self._last[1:]

@@ -321,9 +321,9 @@ def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, fl
         try:
             first, last = (float(one) for one in given)
         except (TypeError, ValueError):
-            raise UsageError(Problem(f"bounds of {name}", f"{given!r} are no two numbers", "(0.1, 10.0)")) from None
+            raise UsageError(Problem(f"bounds of {name}", f"{given!r} are not two numbers", "(0.1, 10.0)")) from None
         if np.isnan([first, last]).any():
-            fault = f"({first:.6g}, {last:.6g}) has a bound that is no number"
+            fault = f"({first:.6g}, {last:.6g}) has a bound that is not a number"
             raise UsageError(Problem(f"bounds of {name}", fault, "-inf or inf for none"))
         if not first < last:
             fault = f"{first:.6g} is not below {last:.6g}"

@@ -35,9 +35,9 @@ _BIASED = 0.25
 _ON_BOUND = 1e-6
 #: Probability beyond which given deviations do not suit the residuals.
 _DOUBT = 1e-3
-#: Correlation of residuals one sample apart, and multiple of the standard error of this correlation, above which
-#: residuals are no noise; and residuals, as a part of the data's spread, that are errors of discretisation in data
-#: without noise.
+#: Correlation of successive residuals, and multiple of the standard error of this correlation, above which residuals
+#: are not noise; and residuals, as a part of the data's spread, that are errors of discretisation in data without
+#: noise.
 _COLOURED, _TIMES, _NOISELESS = 0.3, 4.0, 1e-5
 
 
@@ -244,7 +244,7 @@ def _notes_of_combinations(combinations: Sequence[Combination]) -> Iterator[str]
             to_first = ", to first order" if one.form == "first order" else ""
             yield f"only {one.text} is determined{to_first}"
         else:
-            yield f"{one.members[0]} cannot be told from {len(one.members) - 1} others"
+            yield f"{one.members[0]} cannot be distinguished from {len(one.members) - 1} others"
     if len(combinations) > _NAMED:
         yield f"{len(combinations) - _NAMED} more combinations"
 
@@ -262,12 +262,12 @@ def _notes_of_deviations(squares: float, freedom: int) -> Iterator[str]:
 
 
 def _notes_of_correlation(columns: Sequence[Column]) -> Iterator[str]:
-    """Yield a note if residuals of noisy columns are no white noise."""
+    """Yield a note if residuals of noisy columns are not white noise."""
     coloured = [one for one in columns if one.autocorrelation > max(_COLOURED, _TIMES / np.sqrt(one.samples))]
     if coloured:
         listed = ", ".join(f"{one.name} {one.autocorrelation:.2f}" for one in coloured)
         yield (
-            f"residuals are no white noise (correlation one sample apart: {listed}): the model misses something, or"
+            f"residuals are not white noise (correlation at lag 1: {listed}): the model misses something, or"
             " the noise is filtered; intervals are too narrow"
         )
 

@@ -134,7 +134,7 @@ def times_of(name: str, columns: Mapping[str, Array]) -> Array:
     t = columns["t"]
     bad = np.flatnonzero(~np.isfinite(t))
     if len(bad):
-        fault = f"{len(bad)} of {len(t)} times are no numbers, the first in row {bad[0] + 1}"
+        fault = f"{len(bad)} of {len(t)} times are not numbers, the first in row {bad[0] + 1}"
         raise UsageError(Problem(name, fault, "rows with their times"))
     if len(t) < 2:
         raise UsageError(Problem(name, f"there are {len(t)} rows, and a run has two at least", "more data"))
@@ -183,7 +183,7 @@ def _wanted(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
 
 
 def _of_solution(model: Model, column: str) -> bool:
-    """Return whether a column is one of a solution that is no output: a state, an energy, a multiplier."""
+    """Return whether a column of a solution is not an output but a state, an energy, a multiplier."""
     states = (*model.q_names, *model.v_names, *model.z_names, *(f"a{name[1:]}" for name in model.v_names))
     return column in (*states, *model.multipliers) or column.startswith(("energy.", "multipliers"))
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import ByName
+from eomgen.base.calls import NamedResults
 from eomgen.base.csv_tables import write_rows, write_table
 from eomgen.base.data import dataclass
 from eomgen.base.figures import new_figure, saved
@@ -54,7 +54,7 @@ class Column:
     samples : over all runs
     deviation : of the noise, given or estimated
     rms : of the residuals
-    autocorrelation : of the residuals one sample apart, 0 for white noise
+    autocorrelation : of successive residuals, 0 for white noise
     """
 
     name: str
@@ -126,7 +126,7 @@ class Identification:
 
     def __getitem__(self, name: str) -> Estimate:
         """Return the estimate of a name. Raises UnknownName."""
-        return ByName("unknown", {one.name: one for one in self.estimates})[name]
+        return NamedResults("unknown", {one.name: one for one in self.estimates})[name]
 
     @property
     def parameters(self) -> dict[str, float]:

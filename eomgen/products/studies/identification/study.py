@@ -149,7 +149,7 @@ def identify(
     size = model.description.simulation.step if step is None else number_of("step", step)
     begins = None if t_start is None else number_of("t_start", t_start)
     if not size > 0.0:
-        raise UsageError(Problem("step", f"{size:.6g} s is no step", "a positive time"))
+        raise UsageError(Problem("step", f"{size:.6g} s is not a step", "a positive time"))
     p = model.evaluator.one_set({**held} or None, "one set of values")
     starts = _starts(initial, len(runs))
     for one in starts:
@@ -199,10 +199,10 @@ def _check_start(
     if not states:
         return
     if not initial and model.library.layout["defaults"]["start"] == "equilibrium":
-        fault = f"the scene starts at static equilibrium, and {states[0]} cannot be unknown beside it"
+        fault = f"the scene starts at static equilibrium, and {states[0]} cannot be unknown as well"
         raise UsageError(Problem("states", fault, "initial=model.equilibrium().initial, or no states"))
     if parameters and model.initial_at is not None and not {"q", "v"} <= set(initial or {}):
-        fault = f"the scene's initial state follows from parameters, and {states[0]} cannot be unknown beside these"
+        fault = f"the scene's initial state follows from parameters, and {states[0]} cannot be unknown as well"
         raise UsageError(Problem("states", fault, 'initial={"q": ..., "v": ...}, or no states'))
 
 
@@ -245,7 +245,7 @@ def _held(model: Model, values: Mapping[str, Any] | None) -> dict[str, float]:
 
 def _share(confidence: float) -> float:
     if not 0.0 < number_of("confidence", confidence, "probability") < 1.0:
-        raise UsageError(Problem("confidence", f"{confidence!r} is no probability", "confidence=0.95"))
+        raise UsageError(Problem("confidence", f"{confidence!r} is not a probability", "confidence=0.95"))
     return float(confidence)
 
 

@@ -201,7 +201,7 @@ def _estimates(
 def _fitted(
     model: Model, motions: Sequence[MeasuredMotion], left: Array, deviations: Array
 ) -> tuple[tuple[Column, ...], tuple[Record, ...]]:
-    """Return measurements, and efforts of each motion beside efforts at the estimates; left: (n, nv) residuals."""
+    """Return measurements, and efforts of each motion with the efforts at the estimates; left: (n, nv) residuals."""
     labels = efforts_of(model)
     ends = np.cumsum([len(one.t) for one in motions])
     parts = np.split(left, ends[:-1])

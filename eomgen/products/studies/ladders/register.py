@@ -10,7 +10,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.products.studies.ladders.runs import ROWS, RunConditions
 from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, STEPS, Subject
-from eomgen.scene.scaling import DAMPING, GRAVITY, LENGTH, MASS, ORIGIN, RATIO, RATIO_LAST, STIFFNESS, TIME, UnitsOf
+from eomgen.scene.scaling import DAMPING, GRAVITY, LENGTH, MASS, ORIGIN, RATIO, RATIO_LAST, STIFFNESS, TIME, SceneUnits
 
 #: References of a cell: the scene's own run by the same method, another method, the numbers of the equations.
 SAME, OTHER, EQUATIONS = "the same motion as the scene is", "another method", "the equations as the scene is"
@@ -82,7 +82,7 @@ def _similar(*factors: str) -> Callable[[Subject], str]:
 
 
 def _in_units(name: str) -> Callable[[Subject, float], RunConditions]:
-    return lambda subject, value: subject.in_units(UnitsOf(**{name: value}), subject.conditions())
+    return lambda subject, value: subject.in_units(SceneUnits(**{name: value}), subject.conditions())
 
 
 def _at_origin(subject: Subject, value: float) -> RunConditions:
@@ -198,7 +198,7 @@ LADDERS: tuple[Ladder, ...] = (
     Ladder("mass", "unit of mass, kg", _LENGTHS, _in_units("mass"), _similar(MASS), SAME, FEW, 1e-6),
     Ladder("time", "unit of time, s", _TIMES, _in_units("time"), _similar(TIME), SAME, FEW, 1e-6),
     Ladder("origin", "distance of the origin, m", (1e2, 1e4, 1e6, 1e8), _at_origin, _movable, SAME, FEW, 1e-4),
-    Ladder("structure", "numbers beside 0, 1 and axes, by", _decades(-13, -7), _nothing, _has_data, EQUATIONS, ONE),
+    Ladder("structure", "numbers near 0, 1 and axes, by", _decades(-13, -7), _nothing, _has_data, EQUATIONS, ONE),
     Ladder("step", "step by shortest period", _decades(-8, 0), _step, _always, OTHER, ALL),
     Ladder("stiffness", "all stiffnesses, times", _FACTORS, _factor(STIFFNESS), _with(STIFFNESS)),
     Ladder("damping", "all dampings, times", _FACTORS, _factor(DAMPING), _with(DAMPING)),

@@ -15,7 +15,7 @@ from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.files import make_folder, write_text
 from eomgen.errors import FileError, Problem
 from eomgen.products.studies.ladders.register import BY_NAME
-from eomgen.products.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, REFUSED, STOPPED, UNFINISHED, Ended
+from eomgen.products.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, REFUSED, STOPPED, UNFINISHED, RunEnding
 
 #: Verdicts: the error is within the bound; the error is above, below 10 %; the run reports doubts; the run ended with a
 #: message; the run was refused with a message; the run took too long and was interrupted; there is no reference; the
@@ -76,7 +76,7 @@ class Cell:
         return f"{self.ladder}:{self.value:.9g}:{self.method}"
 
 
-def verdict(ended: Ended, error: float | None, bound: float) -> str:
+def verdict(ended: RunEnding, error: float | None, bound: float) -> str:
     """Return the verdict of a cell, by the error on the scale of positions."""
     kinds = {REFUSED: REJECTED, UNFINISHED: LONG, HANG: FAILS, CRASH: FAILS, RAISED: FAILS}
     if ended.how in kinds:

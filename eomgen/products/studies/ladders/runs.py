@@ -64,7 +64,7 @@ class RunConditions:
 
 
 @dataclass(frozen=True)
-class Ended:
+class RunEnding:
     """How a run ended.
 
     Attributes
@@ -99,7 +99,7 @@ def compile_stepper(model: Model, method: str) -> None:
             model.stepper(name)
 
 
-def simulated(model: Model, conditions: RunConditions, method: str, **more: Any) -> Ended:
+def simulated(model: Model, conditions: RunConditions, method: str, **more: Any) -> RunEnding:
     """Return the end of a run under these conditions."""
     initial = None
     if conditions.q is not None and conditions.v is not None:
@@ -121,14 +121,14 @@ def simulated(model: Model, conditions: RunConditions, method: str, **more: Any)
                 **{"record_every": max(1, conditions.steps // ROWS), **given, **more},
             )
     except EomgenError as error:
-        return Ended(REFUSED, str(error))
+        return RunEnding(REFUSED, str(error))
     if run.interrupted:
-        return Ended(UNFINISHED, run.message)
+        return RunEnding(UNFINISHED, run.message)
     said = run.message.partition("; ")[2] if run.success else run.message
     if not run.success:
-        return Ended(STOPPED, said)
+        return RunEnding(STOPPED, said)
     every = (run.t, run.q, run.v, run.z, run.a, *run.outputs.values())
-    return Ended(REACHED, said, _arrays(run, conditions), all(bool(np.all(np.isfinite(x))) for x in every))
+    return RunEnding(REACHED, said, _arrays(run, conditions), all(bool(np.all(np.isfinite(x))) for x in every))
 
 
 def _arrays(run: Solution, conditions: RunConditions) -> dict[str, Array]:
@@ -158,13 +158,13 @@ class RunnerProcess:
     compiling : s spent in these
     """
 
-    def __init__(self, prepare: Callable[[Any], None], run: Callable[[Any], Ended]) -> None:
+    def __init__(self, prepare: Callable[[Any], None], run: Callable[[Any], RunEnding]) -> None:
         self._prepare, self._run = prepare, run
         self._process: BaseProcess | None = None
         self._pipe: Connection | None = None
         self.used, self.compiling = False, 0.0
 
-    def ended(self, request: Any, limit: float) -> Ended:
+    def ended(self, request: Any, limit: float) -> RunEnding:
         """Return the end of a request.
 
         Parameters
@@ -177,23 +177,25 @@ class RunnerProcess:
             began = time.perf_counter()
             pipe.send(request)
             if not pipe.poll(COMPILING):
-                return self._lost(Ended(HANG, f"more than {COMPILING:g} s to compile", seconds=COMPILING))
-            raised: Ended | None = pipe.recv()
+                return self._lost(RunEnding(HANG, f"more than {COMPILING:g} s to compile", seconds=COMPILING))
+            raised: RunEnding | None = pipe.recv()
             self.compiling += time.perf_counter() - began
             if raised is not None:
                 return raised
             began = time.perf_counter()
             if pipe.poll(limit):
-                answer: Ended = pipe.recv()
+                answer: RunEnding = pipe.recv()
                 return replace(answer, seconds=time.perf_counter() - began)
             os.kill(process.pid or 0, signal.SIGINT)
             if not pipe.poll(GRACE):
-                return self._lost(Ended(HANG, f"more than {limit:g} s, and no answer to an interrupt", seconds=limit))
+                return self._lost(
+                    RunEnding(HANG, f"more than {limit:g} s, and no answer to an interrupt", seconds=limit)
+                )
             answer = pipe.recv()
             return self._lost(replace(answer, seconds=time.perf_counter() - began))
         except (EOFError, OSError):
             process.join()
-            return self._lost(Ended(CRASH, f"killed by signal {-(process.exitcode or 0)}"))
+            return self._lost(RunEnding(CRASH, f"killed by signal {-(process.exitcode or 0)}"))
 
     def close(self) -> None:
         """End the process; the next request gets a new one."""
@@ -215,12 +217,14 @@ class RunnerProcess:
             self.used = True
         return self._pipe, self._process
 
-    def _lost(self, ended: Ended) -> Ended:
+    def _lost(self, ended: RunEnding) -> RunEnding:
         self.close()
         return ended
 
 
-def _serve(pipe: Connection, other: Connection, prepare: Callable[[Any], None], run: Callable[[Any], Ended]) -> None:
+def _serve(
+    pipe: Connection, other: Connection, prepare: Callable[[Any], None], run: Callable[[Any], RunEnding]
+) -> None:
     """Answer requests until the other end of the pipe is closed."""
     other.close()
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -234,7 +238,7 @@ def _serve(pipe: Connection, other: Connection, prepare: Callable[[Any], None], 
             pipe.send(None)
             ended = run(request)
         except KeyboardInterrupt:
-            ended = Ended(UNFINISHED, "interrupted")
+            ended = RunEnding(UNFINISHED, "interrupted")
         except Exception as error:
-            ended = Ended(RAISED, f"{type(error).__name__}: {error}")
+            ended = RunEnding(RAISED, f"{type(error).__name__}: {error}")
         pipe.send(ended)

@@ -26,9 +26,9 @@ from eomgen.products.studies.ladders.result import FAILS, Cell, Extremes, verdic
 from eomgen.products.studies.ladders.runs import (
     REACHED,
     ROWS,
-    Ended,
     Request,
     RunConditions,
+    RunEnding,
     RunnerProcess,
     compile_stepper,
     simulated,
@@ -66,7 +66,9 @@ class ExpectedResult:
     uncertainty: float = np.inf
 
 
-def reference(subject: Subject, conditions: RunConditions, ended: Callable[[Request, float], Ended]) -> ExpectedResult:
+def reference(
+    subject: Subject, conditions: RunConditions, ended: Callable[[Request, float], RunEnding]
+) -> ExpectedResult:
     """Return the first reference that a second method confirms.
 
     Parameters
@@ -89,7 +91,7 @@ def reference(subject: Subject, conditions: RunConditions, ended: Callable[[Requ
         apart = difference(subject, other.arrays, one.arrays, AGREED).worst
         if apart <= AGREED:
             return ExpectedResult(name, dict(one.arrays), apart)
-        tried.append(f"{name}: apart by {apart:.2g}")
+        tried.append(f"{name}: difference {apart:.2g}")
     return ExpectedResult("; ".join(tried))
 
 
@@ -115,7 +117,7 @@ def _resolved(subject: Subject, request: Request, arrays: Mapping[str, Array]) -
 
 class Errors(NamedTuple):
     """Largest errors of a run over all rows: of coordinates relative to the motion, of velocities relative to the
-    largest velocity, angles and lengths apart."""
+    largest velocity, angles and lengths separately."""
 
     position: float
     velocity: float
@@ -332,7 +334,7 @@ def _cell_of(text: str) -> tuple[Ladder, float, str]:
     try:
         return BY_NAME[name], float(value), method
     except ValueError:
-        fault = f"{value!r} is no value of the ladder {name}"
+        fault = f"{value!r} is not a value of the ladder {name}"
         raise UsageError(Problem(f"--cell {text}", fault, f"--cell {name}:{BY_NAME[name].values[0]:g}")) from None
 
 
@@ -406,7 +408,7 @@ class _LadderStudy:
             result = self._judged(ladder, value, method, conditions, ended)
         return result
 
-    def _judged(self, ladder: Ladder, value: float, method: str, conditions: RunConditions, ended: Ended) -> Cell:
+    def _judged(self, ladder: Ladder, value: float, method: str, conditions: RunConditions, ended: RunEnding) -> Cell:
         error, by = None, ""
         if ended.how == REACHED and ended.finite and ended.arrays is not None:
             held = self._reference(ladder, conditions, method)
@@ -426,8 +428,8 @@ class _LadderStudy:
         ended, excess = structure.moved(value)
         said = "" if excess <= 1.0 else ended.said
         error = excess * ladder.bound if ended.how == REACHED else None
-        # other equations are no matter of degree
-        plain = Ended(ended.how, ended.said if ended.how != REACHED else "")
+        # other equations are not a matter of degree
+        plain = RunEnding(ended.how, ended.said if ended.how != REACHED else "")
         result = verdict(plain, None if error is None else error if excess <= 1.0 else 1.0, ladder.bound)
         took = time.perf_counter() - began
         said = said or plain.said

@@ -1,5 +1,5 @@
 """The scene under study: models, fastest motion, start, durations of cells, and perturbations of its structure: numbers
-beside 0, 1 and coordinate axes, which change the equations by as little.
+near 0, 1 and coordinate axes, which change the equations by as little.
 
 A perturbed structure needs no reference: code that takes 1e-9 for 0 in one place and not in the other changes forces by
 their own size.
@@ -23,7 +23,7 @@ from eomgen.integrators.families.register import BUILT_IN, check_needs, families
 from eomgen.lie.product import update
 from eomgen.pipeline import pipeline
 from eomgen.pipeline.model import Model
-from eomgen.products.studies.ladders.runs import REACHED, REFUSED, ROWS, Ended, RunConditions
+from eomgen.products.studies.ladders.runs import REACHED, REFUSED, ROWS, RunConditions, RunEnding
 from eomgen.products.studies.method_facts import FineBy, Ladders, facts_of
 from eomgen.scene.load import data_of, from_data
 from eomgen.scene.scaling import (
@@ -36,7 +36,7 @@ from eomgen.scene.scaling import (
     RATIO_LAST,
     STIFFNESS,
     TIME,
-    UnitsOf,
+    SceneUnits,
     used_factors,
     with_factors,
 )
@@ -130,7 +130,7 @@ class Subject:
         A test with doubled units is sufficient, because doubling is exact in floating-point arithmetic.
         """
         doubled = {LENGTH: "length", MASS: "mass", TIME: "time"}
-        units = UnitsOf(**{doubled[name]: 2.0 for name in factors})
+        units = SceneUnits(**{doubled[name]: 2.0 for name in factors})
         q, v = self.start
         v = np.random.default_rng(1).normal(size=len(v)) * max(1.0, float(np.max(np.abs(v), initial=0.0)))
         z = np.random.default_rng(2).normal(size=self.model(OWN).nz)
@@ -241,10 +241,10 @@ class Subject:
             return "its forces are not the same at another place: its formulas take places in the world"
         return ""
 
-    def _sizes_of_states(self, units: UnitsOf) -> Array:
+    def _sizes_of_states(self, units: SceneUnits) -> Array:
         return np.array([units.size(unit) for unit in self.model(OWN).z_units])
 
-    def in_units(self, units: UnitsOf, conditions: RunConditions) -> RunConditions:
+    def in_units(self, units: SceneUnits, conditions: RunConditions) -> RunConditions:
         """Return the same conditions in other units."""
         model = self.model(OWN)
         sizes = (
@@ -312,13 +312,13 @@ class StructuralZeros:
             if name in far and name in further and far[name].shape == further[name].shape:
                 self.condition[name] = max(_largest(further[name] - far[name]) / _STEP, least)
 
-    def moved(self, amount: float) -> tuple[Ended, float]:
+    def moved(self, amount: float) -> tuple[RunEnding, float]:
         """Return the verdict on the equations of a scene moved by an amount, and the ratio of the change to the limit:
         above 1 the equations differ."""
         try:
             values = self._computed(amount)
         except EomgenError as error:
-            return Ended(REFUSED, str(error)), 0.0
+            return RunEnding(REFUSED, str(error)), 0.0
         worst, name = 0.0, ""
         for block, condition in self.condition.items():
             if block not in values or values[block].shape != self.values[block].shape:
@@ -326,10 +326,10 @@ class StructuralZeros:
             change = _largest(values[block] - self.values[block])
             excess = change / (_SAFETY * (amount + _ROUNDING) * condition)
             worst, name = max((worst, name), (excess, block))
-        return Ended(REACHED, f"{name} changes most" if worst > 1.0 else ""), worst
+        return RunEnding(REACHED, f"{name} changes most" if worst > 1.0 else ""), worst
 
     def _computed(self, amount: float) -> dict[str, Array]:
-        assert self.subject.data is not None  # for mypy: scenes without data are told apart before
+        assert self.subject.data is not None  # for mypy: scenes without data are sorted out before
         data = copy.deepcopy(dict(self.subject.data))
         rng = np.random.default_rng(3)
         for holder, key, kind in list(_numbers(data)):

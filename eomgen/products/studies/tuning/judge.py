@@ -183,7 +183,7 @@ LEAST_NEXT = 0.2
 
 
 @dataclass(frozen=True)
-class _Known:
+class _UncertainMotion:
     """A motion with its uncertainty.
 
     Attributes
@@ -247,7 +247,7 @@ class Judge:
         return {"q": motion.q[0], "v": motion.v[0]}
 
     def _reference(self, condition: Condition) -> RunReference:
-        best: _Known | None = None
+        best: _UncertainMotion | None = None
         apart = 0
         for candidate in self._order():
             self.say(f"reference: {candidate.row.name}{', ' * bool(condition.label)}{condition.label}")
@@ -269,7 +269,7 @@ class Judge:
         if best.error > LEAST_KNOWN * self.demand.error:
             fault = f"the best reference, {best.described}, is known to {best.error:.2g} only: {self.demand.error:g}"
             hint = "a larger demand, a shorter run, or a larger budget"
-            raise NumericalError(Problem("error", f"{fault} cannot be told", hint))
+            raise NumericalError(Problem("error", f"{fault} is unknown", hint))
         if not condition.label:
             self._served = best.candidate, best.level
         return RunReference(best.observation, best.described, "itself at half its accuracy", best.apart)
@@ -283,7 +283,7 @@ class Judge:
             order = [self._served[0], *(c for c in order if c is not self._served[0])]
         return [c for c in order if c.row.name not in self.tried]
 
-    def _known(self, candidate: Candidate, condition: Condition) -> _Known | None:
+    def _known(self, candidate: Candidate, condition: Condition) -> _UncertainMotion | None:
         """Return the motion by one method, None if the method fails."""
         configuration = next(candidate.configurations(parameters=False, own={}))
         try:
@@ -310,7 +310,7 @@ class Judge:
                 if best is not None and size > 0.7 * best.error:  # rounding, or corners, have the word from here on
                     break
                 named = f"{candidate.row.name}, {candidate.formulation}, {_words(resolution, self.runner.grid.row)}"
-                best = _Known(candidate, outcome.observation, named, apart, size, level)
+                best = _UncertainMotion(candidate, outcome.observation, named, apart, size, level)
                 if size <= KNOWN * self.demand.error:
                     break
             before = outcome.observation
@@ -346,7 +346,7 @@ RUNS = 3
 
 
 @dataclass(frozen=True)
-class Verified:
+class VerificationRun:
     """One verification run.
 
     Attributes
@@ -365,7 +365,7 @@ class Verified:
     said: str = ""
 
 
-def verified(judge: Judge, run: Mapping[str, Any], condition: Condition) -> Verified | None:
+def verified(judge: Judge, run: Mapping[str, Any], condition: Condition) -> VerificationRun | None:
     """Return the error of a configuration under a condition; None if there is no reference.
 
     Parameters
@@ -378,9 +378,9 @@ def verified(judge: Judge, run: Mapping[str, Any], condition: Condition) -> Veri
         return None
     outcome = under(judge, run, condition)
     if outcome.ended != REACHED or outcome.observation is None:
-        return Verified(condition.label, np.inf, 0.0, "", outcome.said)
+        return VerificationRun(condition.label, np.inf, 0.0, "", outcome.said)
     error = judge.error(outcome.observation, condition)
-    return Verified(condition.label, error, judge.bar(condition), held.described, outcome.said)
+    return VerificationRun(condition.label, error, judge.bar(condition), held.described, outcome.said)
 
 
 def under(judge: Judge, run: Mapping[str, Any], condition: Condition = OWN) -> ComparedRun:

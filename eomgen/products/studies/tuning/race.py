@@ -24,7 +24,7 @@ from eomgen.products.studies.work_precision.axes import (
     reason,
 )
 from eomgen.products.studies.work_precision.running import REACHED, REFUSED, Runner, fraction_of, timed, whole_steps
-from eomgen.simulation.timing import Repeated
+from eomgen.simulation.timing import RepeatedRun
 from eomgen.system.description import Simulation
 
 #: Part of the demanded error that a run is expected to stay below, since the errors of verification runs may be larger.
@@ -278,7 +278,7 @@ class Race:
         close = [c for c in able if c.seconds(self.demand) <= CLOSE * able[0].seconds(self.demand)][:FINALISTS]
         if len(close) < 2:
             return
-        entered: list[tuple[Contender, RaceRun, Repeated, list[float]]] = []
+        entered: list[tuple[Contender, RaceRun, RepeatedRun, list[float]]] = []
         for contender in close:
             run = contender.best(self.demand)
             if run is not None:
@@ -485,7 +485,7 @@ class RaceEntries:
 
 
 def first_tolerance(order: int, demand: float) -> float:
-    """Return the tolerance at which a method takes about as many steps as one of ``FULL_ORDER`` takes at the demand.
+    """Return the tolerance at which a method takes as many steps as a method of order ``FULL_ORDER`` at the demand.
 
     Steps are as many as tolerance^(-1/(order + 1)): of order 2, a demand of 1e-8 would take hundreds of thousands.
     """

@@ -20,7 +20,7 @@ from eomgen.products.studies.work_precision.formulations import Formulations
 from eomgen.products.studies.work_precision.observation import Observation, check_output, errors
 from eomgen.products.studies.work_precision.reference import RunReference, reference
 from eomgen.products.studies.work_precision.running import REACHED, Grid, Runner, machine
-from eomgen.simulation.timing import Repeated, one_core
+from eomgen.simulation.timing import RepeatedRun, one_core
 
 #: The part of cycles that end in time, and how many are measured.
 PART, CYCLES = 0.9999, 10_000
@@ -255,7 +255,7 @@ class _Work:
                 return _Bought(*own)
         return None
 
-    def _run(self, configuration: Configuration, steps: int, label: str) -> tuple[Observation, Repeated] | None:
+    def _run(self, configuration: Configuration, steps: int, label: str) -> tuple[Observation, RepeatedRun] | None:
         outcome = self.runner.run(configuration, steps, estimated=False)
         if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
             self.refused[label] = outcome.said
@@ -263,7 +263,7 @@ class _Work:
         return outcome.observation, outcome.repeated
 
 
-def _cycles(repeated: Repeated, steps: int, count: int) -> tuple[Array, int]:
+def _cycles(repeated: RepeatedRun, steps: int, count: int) -> tuple[Array, int]:
     """Return the seconds of each cycle, of at least ``count`` cycles, and the largest number of iterations of a
     step."""
     cycles: list[Array] = []

@@ -11,7 +11,7 @@ from typing import Any
 from eomgen.base.data import dataclass, field
 from eomgen.base.files import write_text
 from eomgen.errors import FileError, Problem, UsageError
-from eomgen.products.studies.tuning.judge import Verified
+from eomgen.products.studies.tuning.judge import VerificationRun
 from eomgen.products.studies.work_precision.axes import Configuration
 
 _SECTION = re.compile(r"^\s*\[([^\[\]]+)\]\s*(#.*)?$")
@@ -121,7 +121,7 @@ def _holds(text: str, simulation: Mapping[str, Any], coordinates: str) -> bool:
 
 
 @dataclass(frozen=True)
-class Rival:
+class RacedMethod:
     """Another method in the race, at the demand: measured, or expected if the method was given up."""
 
     label: str
@@ -140,7 +140,7 @@ class Tuned:
     configuration : the configuration that meets the demand at the least cost
     kind, value : ``step`` in s, or ``tolerance``
     error : measured on the scene's own run
-    seconds : processor's time of stepping that run, median; outputs, energies and the error estimate apart
+    seconds : processor's time of stepping that run, median; without outputs, energies and the error estimate
     span : s, of the run
     steps : of the method in that run
     rivals : cheapest first
@@ -169,10 +169,10 @@ class Tuned:
     seconds: float
     span: float
     steps: float
-    rivals: tuple[Rival, ...]
+    rivals: tuple[RacedMethod, ...]
     next_digit: float
     own: tuple[str, float, float]
-    verified: tuple[Verified, ...]
+    verified: tuple[VerificationRun, ...]
     simulation: Mapping[str, Any]
     written: tuple[float, float]
     coordinates: str

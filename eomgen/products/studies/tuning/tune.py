@@ -14,11 +14,11 @@ from typing import Any
 from eomgen.base.messages import shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
-from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, Verified, conditions, verified
+from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, VerificationRun, conditions, verified
 from eomgen.products.studies.tuning.race import Contender, Race, RaceEntries, RaceRun
 from eomgen.products.studies.tuning.real_time import RealTime
 from eomgen.products.studies.tuning.real_time import real_time as in_real_time
-from eomgen.products.studies.tuning.result import Rival, Tuned
+from eomgen.products.studies.tuning.result import RacedMethod, Tuned
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
 from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
 from eomgen.products.studies.work_precision.observation import MEASURES, check_output
@@ -165,7 +165,7 @@ class _Tuning:
         if not own:
             why = "; ".join(self.left_out.values())
             raise ModelError(Problem("methods", f"no method runs on this scene: {why}", "other methods"))
-        if self.methods:  # a demand is told from the best, also from methods that do not race
+        if self.methods:  # a demand is judged by the best, also from methods that do not race
             every = candidates(self.own, model, (), {})
             judges = (*own, *(c for c in every if c.row.name not in {one.row.name for one in own}))
         else:
@@ -185,7 +185,7 @@ class _Tuning:
         return self._described(demand, contenders, (winner, run), checks, own_settings, spent, source)
 
     def _others(self) -> list[str]:
-        """Return the names of formulations beside the scene's own that may win."""
+        """Return the names of formulations other than the scene's own that may win."""
         less = self.formulations.simplified
         others = [name for name in self.formulations.scenes if name != self.own and name not in less]
         if self.own == JOINT and not self.runner.model(JOINT).multipliers and others:
@@ -201,7 +201,7 @@ class _Tuning:
 
     def _verified(
         self, entries: RaceEntries, contenders: list[Contender], near: Iterator[Condition]
-    ) -> tuple[Contender, tuple[Verified, ...]]:
+    ) -> tuple[Contender, tuple[VerificationRun, ...]]:
         """Return the winner and the runs of its verification.
 
         Conditions under which the winner misses the demand become conditions of tuning, all contenders race again, and
@@ -215,7 +215,7 @@ class _Tuning:
             if run is None:
                 break
             tried = list(itertools.islice(near, RUNS))
-            checks: list[Verified] = []
+            checks: list[VerificationRun] = []
             for condition in tried:
                 self.say(f"verifying: {condition.label}")
                 check = verified(race.judge, winner.how(run), condition)
@@ -236,7 +236,7 @@ class _Tuning:
         demand: Demand,
         contenders: Sequence[Contender],
         won: tuple[Contender, RaceRun],
-        checks: tuple[Verified, ...],
+        checks: tuple[VerificationRun, ...],
         own_settings: tuple[str, float, float],
         spent: tuple[float, int],
         source: Path | None,
@@ -297,9 +297,9 @@ class _Tuning:
         return settings | winner.configuration.of_scene()
 
 
-def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -> tuple[Rival, ...]:
+def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -> tuple[RacedMethod, ...]:
     """Return the best of each other method and formulation."""
-    best: dict[tuple[str, str], Rival] = {}
+    best: dict[tuple[str, str], RacedMethod] = {}
     for contender in contenders:
         key = (contender.configuration.method, contender.configuration.formulation)
         told = any(math.isfinite(run.error) for run in contender.runs)
@@ -307,7 +307,7 @@ def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -
             continue
         measured = contender.best(demand) is not None
         seconds = contender.seconds(demand) if measured else contender.expected(demand)
-        rival = Rival(contender.configuration.label, seconds, measured)
+        rival = RacedMethod(contender.configuration.label, seconds, measured)
         if key not in best or rival.seconds < best[key].seconds:
             best[key] = rival
     return tuple(sorted(best.values(), key=lambda rival: rival.seconds))

@@ -4,7 +4,7 @@ rounding errors, and kinks that invalidate differences.
 The bar of an entry is the change of the difference between neighbouring steps, plus round-off divided by the step.
 Round-off is measured by the scatter at the smallest steps, and is the last place of the function's largest number at
 least. So cancellation inside the functions widens the bars by itself, and so does truncation at too large steps
-(Ridders 1982 estimates in this way, too). One-sided differences that do not meet as steps shrink tell a kink.
+(Ridders 1982 estimates in this way, too). One-sided differences that do not meet as steps shrink show a kink.
 
 Exact comparisons (complex steps, second derivations) may differ by 1e-11 of the largest entry of its row or
 column, if that is smaller, by 1e-13 of the largest entry of its state and of the differentiated function, which may
@@ -33,7 +33,7 @@ from eomgen.system.system import System
 LADDER = 10.0 ** (-0.5 * np.arange(23))
 #: From here on steps are so small that differences scatter by round-off only.
 _SCATTER = int(np.flatnonzero(LADDER < 5e-8)[0])
-#: One-sided differences are compared at steps this many rungs apart: a hundred times.
+#: One-sided differences are compared at steps this many rungs distant: a hundred times.
 _APART = 4
 #: Numbers that are held at once.
 _HELD = 2**23
@@ -96,7 +96,8 @@ def _by_step(steps: Array, like: Array) -> Array:
 
 
 def _kinks(sided: Array, scatter: Array, size: float) -> tuple[Array, Array]:
-    """Return the mask of one-sided differences (2, K, S, R, C) that do not meet, and the smallest step, which tells."""
+    """Return the mask of one-sided differences (2, K, S, R, C) that do not meet, and the smallest step that shows
+    it."""
     gap = np.abs(sided[1] - sided[0])
     noise = 40.0 * scatter / _by_step(LADDER, gap)
     telling = np.where(noise <= 1e-4 * max(size, 1e-300), np.arange(len(LADDER)).reshape(-1, *(1,) * scatter.ndim), -1)
@@ -153,7 +154,7 @@ BY_DIFFERENCES, BY_DIFFERENCES_OF_LARGEST, BARS = 1e-7, 1e-9, 10.0
 _SAMPLES, _ROUNDING = 4, 2.0 * float(np.finfo(float).eps)
 #: Sizes below this part of the largest over all states count as that.
 _SMALL = 1e-3
-#: Rounding that changes more than this part of a state's size takes another branch at a kink, which is no rounding.
+#: Rounding that changes more than this part of a state's size takes another branch at a kink, which is not rounding.
 _BRANCH = 1e-7
 
 
@@ -369,7 +370,7 @@ class NonSmoothOperations:
         return list(dict.fromkeys(result))
 
     def kinks_and_jumps(self) -> list[str]:
-        """Return the operations that have a kink or jump somewhere, near a state or not, as text; curves apart."""
+        """Return the operations that have a kink or jump somewhere, near a state or not, as text; without curves."""
         result = [
             (_BY_SIGN.get(op) or _BY_ORDER[op], node) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER
         ]

@@ -73,7 +73,7 @@ class FormReport:
     agreement, step, slope : float or None
         The best agreement with finite differences over the ladder, the step at which it occurs (in the units of the
         directions' scale: 1 rad, 1 s, the scene's size), and the slope of the error at larger steps; None if the form
-        is no derivative, the slope also if differences are exact up to round-off.
+        is not a derivative, the slope also if differences are exact up to round-off.
     complex_step : float or None
     second, second_name : agreement with the second derivation, and the name of this derivation
     errors : by step of the ladder
@@ -95,7 +95,7 @@ class FormReport:
     worst: Disagreement | None = None
 
 
-#: Curves of one panel: more cannot be told apart.
+#: Curves of one panel: more cannot be distinguished.
 _CURVES = 7
 _COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#7B3FA0", "#222222", "#00A0B0")
 _MARKS = ("o", "s", "^", "D", "v", "P", "X")

@@ -34,7 +34,7 @@ LARGEST_UNCERTAINTY = 0.01
 
 
 @dataclass(frozen=True)
-class Solved:
+class ReferenceSolution:
     """A run that serves as a reference.
 
     Attributes
@@ -122,7 +122,7 @@ def reference(
         There are no two that agree to a hundredth.
     """
     order = sorted(candidates, key=lambda c: rank(runner, c))
-    solved: list[Solved] = []
+    solved: list[ReferenceSolution] = []
     tried: list[str] = []
     for candidate in order:
         if any(candidate.family is one.family for one in solved):
@@ -152,7 +152,7 @@ def reference(
 def hold(both: str, part: float) -> None:
     """Raise NumericalError if two references, in words, differ by too large a part of the motion."""
     if not part <= LARGEST_UNCERTAINTY:
-        fault = f"{both} differ by {100.0 * part:.3g} % of the motion: no error can be told from them"
+        fault = f"{both} differ by {100.0 * part:.3g} % of the motion: no error can be computed from them"
         hint = "a shorter run, before motions that start side by side part, or a larger budget for the references"
         raise NumericalError(Problem("reference", fault, hint))
 
@@ -181,7 +181,7 @@ def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, i
 
 def _solved(
     runner: Runner, candidate: Candidate, effort: ReferenceEffort, run: Mapping[str, Any]
-) -> tuple[Solved | None, str]:
+) -> tuple[ReferenceSolution | None, str]:
     """Return a candidate's best run, or why there is none."""
     configuration = next(candidate.configurations(parameters=False, own={}))
     name = f"{candidate.row.name}, {candidate.formulation}"
@@ -196,7 +196,7 @@ def _solved(
         if tight is None:
             return None, runs[0].said
         settled = _difference(looser, tight) if looser is not None else 0.0
-        return Solved(tight, f"{name}, tolerance {tolerances[0]:g}", candidate.family, settled), ""
+        return ReferenceSolution(tight, f"{name}, tolerance {tolerances[0]:g}", candidate.family, settled), ""
     return _halved(runner, candidate, configuration, name, effort, run)
 
 
@@ -207,7 +207,7 @@ def _halved(
     name: str,
     effort: ReferenceEffort,
     run: Mapping[str, Any],
-) -> tuple[Solved | None, str]:
+) -> tuple[ReferenceSolution | None, str]:
     """Return the run at which halving the step has ended, extrapolated to step zero for methods of low order."""
     try:
         runner.prepare(configuration)  # building takes none of the effort
@@ -215,7 +215,7 @@ def _halved(
         return None, reason(error)
     began = time.perf_counter()
     before: Observation | None = None
-    best: Solved | None = None
+    best: ReferenceSolution | None = None
     per_row, said, change = effort.first_steps, "", np.inf
     while per_row <= MOST_STEPS:
         outcome = runner.run(configuration, per_row, dense=True, timed=False, estimated=False, **run)
@@ -236,9 +236,9 @@ def _halved(
             words = f"{name}, step {runner.grid.row / per_row:.3g} s"
             if candidate.method.order < LOW_ORDER:
                 better = _extrapolated(here, before, candidate.method.order)
-                best = Solved(better, f"{words}, extrapolated", candidate.family, apart)
+                best = ReferenceSolution(better, f"{words}, extrapolated", candidate.family, apart)
             else:
-                best = Solved(here, words, candidate.family, apart)
+                best = ReferenceSolution(here, words, candidate.family, apart)
             if apart < effort.settled:
                 break
         before = here

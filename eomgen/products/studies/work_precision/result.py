@@ -41,13 +41,14 @@ class Point:
     said : message of the run without the statement that the end was reached, or the reason for an earlier end
     error : sizes of the errors by quantity, none below the uncertainty of the reference; empty if the run did not
         reach the end
-    seconds : median of the processor's time for all steps, s, outputs, energies and the error estimate apart; None for
+    seconds : median of the processor's time for all steps, s, without outputs, energies and the error estimate; None
+    for
         points without timing
     least : the least of these times
     repeats : how many were taken
     stats : counts of the stepper
     order : declared, of the method
-    took : the processor's seconds that the study spent on the point, all repeats included, builds apart
+    took : the processor's seconds that the study spent on the point, all repeats included, without builds
     """
 
     configuration: Configuration
@@ -445,7 +446,7 @@ def _describe(axis: Any, study: Tradeoff) -> None:
     lowest = min([e for e in errors if e > 0.0] or [1e-12])
     axis.set_ylim(min(lowest, uncertainty or lowest) / 4.0, 2.5 * _LARGEST)
     axis.axhline(WRONG, color="#C8102E", linewidth=0.7, linestyle=":")
-    axis.set_xlabel("processor's time for all steps, ms (outputs, energies and the error estimate apart)", fontsize=9)
+    axis.set_xlabel("processor's time for all steps, ms (without outputs, energies and the error estimate)", fontsize=9)
     axis.set_ylabel(f"{study.measure} error of {study.quantity}, relative", fontsize=9)
     axis.grid(True, which="major", color="#DDDDDD", linewidth=0.6)
     axis.set_title(

@@ -26,7 +26,7 @@ from eomgen.products.studies.work_precision.axes import Configuration
 from eomgen.products.studies.work_precision.formulations import Formulations, same_start
 from eomgen.products.studies.work_precision.observation import Observation, observed
 from eomgen.simulation.automatic_method import method_of
-from eomgen.simulation.timing import Repeated, one_core
+from eomgen.simulation.timing import RepeatedRun, one_core
 from eomgen.toolchain.compiler import find_compiler
 from eomgen.toolchain.profiles import STANDARD_PROFILE
 
@@ -59,7 +59,7 @@ def _processor() -> str:
 REACHED, STOPPED, REFUSED, TOO_LONG = "reached", "stopped", "refused", "too long"
 
 
-class _TooLong(Exception):
+class _BeyondTimeLimit(Exception):
     """A run beyond the time limit."""
 
 
@@ -105,7 +105,7 @@ class ComparedRun:
     said: str
     observation: Observation | None = None
     stats: Mapping[str, float] = field(default_factory=dict)
-    repeated: Repeated | None = None
+    repeated: RepeatedRun | None = None
     seconds: float = 0.0
 
 
@@ -269,7 +269,7 @@ class Runner:
 
         def look(done: int, total: int) -> None:
             if time.perf_counter() - began > self.limit:
-                raise _TooLong
+                raise _BeyondTimeLimit
 
         given: dict[str, Any] = {**configuration.parameters, **({} if tolerance is None else {"tolerance": tolerance})}
         try:
@@ -298,10 +298,10 @@ class Runner:
             observation = observed(model, solution)
             if len(solution.t) != recorded + 1 or not np.all(np.isfinite(observation.q)):
                 return ComparedRun(STOPPED, "its rows are not at the times of the grid, or not finite", seconds=took)
-            repeated = Repeated(model, solution, self.method(configuration, tolerance), inputs) if timed else None
+            repeated = RepeatedRun(model, solution, self.method(configuration, tolerance), inputs) if timed else None
             said = solution.message.partition("; ")[2]
             return ComparedRun(REACHED, said, observation, counts(solution.stats), repeated, took)
-        except _TooLong:
+        except _BeyondTimeLimit:
             return ComparedRun(
                 TOO_LONG, f"more than {self.limit:g} s of computation", seconds=time.perf_counter() - began
             )
@@ -325,7 +325,7 @@ def counts(stats: Mapping[str, Any]) -> dict[str, float]:
     return {name: value for name, value in stats.items() if name != "wall_time" and isinstance(value, int | float)}
 
 
-def timed(repeated: Repeated, repeats: int) -> list[float]:
+def timed(repeated: RepeatedRun, repeats: int) -> list[float]:
     """Return the processor's seconds for all steps of a run, measured ``repeats`` times on one core."""
     with one_core():
         return [repeated.seconds() for _ in range(repeats)]
@@ -424,7 +424,7 @@ def per_coarsest(coarse: Grid, steps: Sequence[float]) -> tuple[int, ...]:
     for step in sorted(set(steps), reverse=True):
         count = round(coarse.row / step)
         if abs(coarse.row / step - count) > _ROUNDING * count:
-            fault = f"the step {step:.6g} s is no whole part of the coarsest, {coarse.row:.6g} s"
+            fault = f"the step {step:.6g} s is not a whole part of the coarsest, {coarse.row:.6g} s"
             hint = f"{coarse.row / math.ceil(coarse.row / step):.6g}, or steps each half of the one before"
             raise UsageError(Problem("steps", fault, hint))
         result.append(count)

@@ -314,7 +314,7 @@ class _WorkPrecisionStudy:
             journal.keep_reference(held)
         self.reference = held
         if self.quantity not in held.uncertainty:
-            fault = f"errors in {self.quantity} cannot be told: the two references have no such quantity in common"
+            fault = f"errors in {self.quantity} is unknown: the two references have no such quantity in common"
             raise NumericalError(Problem("reference", fault, "state, or an output of the scene"))
         self.began = time.perf_counter()
         self._sweep(ladders)

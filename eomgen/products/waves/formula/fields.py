@@ -83,7 +83,7 @@ class WaveField:
 
     @property
     def given(self) -> tuple[Formula, ...]:
-        """Arguments of quantities behind the time: the factor of amplitudes, and the variables."""
+        """Arguments of quantities after the time: the factor of amplitudes, and the variables."""
         factor = () if self.factor is None else (self.factor,)
         return (*factor, *(Symbol("parameter", name) for name in self.variables))
 
@@ -187,7 +187,7 @@ def in_quadrature(name: str, component: int) -> bool:
 
 
 def _added(waves: WaveField) -> tuple[Formula, ...]:
-    """Return the arguments of a quantity of waves behind the place: the time, and parameters of the waves."""
+    """Return the arguments of a quantity of waves after the place: the time, and parameters of the waves."""
     return (Symbol("time"), *waves.given)
 
 

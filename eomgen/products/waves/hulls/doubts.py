@@ -32,7 +32,7 @@ def doubtful_hulls(facts: SceneFacts) -> Iterator[str]:
 def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Values) -> Iterator[str]:
     density, diameter = values.value(hull.density), values.value(hull.diameter)
     if 0.0 < density < _LIGHTEST:
-        note = f"the density {density:.6g} kg/m^3 is no density of water"
+        note = f"the density {density:.6g} kg/m^3 is not a density of water"
         yield f"{note}; {1e3 * density:.6g} if it is in t/m^3" if density < 2.0 else note
     if hull.waves is not None and len(hull.waves.components) > 0:
         kx, ky, _, amplitude, *_ = max(hull.waves.components[: hull.waves.free], key=lambda wave: wave.amplitude)

@@ -337,7 +337,7 @@ class _Columns:
 
 
 def _on_the_end(axle: _Axle, quantities: Quantities) -> Vector:
-    """Return the force along the axis on the start of a hull, beside the pressure of undisturbed water."""
+    """Return the force along the axis on the start of a hull, in addition to the pressure of undisturbed water."""
     algebra, item, member, axis = quantities.algebra, axle.item, axle.member, axle.axis
     drag = quantities.formula(item.axial_drag)
     if member.along.is_zero and drag.is_zero:

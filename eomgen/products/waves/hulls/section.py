@@ -117,7 +117,7 @@ _APART = Row(
     ("hulls.end",),
     lambda *ends: np.equal(_length(*ends), 0.0),
     "both ends are at the same place, so it has no axis",
-    "ends that are apart",
+    "ends at two places",
 )
 _WITHIN = Row(("hulls.wet",), _too_long, _told_too_long, "the distance of its ends or less")
 

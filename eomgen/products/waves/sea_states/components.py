@@ -223,7 +223,7 @@ def divided(
     heading: float = 0.0,
     height: float | None = None,
 ) -> DiscreteSpectrum:
-    """Return a spectrum as components whose frequencies are a constant factor apart: motion at a place does not repeat
+    """Return a spectrum as components whose frequencies have a constant ratio: motion at a place does not repeat
     itself, and few components resolve the peak.
 
     Each component has the energy of its part of the band, at the mean frequency of this energy. Arguments other than

@@ -25,7 +25,7 @@ def check_number(where: str, value: Any, unit: str = "", hint: str = "", *, abov
         raise UsageError(Problem(where, f"a number is needed, not {type(value).__name__}", hint)) from None
     said = f"{number:.6g} {unit}".strip()
     if not math.isfinite(number):
-        raise UsageError(Problem(where, f"{said} is no finite number", hint))
+        raise UsageError(Problem(where, f"{said} is not a finite number", hint))
     if above_zero and not number > 0.0:
         raise UsageError(Problem(where, f"{said} is not above 0", hint))
 
@@ -35,14 +35,16 @@ def check_whole(where: str, value: Any, least: int, most: int, hint: str = "") -
     if isinstance(value, bool) or not hasattr(value, "__index__") or not least <= int(value) <= most:
         said = f"{value:.6g}" if isinstance(value, float) else f"{value!r}"
         fault = (
-            f"{said} is no whole number from {least} on" if most > 10**15 else f"{said} is not from {least} to {most}"
+            f"{said} is not a whole number from {least} on"
+            if most > 10**15
+            else f"{said} is not from {least} to {most}"
         )
         raise UsageError(Problem(where, fault, hint or f"{least}"))
 
 
 #: Waves that a spectrum is made of at most.
 MOST_WAVES = 1_000_000
-#: Exponent of a spreading from which on directions are less than a tenth of a degree apart.
+#: Exponent of a spreading from which on directions differ by less than a tenth of a degree.
 MOST_EXPONENT = 1e6
 
 
@@ -147,7 +149,7 @@ class SpectrumTable:
         if not np.all(np.diff(self.frequencies) > 0.0) or not self.frequencies[0] > 0.0:
             raise UsageError(Problem(f"{where}: frequencies", "they have to increase from above 0"))
         if not np.all(np.isfinite(self.densities)) or not np.all(np.isfinite(self.frequencies)):
-            raise UsageError(Problem(where, "a frequency or a density is no finite number"))
+            raise UsageError(Problem(where, "a frequency or a density is not a finite number"))
         if not np.all(self.densities >= 0.0) or not np.any(self.densities > 0.0):
             fault = f"the least is {self.densities.min():.6g} m^2 s/rad, the greatest {self.densities.max():.6g}"
             raise UsageError(Problem(f"{where}: densities", fault, "none below 0, one above 0"))

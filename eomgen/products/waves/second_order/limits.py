@@ -22,7 +22,7 @@ _COMPONENTS = "Sea: components"
 
 
 def check_points(where: str, points: ArrayLike) -> None:
-    """Raise UsageError for values that are no points of the plane."""
+    """Raise UsageError for values that are not points of the plane."""
     array = np.asarray(points, dtype=float)
     if array.ndim != 2 or array.shape[1] != 2 or not np.all(np.isfinite(array)):
         finite = "" if np.all(np.isfinite(array)) else ", with numbers that are not finite"
@@ -39,7 +39,7 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
         fault = f"{len(vectors)} wave vectors have amplitudes of shape {amplitude.shape} and phases of {phase.shape}"
         raise UsageError(Problem(_COMPONENTS, fault, f"({len(vectors)},) each"))
     if not all(np.all(np.isfinite(x)) for x in (vectors, amplitude, phase)):
-        raise UsageError(Problem(_COMPONENTS, "a wave vector, an amplitude or a phase is no finite number"))
+        raise UsageError(Problem(_COMPONENTS, "a wave vector, an amplitude or a phase is not a finite number"))
     if np.any(amplitude < 0.0):
         raise UsageError(Problem(_COMPONENTS, f"the amplitude {amplitude.min():.6g} m is negative", "the phase + pi"))
     _check_setting(depth, order, gravity)

@@ -81,7 +81,7 @@ def multiples(k: Array) -> tuple[float, NDArray[np.int64]]:
         unit = float(rest[rest > _CLOSE * k].min())
     number = np.rint(k / unit).astype(np.int64)
     if np.any(np.abs(number * unit - k) > _CLOSE * k) or number.max() > 100_000:
-        fault = "the wave numbers are no multiples of one that is not far smaller than all of them"
+        fault = "the wave numbers are not multiples of one that is not far smaller than all of them"
         raise UsageError(Problem("Sea.profile", fault, "components by discretized(...), or surface(labels, time)"))
     return float(np.mean(k / number)), number
 

@@ -69,7 +69,7 @@ class Radar:
         here, first = sea.motion(labels, time), sea.derivatives(labels, time)[0]
         image = here.position[:, :2].copy()
         image[:, 0] += self.range_to_velocity * (here.velocity @ self.sight)
-        # derivatives of velocities by labels: of fourth order, an 80th of the shortest wave apart
+        # derivatives of velocities by labels: of fourth order, at distances of an 80th of the shortest wave
         step = 2.0 * math.pi / np.hypot(*sea.vectors.T).max() / 80.0
         change = np.zeros((len(labels), 2))
         for axis, move in enumerate(step * np.eye(2)):

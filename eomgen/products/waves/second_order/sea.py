@@ -120,7 +120,7 @@ class Sea:
     # -- components, self-interactions and pairs ---------------------------------------------------------------------
 
     def _numbers(self, c: float) -> Array:
-        restoring = getattr(self, "restoring", self.gravity)  # which the components' own table has yet to tell
+        restoring = getattr(self, "restoring", self.gravity)  # which the components' own table has yet to give
         return np.array([restoring, self.depth if math.isfinite(self.depth) else 0.0, c])
 
     def _of(self, *, surface: bool) -> Routines:
@@ -133,9 +133,7 @@ class Sea:
         if np.any(doppler):
             current = np.linalg.lstsq(vectors, doppler, rcond=None)[0]
             if np.abs(vectors @ current - doppler).max() > 1e-9 * np.abs(doppler).max():
-                fault = (
-                    "the part that changes sign with the wave vector is not linear in it, so it is no uniform current's"
-                )
+                fault = "the part that is odd in the wave vector is not linear in it, so no uniform current gives it"
                 raise UsageError(Problem("Sea: dispersion", fault, "w.gravity_waves + U * w.kx"))
         restoring = row["w"] ** 2 * row["C"] / row["k"]
         if np.ptp(restoring) > 1e-9 * restoring.max():
@@ -227,7 +225,7 @@ class Sea:
         Raises
         ------
         UsageError
-            Waves of several directions, wave numbers that are no multiples of one, or too few labels.
+            Waves of several directions, wave numbers that are not multiples of one, or too few labels.
         """
         if self.spread:
             fault = "the waves have several directions"

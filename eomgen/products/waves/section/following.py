@@ -14,14 +14,14 @@ from eomgen.scene.reading.values import Values
 from eomgen.scene.rotations import Rotation
 
 
-class Follow(Table):
+class SurfaceFollowing(Table):
     """How the base goes with the surface of the water."""
 
     waves: str = key("with whose surface", refers="waves", kind="wave")
     tilt: bool = key("whether the base's z is normal to the surface; else it only goes up and down", True)
 
 
-def read_follow(entry: Follow, base: Base, values: Values) -> Base:
+def read_follow(entry: SurfaceFollowing, base: Base, values: Values) -> Base:
     """Return a base that goes with the surface of waves."""
     known, name = values.names.entries["waves"], entry.waves
     values.mentioned.add(("waves", name))
@@ -52,7 +52,7 @@ def _example(given: object) -> str:
 FOLLOW = AddedKey(
     "base",
     "follow",
-    Follow | None,
+    SurfaceFollowing | None,
     optional("go with the surface of waves, as a small boat does", kind="table, below"),
     read_follow,
     _example,

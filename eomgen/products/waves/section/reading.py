@@ -176,7 +176,7 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
     report, result = values.report, []
     for word in _OF_SPECTRA:
         if getattr(entry, word) != written.SeaWaves.model_fields[word].default:
-            report.add(f"{key}.{word}", f"{word} is of a spectrum, and these waves are told one by one", "without it")
+            report.add(f"{key}.{word}", f"{word} is of a spectrum, and these waves are given one by one", "without it")
     if not entry.regular:
         report.add(f"{key}.regular", "there are no waves", "regular = [{ amplitude = 1, period = 8 }]")
     for number, wave in enumerate(entry.regular or ()):

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS
-from eomgen.scene.reading.key_metadata import KeysElsewhere, Table, key, of_fixed_parameters, of_parameters, optional
+from eomgen.scene.reading.key_metadata import ForeignKeys, Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Description, Pair, Value
 from eomgen.scene.signals.schema import Seed
 
@@ -119,4 +119,4 @@ def _key_meant(name: str, keys: Collection[str], given: object) -> str:
     return meant if meant in keys else ""
 
 
-ELSEWHERE = KeysElsewhere(_key_meant)
+ELSEWHERE = ForeignKeys(_key_meant)

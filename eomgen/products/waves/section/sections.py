@@ -13,7 +13,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.products.waves.section.reading import no_waves, read_waves, variables_as_parameters
 from eomgen.products.waves.section.schema import SeaWaves
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.section import Entries, Reading, Section, Unused, fault_of_variables
+from eomgen.scene.section import Entries, Reading, Section, UnusedEntries, fault_of_variables
 
 #: Share of gravity across z from which on water is not level.
 _LEVEL = 1e-9
@@ -76,9 +76,9 @@ class _Waves(Section):
                 if isinstance(value, int | float):
                     yield subject, value
 
-    def unused(self, reading: Reading) -> Unused:
+    def unused(self, reading: Reading) -> UnusedEntries:
         mentioned = reading.values.mentioned
-        return Unused(
+        return UnusedEntries(
             "sea", "seas", [name for name in reading.document.section("waves") if ("waves", name) not in mentioned]
         )
 

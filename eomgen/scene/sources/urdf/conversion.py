@@ -19,7 +19,7 @@ from eomgen.scene.inertia import Inertia, combined
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.tree import displaced
 from eomgen.scene.reading.report import Report
-from eomgen.scene.rotations import frame_about, rows, snapped_rotation, unit_axis
+from eomgen.scene.rotations import frame_about, quaternion_of_matrix, rows, snapped_rotation, unit_axis
 from eomgen.scene.sources.source import OptionError
 from eomgen.scene.sources.urdf.notes import (
     GIVE,
@@ -32,7 +32,7 @@ from eomgen.scene.sources.urdf.notes import (
     notes_of_what_has_no_effect,
     stops_of,
 )
-from eomgen.scene.sources.urdf.reading import Joint, LoopJoint, Robot, read_robot
+from eomgen.scene.sources.urdf.reading import Joint, LoopJoint, Robot, legal_name, read_robot
 from eomgen.scene.sources.urdf.transmissions import Transmissions, actuation, effort_inputs, read_transmissions
 from eomgen.scene.sources.xml import read_xml
 from eomgen.system.description import BASE, WORLD
@@ -174,6 +174,7 @@ def urdf_data(
     if friction and not any(friction_of(joint) for joint in robot.joints.values()):
         notes.append("friction=True changes nothing: no joint has <dynamics> with a friction above 0")
     notes += notes_of_what_has_no_effect(robot, held)
+    notes += robot.visuals.notes()
     warnings = [*inertia_warnings(robot), *left_out(robot, set(held)), *motors.warnings]
     if strict:
         for line, note in warnings:
@@ -230,7 +231,7 @@ def _from_root(robot: Robot, report: Report) -> list[Joint]:
             if roots
             else "no link is the root: the joints run in a circle"
         )
-        report.add_at(1, "", fault, "one link that is no joint's child")
+        report.add_at(1, "", fault, "one link that is not a joint's child")
     report.raise_problems()
     order: list[Joint] = []
     waiting = children[roots[0]][::-1]
@@ -302,6 +303,7 @@ class _Merger:
         for loop in robot.loops.values():
             self.close(loop)
         self.make_bodies()
+        self.make_shapes()
 
     def body_name(self, link: str) -> str:
         if link not in _RESERVED:
@@ -428,6 +430,27 @@ class _Merger:
                 self.data["bodies"][name] = body_entry(others)
                 self.data["joints"][name] = {"type": "fixed", "parent": body, "child": name}
                 self.notes.append(f"links fixed to the tunable link {own} become the body {name}")
+
+    def make_shapes(self) -> None:
+        """Make shapes of the visuals, named by their links."""
+        shapes: dict[str, dict[str, Any]] = {}
+        for link, visuals in self.robot.visuals.by_link.items():
+            place = self.places[link]
+            for visual in visuals:
+                name = legal_name(link, shapes)
+                position = place.orientation @ visual.position + place.position
+                turned = snapped_rotation(place.orientation @ visual.orientation)
+                placed = {"body": place.body, "position": position.tolist(), "rotation": _turns(turned)}
+                shapes[name] = {**visual.entry, **placed}
+        if shapes:
+            self.data["shapes"] = shapes
+
+
+def _turns(orientation: Array) -> list[dict[str, Any]]:
+    """Return a rotation as the entries of a key ``rotation``."""
+    w, *vector = quaternion_of_matrix(orientation.tolist())
+    sine = float(np.linalg.norm(vector))
+    return [{"axis": vector, "angle": 2.0 * float(np.arctan2(sine, w))}] if sine else []
 
 
 def _moved(joint: Joint, value: float) -> tuple[Array, Array]:

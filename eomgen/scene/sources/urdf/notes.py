@@ -31,8 +31,8 @@ _OF_MOVING_JOINTS = ("safety_controller", "calibration")
 
 
 def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[str]:
-    """Return notes on elements without effect on the motion, which are no reason to refuse a file; ``still`` are joints
-    that are held."""
+    """Return notes on elements without effect on the motion, which are not a reason to refuse a file; ``still`` are
+    joints that are held."""
     notes = []
     counts = [f"{count} <{kind}>" for kind, count in robot.geometry.items() if count]
     if counts:
@@ -90,7 +90,7 @@ def notes_of_sizes(robot: Robot) -> list[str]:
         moment = float(np.linalg.norm(link.inertia.about_center, 2))
         radius = math.sqrt(moment / link.inertia.mass)
         if radius >= _ABSURD * size:
-            note = f"link {link.name}: the radius of gyration {radius:.3g} m is large beside the robot, {size:.3g} m"
+            note = f"link {link.name}: the radius of gyration {radius:.3g} m is large for the robot, {size:.3g} m"
             notes.append(f"{note}; moments of inertia of URDF are in kg m^2")
     return notes
 
@@ -104,7 +104,7 @@ def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], l
     if leaders:
         pairs = [f"{follower} follows {leader}" for follower, leader in list(leaders.items())[:8]]
         more = f" and {len(leaders) - 8} more" if len(leaders) > 8 else ""
-        notes.append(f"joints that mimic others are no coordinates of their own: {', '.join(pairs)}{more}")
+        notes.append(f"joints that mimic others are not independent coordinates: {', '.join(pairs)}{more}")
     return notes
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS, TYPES
 from eomgen.scene.reading.report import Report
 from eomgen.scene.rotations import SNAP, roll_pitch_yaw, snapped_rotation
+from eomgen.scene.sources.urdf.visuals import NotDrawnError, VisualReader, Visuals
 from eomgen.scene.sources.xml import Element
 
 #: Types of joints by name in the format.
@@ -34,6 +36,7 @@ LOOP_TYPES = {
     "planar": "planar",
     "fixed": "fixed",
 }
+Read = TypeVar("Read")
 NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 #: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
@@ -144,6 +147,7 @@ class Robot:
     without_effect : joints with an element that has no effect on joints of this type, by tag
     geometry : how many elements of each kind there are
     quaternions : links and joints whose origin has one
+    visuals : of links, for pictures
     """
 
     name: str
@@ -160,6 +164,7 @@ class Robot:
     without_effect: dict[str, list[str]] = field(default_factory=dict)
     geometry: dict[str, int] = field(default_factory=dict)
     quaternions: list[tuple[int, str]] = field(default_factory=list)
+    visuals: Visuals = field(default_factory=Visuals)
 
 
 def read_robot(root: Element, report: Report) -> Robot:
@@ -188,11 +193,14 @@ class _UrdfReader:
     def robot(self, root: Element) -> Robot:
         self.out.name = legal_name(root.get("name") or "robot", ())
         self.out.minor = self.version(root)
+        visuals = VisualReader(root, _drawn_numbers, _drawn_placement)
+        self.out.visuals = visuals.result
         links, joints, loops = (tuple(root.named(tag)) for tag in ("link", "joint", "loop_joint"))
         self.tell_left_over(root, "")
         for element in links:
             if name := self.name(element, "link", self.link_names):
                 self.out.links[name] = self.link(name, element)
+                visuals.link(name, element)
                 self.tell_left_over(element, name)
         for element in joints:
             if name := self.name(element, "joint", self.joint_names):
@@ -424,6 +432,26 @@ class _UrdfReader:
                 nearest(written, self.link_names),
             )
         return self.link_names.get(written, "")
+
+
+def _drawn_numbers(element: Element | None, attribute: str, default: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the numbers of an attribute of a visual. Raises NotDrawnError for a fault of the numbers."""
+    reader = _UrdfReader(Report("", {}))
+    return _without_fault(reader, reader.numbers(element, attribute, "", default))
+
+
+def _drawn_placement(element: Element) -> tuple[Array, Array]:
+    """Return orientation and position of a visual. Raises NotDrawnError for a fault of its origin."""
+    reader = _UrdfReader(Report("", {}))
+    return _without_fault(reader, reader.placement(element, "", ""))[:2]
+
+
+def _without_fault(reader: _UrdfReader, value: Read) -> Read:
+    """Return a value if the reader has reported no fault of it, else raise NotDrawnError."""
+    if reader.report.noted:
+        _, problem = reader.report.noted[0]
+        raise NotDrawnError(str(problem).partition(": ")[2])  # without the line: equal faults are one note
+    return value
 
 
 def _off_right(angle: float) -> float:

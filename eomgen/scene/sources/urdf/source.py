@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.scene.sources.source import Option, Read, Source
+from eomgen.scene.sources.source import ConvertedScene, Option, Source
 
 
 def read_urdf(
@@ -20,14 +20,14 @@ def read_urdf(
     actuated: bool = False,
     transmissions: bool = False,
     tunable: Sequence[str] = (),
-) -> Read:
+) -> ConvertedScene:
     """Return a URDF in the form of a scene file; the options as in ``URDF``.
 
     Raises
     ------
     DescriptionError, OptionError
     """
-    from eomgen.scene.sources.urdf.conversion import urdf_data  # noqa: PLC0415  # most scenes are no URDF
+    from eomgen.scene.sources.urdf.conversion import urdf_data  # noqa: PLC0415  # most scenes are not URDF
 
     held = "attached" if included and root == "fixed" else root
     data, lines, notes = urdf_data(
@@ -42,7 +42,7 @@ def read_urdf(
         transmissions=transmissions,
         tunable=tunable,
     )
-    return Read(data, lines, notes, inertias_checked=True)
+    return ConvertedScene(data, lines, notes, inertias_checked=True)
 
 
 URDF = Source(
@@ -87,8 +87,8 @@ URDF = Source(
         Option(
             "transmissions",
             False,
-            "make efforts of actuators behind transmissions inputs",
-            of_key="efforts of actuators behind transmissions are inputs",
+            "make efforts of actuators with transmissions inputs",
+            of_key="efforts of actuators with transmissions are inputs",
             elsewhere="[inputs], and [efforts] that multiply them by reductions, in the scene file",
         ),
         Option(

@@ -6,7 +6,7 @@ ros_control documents. Its FourBarLinkageTransmission and the HalfDifferentialTr
 out: their maps of efforts and of velocities do not fit together, the power of joints differs from the actuators' power.
 
 Reductions are read at their places in ros_control (``mechanicalReduction`` in the actuator or joint), ros2_control
-(``mechanical_reduction``) and the first transmissions of the PR2 (``mechanicalReduction`` beside them).
+(``mechanical_reduction``) and the first transmissions of the PR2 (``mechanicalReduction`` of the transmission).
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def _reduction(element: Element, key: str, report: Report) -> float:
     text, line = written[0]
     value = float(text) if NUMBER.fullmatch(text) else math.nan
     if not math.isfinite(value) or value == 0.0:
-        fault = f"the mechanical reduction {shown(text)} is no number other than 0"
+        fault = f"the mechanical reduction {shown(text)} is not a number other than 0"
         report.add_at(line, key, fault, "efforts of the joint over efforts of the actuator, e.g. 50")
         return 1.0
     return value
@@ -188,7 +188,7 @@ def actuation(
             if factor:
                 sums.setdefault(joint, []).append(f"{factor!r} * {names[actuator]}")
     efforts = {joint: {"joint": joint, "effort": " + ".join(terms)} for joint, terms in sums.items()}
-    notes = [f"inputs are efforts of actuators behind transmissions: {listed(list(inputs))}"] if inputs else []
+    notes = [f"inputs are efforts of actuators with transmissions: {listed(list(inputs))}"] if inputs else []
     if idle:
         note = "transmissions have no effect on joints that are held, follow others or have not one coordinate"
         notes.append(f"{note}: {listed(list(idle))}")

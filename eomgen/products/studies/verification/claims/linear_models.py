@@ -85,7 +85,7 @@ def _of_drives(
     driven: Mapping[str, tuple[tuple[str, str], float]],
     disturbed: Mapping[str, tuple[tuple[str, str], float]],
 ) -> list[Claim]:
-    """Return the claims of partials in driven inputs, and in given inputs with the base's accelerations."""
+    """Return the claims about partials in inputs: free inputs, and disturbances (given inputs, base accelerations)."""
     there, nu = _named(system, term), system.nu
     given = [number for number, item in enumerate(description.inputs) if item.given]
     free = [number for number, item in enumerate(description.inputs) if not item.given]
@@ -273,7 +273,7 @@ def _power(description: Description) -> Claim:
 
     return Claim(
         "regressor.Y, power",
-        "v Y = d (v Y(q, 0, v) / 2) / dt, gravity apart",
+        "v Y = d (v Y(q, 0, v) / 2) / dt, without gravity",
         _PARAMETERS,
         power,
         source=energy,

@@ -204,7 +204,7 @@ def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
 
 
 def _same(name: str, function: str, entry: str, other: str, rows: Sequence[str]) -> Claim:
-    """Return the claim of rows that two functions give, compared beside the motion, unless the rows vanish there."""
+    """Return the claim of rows that two functions give, compared off the motion, unless the rows vanish there."""
 
     def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
         away = moved(engine, state, {"q": np.full(state["v"].shape, 0.1)}, 1.0)

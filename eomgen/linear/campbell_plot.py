@@ -1,0 +1,370 @@
+"""Figure of a Campbell diagram: frequencies over the speed, rays of orders, crossings with their speeds; labels do not
+overlap."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
+from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.messages import shown
+from eomgen.errors import Problem, UsageError
+
+_GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
+#: Colour, line style and word of each sense of whirl.
+_WHIRL = {1: ("#0B62C4", "-", "forward"), -1: ("#F08C00", "--", "backward"), 0: ("#333333", "-", "")}
+_RAY, _CROSSING = "#777777", "#C8102E"
+#: Units of the speed axis, per rad/s.
+SPEED_UNITS = {"rad/s": 1.0, "rpm": 30.0 / math.pi, "Hz": 0.5 / math.pi}
+#: Inches of a new figure.
+_SIZE = (8.6, 5.6)
+#: Letters in points: size, width and height of a line, with the space to the next line.
+_POINTS, _WIDTH, _HEIGHT = 9.0, 5.6, 12.0
+#: Curves that end nearer than this part of the figure have one label; crossings nearer than this are one dot.
+_TOGETHER = 0.008
+#: Candidates for the label of a crossing: which corner or side is at the dot, and points upwards from the dot.
+_AROUND = ((-1, 7.0), (1, -7.0), (-1, -7.0), (1, 7.0), (0, 11.0), (0, -11.0), (1, 0.0), (-1, 0.0))
+#: Half the side of a dot, points.
+_DOT = 3.5
+
+
+class DrawnCrossing(Protocol):
+    """Plotted fields of a ``Crossing``: see there."""
+
+    @property
+    def order(self) -> float: ...
+    @property
+    def speed(self) -> float: ...
+    @property
+    def frequency(self) -> float: ...
+    @property
+    def mode(self) -> int: ...
+
+
+class DrawnCampbell(Protocol):
+    """Plotted fields of a ``Campbell``: see there."""
+
+    @property
+    def parameter(self) -> str: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def values(self) -> Array: ...
+    @property
+    def frequencies(self) -> Array: ...
+    @property
+    def whirl(self) -> NDArray[np.int_]: ...
+    @property
+    def orders(self) -> Sequence[float]: ...
+    @property
+    def crossings(self) -> Sequence[DrawnCrossing]: ...
+
+
+@dataclass(frozen=True)
+class CampbellView:
+    """Choice of the parts of a Campbell diagram that are drawn; see ``Campbell.plot``."""
+
+    frequencies: tuple[float, float] | None = None
+    modes: Sequence[int] | None = None
+    orders: Sequence[float] | None = None
+    speed_unit: str | None = None
+
+    def check(self, diagram: DrawnCampbell) -> None:
+        """Raise UsageError for a choice that the diagram does not have."""
+        count = diagram.frequencies.shape[1]
+        for number in self.modes or ():
+            if number not in range(count):
+                raise UsageError(Problem("modes", f"there is no mode {number!r}", f"numbers from 0 to {count - 1}"))
+        limits = self.frequencies
+        if limits is not None and not (len(limits) == 2 and 0.0 <= limits[0] < limits[1]):
+            raise UsageError(Problem("frequencies", f"{limits} are not limits in Hz", "(0, 40)"))
+        for order in self.orders or ():
+            if order not in diagram.orders:
+                known = " and ".join(f"{item:g}" for item in diagram.orders) or "none"
+                fault = f"the diagram has no order {shown(order)}, its orders are {known}"
+                raise UsageError(Problem("orders", fault, f"model.campbell(..., orders=({order}, 2))"))
+        unit = self.speed_unit
+        if unit is not None and unit not in SPEED_UNITS:
+            raise UsageError(Problem("speed_unit", f"there is no unit {shown(unit)}", " or ".join(SPEED_UNITS)))
+        if unit is not None and diagram.unit != "rad/s":
+            own = diagram.unit or "no unit"
+            fault = f"{diagram.parameter} has {own}, and a speed in rad/s is converted"
+            raise UsageError(Problem("speed_unit", fault, "no speed_unit"))
+
+
+_ALL = CampbellView()
+
+
+def draw_campbell(diagram: DrawnCampbell, title: str, path: Path, view: CampbellView = _ALL) -> Path:
+    """Draw the diagram into a file.
+
+    Raises
+    ------
+    UsageError
+        A view of parts that the diagram does not have.
+    FileError
+        The file cannot be written.
+    """
+    view.check(diagram)
+    figure = new_figure(_SIZE)
+    _Drawing(figure.subplots(), diagram, view).draw()
+    figure.suptitle(f"{title}: Campbell diagram", fontsize=11)
+    return saved(figure, path)
+
+
+def plot_campbell(diagram: DrawnCampbell, axes: object = None, view: CampbellView = _ALL) -> list[Any]:
+    """Draw frequencies over the speed; see ``Campbell.plot``."""
+    view.check(diagram)
+    given = pyplot_figure(_SIZE).subplots() if axes is None else axes
+    drawn = axes_of_caller("plot", given, [f"frequencies over {diagram.parameter}"])
+    _Drawing(drawn[0], diagram, view).draw()
+    return drawn
+
+
+class _Label(NamedTuple):
+    """A label in the margin: the place in the figure that the label belongs to, text and colour."""
+
+    place: float
+    text: str
+    colour: str
+
+
+class _Box(NamedTuple):
+    """A rectangle within the axes, points."""
+
+    x: float
+    y: float
+    half_width: float
+    half_height: float
+
+    def meets(self, other: _Box) -> bool:
+        apart = abs(self.x - other.x) >= self.half_width + other.half_width
+        return not apart and abs(self.y - other.y) < self.half_height + other.half_height
+
+
+class _Drawing:
+    """One diagram on one pair of axes."""
+
+    def __init__(self, axis: Any, diagram: DrawnCampbell, view: CampbellView) -> None:
+        self.axis, self.diagram = axis, diagram
+        self.modes = list(range(diagram.frequencies.shape[1])) if view.modes is None else list(view.modes)
+        self.orders = sorted(diagram.orders if view.orders is None else view.orders)
+        self.unit = view.speed_unit or diagram.unit
+        self.scale = SPEED_UNITS[view.speed_unit] if view.speed_unit else 1.0
+        self.frequencies = diagram.frequencies[:, self.modes]
+        self.ends = np.array([float(np.min(diagram.values)), float(np.max(diagram.values))])
+        self.fixed = view.frequencies is not None
+        self.bottom, self.top = view.frequencies or (0.0, _highest(self.frequencies, self.orders, self.ends))
+        box = axis.get_window_extent()
+        self.size = np.array([box.width, box.height]) * 72.0 / axis.figure.dpi
+
+    def draw(self) -> None:
+        axis = self.axis
+        axis.set_xlim(*(self.ends * self.scale))
+        axis.set_ylim(self.bottom, self.top)
+        senses = self._curves()
+        self._rays()
+        self._labels_at_the_right()
+        self._labels_at_the_top()
+        self._crossings()
+        axis.set_xlabel(self.diagram.parameter + (f", {self.unit}" if self.unit not in ("", "1") else ""))
+        axis.set_ylabel("frequency, Hz")
+        axis.grid(True, **_GRID)
+        axis.set_axisbelow(True)
+        if senses:
+            axis.legend(fontsize=9, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.03), ncols=2, borderpad=0.0)
+        lowest = np.nanmin(self.frequencies, axis=0, initial=np.inf)
+        above = int(np.sum(lowest > self.top))
+        if above and not self.fixed:
+            words = f"{above} mode{'s' * (above > 1)} above {self.top:.3g} Hz"
+            place = {"textcoords": "offset points", "xycoords": "axes fraction", "ha": "right", "va": "bottom"}
+            axis.annotate(words, (1.0, 1.0), (0.0, 2.0 + _HEIGHT), fontsize=_POINTS, color="#444444", **place)
+
+    def _curves(self) -> set[str]:
+        """Draw the modes and return the words of the senses of whirl in the legend."""
+        diagram, named = self.diagram, set[str]()
+        for mode in self.modes:
+            for sense in np.unique(diagram.whirl[:, mode]):
+                colour, style, word = _WHIRL[int(sense)]
+                own = diagram.whirl[:, mode] == sense
+                # at rest there is no whirl: curves begin with the whirl of the neighbouring point
+                beside = np.concatenate([own[1:], [False]]) | np.concatenate([[False], own[:-1]])
+                drawn = own | (beside & (diagram.whirl[:, mode] == 0))
+                label = word if word and word not in named else None
+                named.add(word)
+                heights = np.where(drawn, diagram.frequencies[:, mode], np.nan)
+                self.axis.plot(diagram.values * self.scale, heights, style, color=colour, label=label, lw=1.5)
+        return named - {""}
+
+    def _rays(self) -> None:
+        low, high = self.ends
+        line = np.array([low, *([0.0] if low < 0.0 < high else []), high])
+        for order in self.orders:
+            heights = order * np.abs(line) / (2.0 * np.pi)
+            self.axis.plot(line * self.scale, heights, ":", color=_RAY, linewidth=1.1, zorder=1.5)
+
+    def _height(self, frequency: float) -> float:
+        """Return the height in the figure, 0 at the bottom and 1 at the top."""
+        return (frequency - self.bottom) / (self.top - self.bottom)
+
+    def _labels_at_the_right(self) -> None:
+        """Label rays and modes that reach the right end; modes are left out if there is no room for all of them."""
+        rays = [_Label(self._height(self._ray(order)), f"{order:g}x", _RAY) for order in self.orders]
+        rays = [item for item in rays if 0.0 <= item.place <= 1.0]
+        ends = sorted(
+            (self._height(float(column[-1])), mode)
+            for mode, column in zip(self.modes, self.frequencies.T, strict=True)
+            if not np.isnan(column[-1])
+        )
+        groups: list[list[tuple[float, int]]] = []
+        for place, mode in ends:
+            if not 0.0 <= place <= 1.0:
+                continue
+            if groups and place - groups[-1][0][0] < _TOGETHER:
+                groups[-1].append((place, mode))
+            else:
+                groups.append([(place, mode)])
+        modes = [_Label(group[0][0], _numbered([mode + 1 for _, mode in group]), "#111111") for group in groups]
+        gap = _HEIGHT / self.size[1]
+        both = sorted([*rays, *modes])
+        labels = both if len(both) * gap <= 1.0 else rays if len(rays) * gap <= 1.0 else []
+        for label, place in zip(labels, _spread([item.place for item in labels], gap), strict=True):
+            self.axis.annotate(
+                label.text, (1.0, label.place), (1.0 + 14.0 / self.size[0], place), "axes fraction",
+                va="center", fontsize=_POINTS, color=label.colour,
+                arrowprops={"arrowstyle": "-", "color": "#bbbbbb", "linewidth": 0.7, "shrinkA": 1.0, "shrinkB": 0.0},
+            )  # fmt: skip  # place, text, looks
+
+    def _ray(self, order: float) -> float:
+        """Return the frequency of a ray at the right end, Hz."""
+        return order * abs(float(self.ends[1])) / (2.0 * math.pi)
+
+    def _labels_at_the_top(self) -> None:
+        """Label rays that leave the figure through the top."""
+        leaving = [order for order in self.orders if self._ray(order) > self.top and self.ends[1] > 0.0]
+        leaving.sort(reverse=True)
+        width = float(self.ends[1] - self.ends[0])
+        speeds = [self.top * 2.0 * math.pi / order for order in leaving]
+        kept = [(order, (x - self.ends[0]) / width) for order, x in zip(leaving, speeds, strict=True)]
+        kept = [(order, place) for order, place in kept if place >= 0.0]
+        gap = 4.4 * _WIDTH / self.size[0]
+        if len(kept) * gap > 1.0:
+            return
+        for (order, _), place in zip(kept, _spread([place for _, place in kept], gap), strict=True):
+            self.axis.annotate(
+                f"{order:g}x", (place, 1.0), (0.0, 2.0), "axes fraction", textcoords="offset points",
+                ha="center", va="bottom", fontsize=_POINTS, color=_RAY,
+            )  # fmt: skip  # place, text, looks
+
+    def _crossings(self) -> None:
+        """Draw dots, each with its speed if there is a free place next to the dot."""
+        within = [
+            (self._points(item.speed, item.frequency / (2.0 * np.pi)), item.speed, item.frequency / (2.0 * np.pi))
+            for item in self.diagram.crossings
+            if item.mode in self.modes and item.order in self.orders
+            if self.bottom <= item.frequency / (2.0 * np.pi) <= self.top
+        ]
+        apart = _TOGETHER * self.size
+        single: list[tuple[Array, float, float]] = []
+        for item in within:
+            if not any(np.all(np.abs(item[0] - other[0]) < apart) for other in single):
+                single.append(item)
+        self.axis.plot(
+            [speed * self.scale for _, speed, _ in single],
+            [frequency for _, _, frequency in single],
+            "o", color=_CROSSING, markeredgecolor="white", markeredgewidth=0.8, markersize=6.5, zorder=3,
+        )  # fmt: skip  # place, looks
+        lines = self._points_of_lines()
+        taken = [_Box(float(place[0]), float(place[1]), _DOT, _DOT) for place, _, _ in single]
+        for place, speed, frequency in single:
+            text = _number(speed * self.scale)
+            box = _free(place, text, taken, lines, self.size)
+            if box is None:
+                continue
+            taken.append(box)
+            away = (box.x - place[0], box.y - place[1])
+            self.axis.annotate(
+                text, (speed * self.scale, frequency), away, "data", textcoords="offset points", ha="center",
+                va="center", fontsize=_POINTS - 1.0, color=_CROSSING, zorder=4,
+                bbox={"boxstyle": "square,pad=0.05", "facecolor": "white", "edgecolor": "none", "alpha": 0.75},
+            )  # fmt: skip  # place, text, looks
+
+    def _points(self, speed: float, frequency: float) -> Array:
+        across = (speed - self.ends[0]) / (self.ends[1] - self.ends[0])
+        return np.asarray(np.array([across, self._height(frequency)]) * self.size)
+
+    def _points_of_lines(self) -> Array:
+        """Return points (n, 2) along all curves and rays, dense enough to decide whether a line crosses a label."""
+        speeds = np.linspace(float(self.ends[0]), float(self.ends[1]), 300)
+        curves = [
+            np.interp(speeds, self.diagram.values, column, left=np.nan, right=np.nan) for column in self.frequencies.T
+        ]
+        curves += [order * np.abs(speeds) / (2.0 * np.pi) for order in self.orders]
+        if not curves:
+            return np.zeros((0, 2))
+        across = np.linspace(0.0, 1.0, len(speeds)) * self.size[0]
+        points = np.concatenate([np.column_stack([across, self._heights(heights)]) for heights in curves])
+        return np.asarray(points[np.isfinite(points[:, 1])])
+
+    def _heights(self, frequencies: Array) -> Array:
+        return np.asarray((frequencies - self.bottom) / (self.top - self.bottom) * self.size[1])
+
+
+def _free(place: Array, text: str, taken: Iterable[_Box], lines: Array, size: Array) -> _Box | None:
+    """Return the box of a label next to a dot that meets no other label or dot and the fewest lines."""
+    half = (0.5 * _WIDTH * len(text), 0.5 * _HEIGHT)
+    best: tuple[int, _Box] | None = None
+    for side, up in _AROUND:
+        right = side * (half[0] + (_DOT if up else 2.0 * _DOT) - 1.0)
+        box = _Box(float(place[0] + right), float(place[1] + up), *half)
+        inside = half[0] <= box.x <= size[0] - half[0] and half[1] <= box.y <= size[1] - half[1]
+        if not inside or any(box.meets(other) for other in taken):
+            continue
+        crossed = int(np.sum(np.all(np.abs(lines - (box.x, box.y)) < half, axis=1)))
+        if best is None or crossed < best[0]:
+            best = crossed, box
+    return best[1] if best is not None else None
+
+
+def _number(speed: float) -> str:
+    """Return a speed with four digits and more, without an exponent."""
+    return f"{speed:.0f}" if abs(speed) >= 1e3 else f"{speed:.4g}"
+
+
+def _numbered(numbers: Sequence[int]) -> str:
+    """Return the label of modes that end together: ``mode 2``, ``modes 2-4``."""
+    if len(numbers) == 1:
+        return f"mode {numbers[0]}"
+    ordered = sorted(numbers)
+    if ordered[-1] - ordered[0] == len(ordered) - 1:
+        return f"modes {ordered[0]}-{ordered[-1]}"
+    return f"modes {', '.join(map(str, ordered[:3]))}{', ...' if len(ordered) > 3 else ''}"
+
+
+def _spread(places: Sequence[float], gap: float) -> list[float]:
+    """Return places, increasing, from 0 to 1 with at least a gap in between, with the least sum of squared shifts."""
+    if not places:
+        return []
+    from scipy.optimize import isotonic_regression  # noqa: PLC0415  # slow to import
+
+    shifts = gap * np.arange(len(places))
+    apart = isotonic_regression(np.asarray(places) - shifts).x
+    return [float(place) for place in np.clip(apart, 0.0, 1.0 - shifts[-1]) + shifts]
+
+
+def _highest(frequencies: Array, orders: Sequence[float], ends: Array) -> float:
+    """Return the frequency in Hz at which a diagram ends: above all modes, or, if modes lie far above the rays of the
+    orders, above these rays and the lowest mode, so that crossings are resolved."""
+    top = 1.08 * float(np.nanmax(frequencies, initial=0.0)) or 1.0
+    ray = max(orders, default=0.0) * float(np.abs(ends).max()) / (2.0 * np.pi)
+    if not ray > 0.0 or not frequencies.size:
+        return top
+    lowest = float(np.nanmin(np.nanmax(frequencies, axis=0)))
+    return min(top, max(1.5 * ray, 1.2 * lowest))

@@ -1,0 +1,245 @@
+"""Rainflow counts of columns of a solution (ASTM E1049-85, 5.4.4), with damage by a Woehler curve and Miner's rule; the
+package rainflow counts."""
+
+from __future__ import annotations
+
+import math
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_calls
+from eomgen.base.csv_tables import write_table
+from eomgen.base.data import dataclass
+from eomgen.base.figures import axes_of_caller, pyplot_figure
+from eomgen.base.html import page, table
+from eomgen.base.messages import shown
+from eomgen.errors import Problem, UsageError
+from eomgen.results.plots import only_curve
+from eomgen.results.recorded import RecordedSolution
+
+#: Rows between which there may be a cycle.
+_FEWEST = 3
+
+
+@checked_calls()
+@dataclass(frozen=True, repr=False, eq=False)
+class Rainflow:
+    """Cycles of one quantity, the largest range first.
+
+    Attributes
+    ----------
+    name, unit : of the quantity; an empty unit is not known
+    duration : s, of the counted part of the run
+    ranges : (n,) in ``unit``; twice the amplitude
+    means : (n,) in ``unit``
+    counts : (n,) 1 for a closed cycle, 0.5 for half a cycle of the remaining history
+    starts, ends : (n,) s, times of the two reversals
+    """
+
+    name: str
+    unit: str
+    duration: float
+    ranges: Array
+    means: Array
+    counts: Array
+    starts: Array
+    ends: Array
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Headings of ``rows`` and names of the columns of ``save``."""
+        unit = f" [{self.unit}]" if self.unit not in ("", "1") else ""
+        return (f"range{unit}", f"mean{unit}", "count", "start [s]", "end [s]")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """The cycles as texts."""
+        return [tuple(f"{value:.6g}" for value in row) for row in self._table]
+
+    @property
+    def _table(self) -> Array:
+        return np.column_stack([self.ranges, self.means, self.counts, self.starts, self.ends])
+
+    def __repr__(self) -> str:
+        largest = f"largest range {self.ranges[0]:.6g} {self.unit}".rstrip() if len(self.ranges) else "no cycle"
+        return f"<Rainflow of {self.name}: {np.sum(self.counts):g} cycles in {self.duration:.6g} s; {largest}>"
+
+    def _repr_html_(self) -> str:
+        return page(f"Rainflow count of {self.name}, {self.duration:.6g} s", table(self.headings, self.rows))
+
+    def damage(
+        self, slope: float, reference_range: float, reference_cycles: float = 2e6, slope_below: float | None = None
+    ) -> float:
+        """Return the damage of the counted time by Miner's rule, 1 at failure.
+
+        The Woehler curve is N = reference_cycles (range / reference_range)^-slope. Means have no influence; ranges
+        between rows of the run are not resolved.
+
+        Parameters
+        ----------
+        slope : float
+            Exponent of the Woehler curve: 3 to 5 for welded steel, about 10 for composites.
+        reference_range : float
+            Range of a point of the curve, in ``unit``; the curve may have its knee there.
+        reference_cycles : float
+            Cycles to failure at this range.
+        slope_below : float, optional
+            Exponent below the reference range: ``slope`` by default, ``2 * slope - 1`` by Haibach, ``math.inf`` for an
+            endurance limit.
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        UsageError
+            A number that is not positive.
+        """
+        below = slope if slope_below is None else slope_below
+        _check_positive(slope=slope, reference_range=reference_range, reference_cycles=reference_cycles)
+        if below != math.inf:
+            _check_positive(slope_below=below)
+        relative = self.ranges / reference_range
+        exponents = np.where(relative < 1.0, below, slope)
+        return float(self.counts @ relative**exponents) / reference_cycles
+
+    def equivalent_range(self, slope: float, frequency: float = 1.0) -> float:
+        """Return the damage-equivalent load: the constant range in ``unit`` with the same damage.
+
+        Parameters
+        ----------
+        slope : float
+            Exponent of the Woehler curve.
+        frequency : float
+            Hz, of the cycles of constant range over the counted time; 1 Hz is common for wind turbines.
+
+        Returns
+        -------
+        float
+            (sum of count range^slope / (frequency duration))^(1 / slope).
+
+        Raises
+        ------
+        UsageError
+            A number that is not positive.
+        """
+        _check_positive(slope=slope, frequency=frequency)
+        if not len(self.ranges):
+            return 0.0
+        largest = float(self.ranges[0])  # in front of the powers, which overflow otherwise
+        total = float(self.counts @ (self.ranges / largest) ** slope)
+        return float(largest * (total / (frequency * self.duration)) ** (1.0 / slope))
+
+    def histogram(self, bins: int = 20) -> tuple[Array, Array]:
+        """Return the cycles by classes of equal width from zero to the largest range.
+
+        Parameters
+        ----------
+        bins : int
+            Number of classes.
+
+        Returns
+        -------
+        edges : (bins + 1,)
+            In ``unit``.
+        counts : (bins,)
+
+        Raises
+        ------
+        UsageError
+            A number of classes below 1.
+        """
+        if not (isinstance(bins, int) and bins >= 1):
+            raise UsageError(Problem("histogram: bins", f"{shown(bins)} classes", "a whole number of 1 and more"))
+        largest = float(self.ranges[0]) if len(self.ranges) else 1.0
+        counts, edges = np.histogram(self.ranges, bins, (0.0, largest), weights=self.counts)
+        return edges, np.asarray(counts, dtype=float)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the cycles as a ``.csv`` table: range, mean, count, start, end.
+
+        Raises
+        ------
+        UsageError
+            Another ending.
+        FileError
+            The path cannot be written.
+        """
+        path = Path(path)
+        if path.suffix != ".csv":
+            kind = path.suffix or "a file without a suffix"
+            raise UsageError(Problem(str(path), f"a rainflow count cannot be saved as {kind}", ".csv"))
+        write_table(path, self.headings, self._table)
+        return path
+
+    def plot(self, axes: object = None, label: str | None = None) -> list[Any]:
+        """Draw the ranges over the number of cycles that reach them, logarithmic; return matplotlib's axes, a list of
+        one.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes
+            A new figure of pyplot if none are given; several counts may go onto the same axes.
+        label : str
+            For a legend.
+
+        Raises
+        ------
+        UsageError
+            An object that is not axes, or more than one.
+        """
+        given = pyplot_figure((7.4, 4.6)).subplots() if axes is None else axes
+        drawn = axes_of_caller("plot", given, [f"rainflow count of {self.name}"])
+        axis = drawn[0]
+        reached = np.cumsum(self.counts)
+        first = reached[:1] / 2.0
+        axis.step(np.concatenate([first, reached]), np.concatenate([self.ranges[:1], self.ranges]), lw=1.5, label=label)
+        axis.set_xscale("log")
+        axis.set_ylim(bottom=0.0)
+        axis.set_xlabel("cycles of this range and above")
+        axis.set_ylabel("range" + (f", {self.unit}" if self.unit not in ("", "1") else ""))
+        axis.set_title(f"{self.name}; rainflow count of {self.duration:.6g} s", fontsize=10, loc="left")
+        axis.grid(True, which="both", color="#dddddd", linewidth=0.6)
+        axis.set_axisbelow(True)
+        if label is not None:
+            axis.legend(fontsize=9, frameon=False)
+        return drawn
+
+
+def _check_positive(**given: float) -> None:
+    for name, value in given.items():
+        if not (isinstance(value, int | float) and 0.0 < value < math.inf):
+            raise UsageError(Problem(name, f"{shown(value)} is not a positive number", f"{name}=5"))
+
+
+def rainflow(solution: RecordedSolution, name: str, start: float | None) -> Rainflow:
+    """Return the cycles of a column; see ``Solution.rainflow``."""
+    curve = only_curve(solution, name, "rainflow")
+    used = solution.t >= (-np.inf if start is None else start)
+    t, x = solution.t[used], curve.values[used]
+    if len(t) < _FEWEST:
+        since = f" from {start:.6g} s on" if start is not None else ""
+        fault = f"the run has {len(t)} rows{since}, and a cycle needs {_FEWEST}"
+        raise UsageError(Problem("rainflow", fault, "a longer run, or one with more rows"))
+    if not np.all(np.isfinite(x)):
+        fault = f"{curve.name} is not finite at t = {t[np.argmin(np.isfinite(x))]:.6g} s"
+        raise UsageError(Problem("rainflow", fault, "the part of the run before it"))
+    cycles = [cycle for cycle in _counter().extract_cycles(x.tolist()) if cycle[0] > 0.0]
+    cycles.sort(key=lambda cycle: -cycle[0])
+    numbers = np.array(cycles, dtype=float).reshape(-1, 5)
+    ranges, means, counts, first, last = numbers.T
+    starts, ends = t[first.astype(int)], t[last.astype(int)]
+    return Rainflow(curve.name, curve.unit, float(t[-1] - t[0]), ranges, means, counts, starts, ends)
+
+
+def _counter() -> Any:
+    try:
+        return import_module("rainflow")
+    except ImportError:
+        fault = "cycles are counted by the package rainflow, which is not installed"
+        raise UsageError(Problem("rainflow", fault, "pip install 'eomgen[fatigue]'")) from None

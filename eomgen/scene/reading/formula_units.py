@@ -1,0 +1,228 @@
+"""Units of formulas in SI, which follow from units of quantities and from labels, and terms of units that disagree."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from eomgen.formula.nodes import VECTORS, Application, Formula, Number, Operation, Quantity, Symbol, infix
+from eomgen.formula.units.dimensions import Dimension, dimension_of
+from eomgen.formula.words import FUNCTIONS
+from eomgen.scene.formula.scope import LOCAL, REACTION_PARTS, SceneNames
+from eomgen.scene.joint_types import JOINTS
+
+_OF_KINDS = {
+    **{"time": "s", "position": "m", "velocity": "m/s", "acceleration": "m/s^2"},
+    **{"rotation": "rad", "angular_velocity": "rad/s"},
+    **{"length": "m", "rate": "m/s", "tension": "N", "load": "N", "deflection": "m"},
+}
+_OF_LOCAL = dict(zip(LOCAL, ("m", "m/s", "rad", "rad/s"), strict=True))
+_PER_TIME = {"q": "", "v": "/s", "a": "/s^2"}
+_EFFORTS = ("gravity", "tau", "drive_effort")
+_EFFORT = {"m": "N", "rad": "N m"}
+_LABELLED = ("parameter", "input", "state", "controller")
+#: Operations on terms of one unit, with words for terms that disagree; the condition of a choice is not a term.
+_ALIKE = {
+    "add": "the formula adds {} and {}",
+    "sub": "the formula subtracts {1} from {0}",
+    "lt": "the formula compares {} with {}",
+    "le": "the formula compares {} with {}",
+    "select": "the formula chooses between {} and {}",
+    **{name: f"{name}() has the arguments {{}} and {{}}" for name in ("min", "max", "atan2")},
+}
+#: Functions of angles, and of plain numbers; ``tanh(v.hinge)`` stands for ``tanh(v.hinge / 1)`` by common use.
+_OF_ANGLES = frozenset({"sin", "cos", "tan"})
+_OF_COSINES = frozenset({"asin", "acos"})
+_OF_NUMBERS = {name for name, count in FUNCTIONS.items() if count == 1} - {"sqrt", "abs", "sign"}
+_KEEPING = frozenset({"add", "sub", "min", "max", "select"})
+#: Remedy for terms that disagree.
+FACTOR = "a factor that turns one unit into the other"
+_SECOND = Dimension((0.0, 0.0, 1.0, 0.0, 0.0))
+_LONGEST = 48
+
+
+class Disagreement(NamedTuple):
+    """Terms of a formula whose units disagree, as text, and the units of both terms."""
+
+    text: str
+    units: tuple[str, str]
+
+
+def unit_of(formula: Formula, names: SceneNames) -> str:
+    """Return the unit in SI of a formula, ``1`` for a plain number; empty if the unit does not follow from the units of
+    quantities and labels. Numbers and unlabelled names may have any unit."""
+    known = dimension_of_formula(formula, names)
+    return "" if known is None else str(known)
+
+
+def dimension_of_formula(formula: Formula, names: SceneNames) -> Dimension | None:
+    """Return the dimension of a formula; None if unknown."""
+    return _Units(names).of_term(formula)
+
+
+def disagreement(formula: Formula, names: SceneNames) -> Disagreement | None:
+    """Return the first terms whose units are known and disagree; None if there are none. Expressions of definitions are
+    judged where they are defined."""
+    if not isinstance(formula, Operation | Application):
+        return None
+    units = _Units(names)
+    units.of(formula)
+    return units.first
+
+
+def unit_of_symbol(symbol: Symbol, joints: Mapping[str, str], labels: Mapping[str, str]) -> str:
+    """Return the unit of a symbol; empty if unknown.
+
+    Parameters
+    ----------
+    joints : mapping
+        Types of joints by name.
+    labels : mapping
+        Units of parameters, inputs, states and controllers by name.
+    """
+    if symbol.kind in _OF_KINDS:
+        return _OF_KINDS[symbol.kind]
+    match symbol.kind:
+        case "local":
+            return _OF_LOCAL.get(symbol.name, "")
+        case "energy":
+            return "W" if symbol.name.endswith("power") else "J"
+        case "reaction":
+            return "N" if symbol.index >= REACTION_PARTS["force"] else "N m"
+    if symbol.kind in _LABELLED:
+        return labels.get(symbol.name, "")
+    kind = JOINTS.get(joints.get(symbol.name, ""))
+    if kind is None or symbol.index >= len(kind.units):
+        return ""
+    if symbol.kind in _EFFORTS:
+        return _EFFORT[kind.units[symbol.index]]
+    if symbol.kind not in _PER_TIME or (symbol.kind == "q" and kind.q_size != kind.v_size):
+        return ""
+    return f"{kind.units[symbol.index]}{_PER_TIME[symbol.kind]}"
+
+
+def _has_angle(dimension: Dimension) -> bool:
+    return dimension.angle is not None
+
+
+def _is_place(formula: Formula) -> bool:
+    """Return whether a formula is made of positions alone."""
+    if isinstance(formula, Symbol):
+        return formula.kind == "position" or (formula.kind == "local" and formula.name == "position")
+    if not isinstance(formula, Operation) or formula.name not in ("add", "sub", "neg"):
+        return False
+    return all(isinstance(argument, Number) or _is_place(argument) for argument in formula.arguments)
+
+
+class _Units:
+    """Dimensions of the parts of one formula, and its first disagreement."""
+
+    def __init__(self, names: SceneNames) -> None:
+        self.names = names
+        self.first: Disagreement | None = None
+        self.inner = 0  # definitions around the present part
+        self.known: dict[int, Dimension | None] = {}
+        self.labelled: set[int] = set()  # parts with a label of the user
+
+    def of(self, formula: Formula) -> Dimension | None:
+        """Return the dimension of a formula; None if unknown."""
+        if isinstance(formula, Number):
+            return None
+        if id(formula) not in self.known:
+            self.known[id(formula)] = self.dimension(formula)
+            if self.has_label(formula):
+                self.labelled.add(id(formula))
+        return self.known[id(formula)]
+
+    def of_term(self, formula: Formula) -> Dimension | None:
+        """Return the dimension of a term; None for products and powers of quantities without a label: ``q.x**2`` next
+        to ``q.x`` has an unwritten factor of 1/m."""
+        known, unlabelled = self.of(formula), id(formula) not in self.labelled
+        return None if known is not None and known.angle is None and unlabelled else known
+
+    def has_label(self, formula: Symbol | Operation | Application) -> bool:
+        """Return whether the unit of a formula depends on labels."""
+        if isinstance(formula, Symbol):
+            return formula.kind in _LABELLED
+        if isinstance(formula, Quantity | Application):
+            return True
+        return any(id(argument) in self.labelled for argument in formula.arguments)
+
+    def dimension(self, formula: Symbol | Operation | Application) -> Dimension | None:
+        if isinstance(formula, Symbol):
+            return dimension_of(unit_of_symbol(formula, self.names.joints, self.names.labels))
+        if isinstance(formula, Application):
+            return self.of_curve(formula)
+        self.inner += bool(formula.label)
+        of = self.of_term if formula.name in _ALIKE or formula.name in _OF_NUMBERS else self.of
+        arguments = [of(argument) for argument in formula.arguments]
+        if isinstance(formula, Quantity):
+            known = dimension_of(formula.word.unit_of(formula.item, formula.component))
+        else:
+            known = self.operation(formula, arguments)
+        self.inner -= bool(formula.label)
+        return known or dimension_of(self.names.labels.get(formula.label, ""))
+
+    def of_curve(self, formula: Application) -> Dimension | None:
+        argument = self.of(formula.argument)
+        value = dimension_of(self.names.labels.get(formula.curve.name, ""))
+        if value is None or not formula.derivative:
+            return value
+        return argument and value.times(argument.power(formula.derivative), -1.0)
+
+    def operation(self, formula: Operation, arguments: Sequence[Dimension | None]) -> Dimension | None:
+        first, last = arguments[0], arguments[-1]
+        if formula.name in _ALIKE:
+            terms = formula.arguments[-2:]
+            self.compare(formula, terms, arguments[-2:])
+            known = {each.powers: each for each in sorted(filter(None, arguments[-2:]), key=_has_angle)}
+            if formula.name in _KEEPING:
+                return next(iter(known.values())) if len(known) == 1 else None
+            return Dimension((0.0,) * 5, 1.0) if formula.name == "atan2" else None
+        if formula.name in _OF_NUMBERS:
+            self.check_number(formula, first)
+            return None
+        if formula.name in ("neg", "abs"):
+            return first
+        if formula.name == "sqrt":
+            return first and first.power(0.5)
+        if formula.name == "pow" and isinstance(formula.arguments[1], Number):
+            return first and first.power(formula.arguments[1].value)
+        if formula.name in ("mul", "div") and first is not None and last is not None:
+            if any(_is_place(argument) for argument in formula.arguments):
+                return None  # a point at a distance of 1 m gives direction cosines
+            return first.times(last, 1.0 if formula.name == "mul" else -1.0)
+        return None
+
+    def check_number(self, formula: Operation, unit: Dimension | None) -> None:
+        """Keep an argument of a function of numbers that has a unit."""
+        argument = formula.arguments[0]
+        bare = formula.name not in _OF_ANGLES and isinstance(argument, Symbol)
+        cosine = formula.name in _OF_COSINES and id(argument) not in self.labelled
+        if unit is not None and not (unit.is_number or bare or cosine or unit.powers == _SECOND.powers):
+            text = f"{formula.name}() takes a plain number or an angle, not {self.term(argument, unit)}"
+            self.note(text, (str(unit), "1"))
+
+    def compare(self, formula: Operation, terms: Sequence[Formula], units: Sequence[Dimension | None]) -> None:
+        """Keep two terms with different dimensions."""
+        one, other = units
+        if one is not None and other is not None and one.powers != other.powers:
+            words = [self.term(term, unit) for term, unit in zip(terms, (one, other), strict=True)]
+            self.note(_ALIKE[formula.name].format(*words), (str(one), str(other)))
+
+    def note(self, text: str, units: tuple[str, str]) -> None:
+        if self.first is None and not self.inner:
+            self.first = Disagreement(text, units)
+
+    def term(self, formula: Formula, unit: Dimension) -> str:
+        """Return a term with its unit as text."""
+        text = formula.label if isinstance(formula, Operation) and formula.label else infix(formula, self.size)
+        text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+        if isinstance(formula, Symbol):
+            return f"{text} in {unit_of_symbol(formula, self.names.joints, self.names.labels)}"
+        return f"{text} in {unit}"
+
+    def size(self, symbol: Symbol) -> int:
+        """Return the number of components of a symbol."""
+        kind = JOINTS.get(self.names.joints.get(symbol.name, ""))
+        return 3 if symbol.kind in VECTORS else kind.v_size if kind else 1

@@ -1,0 +1,141 @@
+"""Visual geometry of a URDF as entries of the section of shapes; no fault of a visual refuses a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
+from eomgen.base.messages import listed, shown
+from eomgen.scene.bodies.mesh_files import ENDINGS
+from eomgen.scene.sources.xml import Element
+
+#: Sizes by type of geometry: attribute in the format, key of the section, number of values.
+_SIZES: Mapping[str, Sequence[tuple[str, str, int]]] = {
+    "box": (("size", "size", 3),),
+    "cylinder": (("radius", "radius", 1), ("length", "length", 1)),
+    "sphere": (("radius", "radius", 1),),
+    "capsule": (("radius", "radius", 1), ("length", "length", 1)),
+    "mesh": (),
+}
+#: From an element, an attribute and the values without the attribute to the values. Raises NotDrawnError.
+Numbers = Callable[[Element | None, str, tuple[float, ...]], tuple[float, ...]]
+#: From an element with an ``origin`` to orientation (3, 3) and position (3,). Raises NotDrawnError.
+Placement = Callable[[Element], tuple[Array, Array]]
+
+
+class NotDrawnError(Exception):
+    """A visual that pictures leave out, with the reason."""
+
+
+@dataclass(frozen=True)
+class Visual:
+    """A solid or a mesh in the frame of a link; ``entry`` holds type, sizes and colour as keys of ``[shapes]``."""
+
+    orientation: Array
+    position: Array
+    entry: Mapping[str, Any]
+
+
+@dataclass
+class Visuals:
+    """Visuals of all links.
+
+    Attributes
+    ----------
+    by_link : drawn visuals
+    substituted : reasons for which collision geometry takes the place of visuals, with the links
+    left_out : reasons for which visuals without collision geometry in their place are left out, with the links
+    """
+
+    by_link: dict[str, list[Visual]] = field(default_factory=dict)
+    substituted: dict[str, list[str]] = field(default_factory=dict)
+    left_out: dict[str, list[str]] = field(default_factory=dict)
+
+    def notes(self) -> list[str]:
+        """Return notes on visuals that pictures do not show."""
+        result = []
+        for reasons, effect in (
+            (self.substituted, "pictures show collision geometry in place of visuals"),
+            (self.left_out, "visuals that pictures leave out"),
+        ):
+            for reason, links in reasons.items():
+                names = list(dict.fromkeys(links))
+                result.append(f"{effect} ({len(names)}: {listed(names)}): {reason}")
+        return result
+
+
+class VisualReader:
+    """Reads the visuals of links.
+
+    Parameters
+    ----------
+    root : of the robot, whose materials visuals name
+    """
+
+    def __init__(self, root: Element, numbers: Numbers, placement: Placement) -> None:
+        self.numbers, self.placement = numbers, placement
+        self.result = Visuals()
+        self.materials = {item.get("name"): item for item in root.named("material")}
+
+    def link(self, name: str, element: Element) -> None:
+        """Keep the visuals of a link, or its collision geometry if no visual can be drawn."""
+        visuals = list(element.named("visual"))
+        drawn, reasons = self._drawn(visuals)
+        instead = self._drawn(list(element.named("collision")))[0] if visuals and not drawn else []
+        for reason in reasons:
+            (self.result.substituted if instead else self.result.left_out).setdefault(reason, []).append(name)
+        if drawn or instead:
+            self.result.by_link[name] = drawn or instead
+
+    def _drawn(self, elements: Sequence[Element]) -> tuple[list[Visual], list[str]]:
+        drawn, reasons = [], []
+        for element in elements:
+            try:
+                drawn.append(self._visual(element))
+            except NotDrawnError as error:
+                reasons.append(str(error))
+        return drawn, reasons
+
+    def _visual(self, element: Element) -> Visual:
+        geometry = element.first("geometry")
+        solids = [(kind, item) for kind in _SIZES for item in (geometry.named(kind) if geometry else ())]
+        if not solids:
+            raise NotDrawnError(f"no geometry is one of {', '.join(_SIZES)}")
+        kind, solid = solids[0]
+        entry: dict[str, Any] = {"type": kind}
+        for attribute, key, count in _SIZES[kind]:
+            values = self.numbers(solid, attribute, (0.0,) * count)
+            if not min(values) > 0.0:
+                raise NotDrawnError(f"{attribute} of a {kind} is not above 0")
+            entry[key] = list(values) if count > 1 else values[0]
+        if kind == "mesh":
+            entry |= self._mesh(solid)
+        return Visual(*self.placement(element), entry | self._color(element))
+
+    def _mesh(self, element: Element) -> dict[str, Any]:
+        file = element.get("filename")
+        ending = Path(file).suffix.lower()
+        if ending not in ENDINGS:
+            reason = f"meshes of the kind {shown(ending)} are not read" if ending else "a mesh names no file"
+            raise NotDrawnError(reason)
+        scale = self.numbers(element, "scale", (1.0, 1.0, 1.0))
+        if not all(scale):
+            raise NotDrawnError("the scale of a mesh is 0")
+        return {"file": file, "scale": list(scale), "required": False}
+
+    def _color(self, element: Element) -> dict[str, Any]:
+        """Return colour and opacity of a visual's material, given there, by name, or by neither."""
+        own = element.first("material")
+        if own is not None and own.first("color") is not None:
+            self.materials[own.get("name")] = own
+        named = self.materials.get(own.get("name")) if own is not None else None
+        color = named.first("color") if named is not None else None
+        if color is None:
+            return {}
+        *rgb, alpha = (min(max(part, 0.0), 1.0) for part in self.numbers(color, "rgba", (0.5, 0.5, 0.5, 1.0)))
+        if alpha == 0.0:
+            raise NotDrawnError("the colour is transparent")
+        return {"color": "#" + "".join(f"{round(255 * part):02x}" for part in rgb), "opacity": alpha}

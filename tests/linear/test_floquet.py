@@ -1,0 +1,277 @@
+"""Floquet multipliers against independent integrations, known borders of stability, and linear models that are
+constant."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.linalg
+from matplotlib.figure import Figure
+from scipy.integrate import solve_ivp
+from scipy.special import mathieu_a, mathieu_b
+
+import eomgen
+from eomgen.errors import ModelError, NumericalError, UsageError
+from eomgen.linear.floquet import Floquet, monodromy
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+
+def integrated(A: Any, period: float) -> np.ndarray:
+    """Return the monodromy matrix of X' = A(t) X by the pair of Dormand and Prince of order 8."""
+    n = len(A(0.0))
+    run = solve_ivp(
+        lambda t, x: (A(t) @ x.reshape(n, n)).ravel(),
+        (0.0, period),
+        np.eye(n).ravel(),
+        "DOP853",
+        rtol=1e-13,
+        atol=1e-14,
+    )
+    return np.asarray(run.y[:, -1].reshape(n, n))
+
+
+def in_order(values: np.ndarray) -> np.ndarray:
+    """Return complex numbers in an order that does not depend on rounding."""
+    return values[np.lexsort((np.round(values.imag, 6), np.round(values.real, 6)))]
+
+
+@pytest.fixture(scope="module")
+def mathieu() -> eomgen.Model:
+    """Return x'' + c x' + (d + 2 e cos 2 t) x = 0."""
+    builder = eomgen.SceneBuilder("mathieu", gravity=[0, 0, 0]).body("mass", 1.0)
+    for name, value in (("d", 1.2), ("e", 0.3), ("c", 0.0)):
+        builder.parameter(name, value, tunable=True)
+    builder.joint("x", "prismatic", "base", "mass", axis=[1, 0, 0])
+    builder.effort("spring", "x", "-(d + 2 * e * cos(2 * t)) * q.x - c * v.x")
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@pytest.mark.slow_except("1.2-0.3-0.1")
+@pytest.mark.parametrize(("d", "e", "c"), [(1.2, 0.3, 0.0), (1.2, 0.3, 0.1), (3.7, 0.8, 0.02)])
+def test_the_equation_of_mathieu_is_that_of_an_independent_integration(
+    mathieu: eomgen.Model, d: float, e: float, c: float
+) -> None:
+    result = mathieu.floquet(math.pi, parameters={"d": d, "e": e, "c": c}, tolerance=1e-10)
+    expected = integrated(lambda t: np.array([[0.0, 1.0], [-(d + 2.0 * e * math.cos(2.0 * t)), -c]]), math.pi)
+    np.testing.assert_allclose(result.monodromy, expected, atol=1e-9)
+    assert result.states == ("x", "v.x") and result.error < 1e-10
+    np.testing.assert_allclose(np.prod(result.multipliers), math.exp(-c * math.pi), rtol=1e-9)
+    off = np.abs(in_order(result.multipliers) - in_order(np.linalg.eigvals(expected).astype(complex)))
+    assert np.all(off <= np.sort(result.uncertainty)[::-1] + 1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("e", [0.2, 0.7])
+def test_the_equation_of_mathieu_is_unstable_between_its_characteristic_values(mathieu: eomgen.Model, e: float) -> None:
+    low, high = sorted((float(mathieu_b(1, e)), float(mathieu_a(1, e))))
+    verdicts = [
+        mathieu.floquet(math.pi, parameters={"d": d, "e": e, "c": 0.0}).stability
+        for d in (low - 1e-3, low + 1e-3, high - 1e-3, high + 1e-3)
+    ]
+    assert verdicts == ["marginal", "unstable", "unstable", "marginal"]
+    assert mathieu.floquet(math.pi, parameters={"d": high + 0.01, "e": e, "c": 0.05}).stability == "stable"
+
+
+@pytest.mark.slow
+def test_exponents_are_known_but_for_multiples_of_the_frequency() -> None:
+    """A constant model: the exponents are its eigenvalues, folded into half of 1 / period."""
+    builder = eomgen.SceneBuilder("two", gravity=[0, 0, 0]).body("one", 2.0).body("other", 1.0)
+    builder.joint("x", "prismatic", "base", "one", axis=[1, 0, 0], stiffness=300.0, damping=1.5)
+    builder.joint("y", "prismatic", "one", "other", axis=[1, 0, 0], stiffness=80.0, damping=0.4)
+    model = eomgen.build(builder.build(), profile="quick")
+    eigenvalues = np.linalg.eigvals(model.linearize().state_space().A)
+    for period in (0.2, 1.7):
+        result = model.floquet(period)
+        expected = np.exp(eigenvalues * period)
+        np.testing.assert_allclose(in_order(result.multipliers), in_order(expected), atol=1e-8)
+        folded = np.abs((eigenvalues.imag + math.pi / period) % (2 * math.pi / period) - math.pi / period) / 2 / math.pi
+        np.testing.assert_allclose(np.sort(result.frequencies), np.sort(folded), atol=1e-6)
+        np.testing.assert_allclose(np.sort(result.exponents.real), np.sort(eigenvalues.real), atol=1e-6)
+        assert result.stability == "stable" and result.corrections == 0
+
+
+@pytest.mark.parametrize("count", [4, 8])
+def test_collocation_is_of_order_8_and_damps_fast_decay(count: int) -> None:
+    fast = np.array([np.diag([-1e4, -1.0])] * (6 * count + 1))
+    assert abs(monodromy(fast, 1.0)[0, 0]) <= 1.0 and monodromy(fast, 1.0)[1, 1] == pytest.approx(math.exp(-1), 1e-9)
+    A = np.array([[-0.1, 2.0], [-3.0, 0.2]])
+    errors = [
+        np.abs(monodromy(np.array([A] * (6 * n + 1)), 4.0) - scipy.linalg.expm(4.0 * A)).max()
+        for n in (count, 2 * count)
+    ]
+    assert errors[0] / errors[1] == pytest.approx(2.0**8, rel=0.3)
+
+
+MASS, BLADE, INERTIA, ARM, HINGE, STIFFNESS, LAG = 10.0, 1.0, 0.05, 1.0, 0.15, 120.0, 2.0
+
+
+def two_bladed() -> dict[str, Any]:
+    """Return a rotor of two blades on lag hinges, on a support that moves sideways."""
+    scene: dict[str, Any] = {
+        "format": 1, "name": "two_bladed", "gravity": [0, 0, 0],
+        "parameters": {"speed": {"value": 3.0, "unit": "rad/s", "tunable": True}},
+        "bodies": {"support": {"mass": MASS}, "hub": {"mass": 0}},
+        "joints": {
+            "side": {"type": "prismatic", "parent": "base", "child": "support", "axis": [0, 1, 0],
+                     "stiffness": STIFFNESS},
+            "shaft": {"type": "revolute", "parent": "support", "child": "hub", "axis": [1, 0, 0], "drive": "speed * t"},
+        },
+    }  # fmt: skip  # a table
+    for k, side in enumerate((1.0, -1.0), 1):
+        inertia = [INERTIA, 0.6 * INERTIA, 0.6 * INERTIA]
+        scene["bodies"][f"blade_{k}"] = {"mass": BLADE, "center_of_mass": [0, side * ARM, 0], "inertia": inertia}
+        scene["joints"][f"lag_{k}"] = {
+            "type": "revolute", "parent": "hub", "child": f"blade_{k}", "axis": [1, 0, 0],
+            "position": [0, side * HINGE, 0], "stiffness": LAG,
+        }  # fmt: skip  # a table
+    return scene
+
+
+def of_two_bladed(speed: float) -> Any:
+    """Return A(t) of the same rotor, from Lagrange's equations by SymPy."""
+    import sympy as sp
+
+    t = sp.Symbol("t")
+    y, *lags = [sp.Function(name)(t) for name in ("y", "a", "b")]
+    kinetic, potential = sp.Rational(1, 2) * MASS * y.diff(t) ** 2, STIFFNESS * y**2 / 2
+    for side, lag in zip((1, -1), lags, strict=True):
+        turn = speed * t
+        place = sp.Matrix([y + side * (HINGE * sp.cos(turn) + ARM * sp.cos(turn + lag)),
+                           side * (HINGE * sp.sin(turn) + ARM * sp.sin(turn + lag))])  # fmt: skip  # by rows
+        kinetic += BLADE * place.diff(t).dot(place.diff(t)) / 2 + INERTIA * (speed + lag.diff(t)) ** 2 / 2
+        potential += LAG * lag**2 / 2
+    q = [y, *lags]
+    rates = sp.symbols("y1 a1 b1")
+    second, first, zeroth = sp.symbols("y2 a2 b2"), rates, sp.symbols("y0 a0 b0")
+    L = kinetic - potential
+    rows = [L.diff(x.diff(t)).diff(t) - L.diff(x) for x in q]
+    known = {x.diff(t, 2): s for x, s in zip(q, second, strict=True)} | {
+        x.diff(t): s for x, s in zip(q, first, strict=True)
+    }
+    equations = sp.Matrix([row.subs(known).subs(dict(zip(q, zeroth, strict=True))) for row in rows])
+    rest = dict.fromkeys((*second, *first, *zeroth), 0)
+    blocks = [sp.lambdify(t, equations.jacobian(symbols).subs(rest)) for symbols in (second, first, zeroth)]
+
+    def A(time: float) -> np.ndarray:
+        M, C, K = (np.asarray(block(time), dtype=float) for block in blocks)
+        return np.block([[np.zeros((3, 3)), np.eye(3)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+
+    return A
+
+
+@pytest.mark.slow
+def test_a_two_bladed_rotor_is_that_of_lagranges_equations() -> None:
+    model = eomgen.build(two_bladed(), profile="quick")
+    verdicts = set()
+    for speed in (3.5, 5.0):
+        period = 2.0 * math.pi / speed
+        result = model.floquet(period, parameters={"speed": speed}, tolerance=1e-8)
+        expected = np.linalg.eigvals(integrated(of_two_bladed(speed), period)).astype(complex)
+        np.testing.assert_allclose(in_order(result.multipliers), in_order(expected), atol=1e-7)
+        verdicts.add(result.stability)
+    assert "unstable" in verdicts
+
+
+def pendulum(coordinates: str) -> eomgen.Model:
+    """Return a damped pendulum on a pivot that moves along an ellipse in pi seconds."""
+    return eomgen.build(
+        {
+            "format": 1, "name": f"pivot_{coordinates}", "gravity": [0, 0, -9.81], "coordinates": coordinates,
+            "bodies": {"rod": {"mass": 1, "center_of_mass": [0, 0, -1], "inertia": [0.1, 0.1, 0.1]}},
+            "base": {"position": ["0.2 * sin(2 * t)", "0", "0.1 * cos(4 * t)"]},
+            "joints": {"hinge": {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, 1, 0],
+                                 "damping": 0.4, "initial": {"position": 0.3}}},
+        },
+        profile="quick",
+    )  # fmt: skip  # a table
+
+
+@pytest.mark.slow
+def test_a_periodic_motion_is_found_and_its_multipliers_are_differences_of_runs() -> None:
+    model, h = pendulum("joint"), 1e-5
+    result = model.floquet(math.pi, tolerance=1e-9)
+    assert result.corrections > 0 and result.stability == "stable"
+
+    def end(change: np.ndarray) -> np.ndarray:
+        start = {"q": result.q + change[:1], "v": result.v + change[1:]}
+        run = model.simulate(math.pi, math.pi / 50, method="rk45", tolerance=1e-12, error_estimate=False, initial=start)
+        return np.concatenate([run.q[-1], run.v[-1]])
+
+    np.testing.assert_allclose(end(np.zeros(2)), np.concatenate([result.q, result.v]), atol=1e-7)
+    columns = [(end(h * unit) - end(-h * unit)) / (2.0 * h) for unit in np.eye(2)]
+    np.testing.assert_allclose(np.array(columns).T, result.monodromy, atol=1e-7)
+
+
+@pytest.mark.slow
+def test_constraints_leave_the_multipliers_of_the_joint() -> None:
+    expected = pendulum("joint").floquet(math.pi)
+    result = pendulum("absolute").floquet(math.pi)
+    np.testing.assert_allclose(in_order(result.multipliers), in_order(expected.multipliers), atol=1e-7)
+
+
+def test_refusals(mathieu: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("eomgen.simulation.floquet._LAST", 8)
+    for call, error, text in (
+        (
+            lambda: mathieu.floquet(0.0),
+            UsageError,
+            r"period: 0\.0 is not a positive number; try: floquet\(period=2\.0\), s",
+        ),
+        (lambda: mathieu.floquet(math.pi, tolerance=-1), UsageError, "tolerance: -1 is not a positive number"),
+        (lambda: mathieu.floquet(1.0), NumericalError, "the equations do not have the period 1 s: the coefficients at"),
+        (
+            lambda: mathieu.floquet(math.pi, tolerance=1e-300),
+            NumericalError,
+            "the monodromy matrix is known to ",
+        ),
+    ):
+        with pytest.raises(error, match=text):
+            call()
+
+
+@pytest.mark.slow
+def test_a_motion_that_does_not_return_is_refused() -> None:
+    drifting = eomgen.SceneBuilder("drifting", gravity=[0, 0, -9.81]).body("mass", 1.0)
+    drifting.joint("z", "prismatic", "base", "mass", axis=[0, 0, 1])
+    falling = eomgen.build(drifting.build(), profile="quick")
+    with pytest.raises(
+        NumericalError, match=r"the motion is not periodic: in 1 s v\.z changes by -9\.81; try: the period"
+    ):
+        falling.floquet(1.0)
+
+
+@pytest.mark.slow
+def test_events_are_refused() -> None:
+    builder = eomgen.SceneBuilder("event", gravity=[0, 0, 0]).body("mass", 1.0)
+    builder.joint(
+        "x", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=39.47841760435743, initial={"position": 0.1}
+    )
+    builder.event("middle", "q.x")
+    model = eomgen.build(builder.build(), profile="quick")
+    with pytest.raises(ModelError, match="the motion has an event, middle, at which deviations jump"):
+        model.floquet(1.0)
+
+
+@pytest.mark.slow
+def test_a_motion_that_ends_early_is_refused() -> None:
+    builder = eomgen.SceneBuilder("runaway", gravity=[0, 0, 0]).body("mass", 1.0)
+    builder.joint("x", "prismatic", "base", "mass", axis=[1, 0, 0], initial={"position": 1.0})
+    builder.effort("away", "x", "20 * q.x**3")
+    model = eomgen.build(builder.build(), profile="quick")
+    with pytest.raises(NumericalError, match="floquet: the motion ends early: "):
+        model.floquet(2.0)
+
+
+def test_display(mathieu: eomgen.Model) -> None:
+    result = mathieu.floquet(math.pi)
+    assert repr(result).startswith("<Floquet: 2 multipliers over 3.14159265 s; unstable; largest multiplier 1.37192103")
+    assert "whole multiples of 0.31831 Hz" in result._repr_html_() and len(result.rows) == 2
+    axis = Figure().subplots()
+    assert result.plot(axis) == [axis] and axis.get_xlabel() == "real part"
+    empty = Floquet(1.0, np.zeros((0, 0)), (), np.zeros(0, complex), np.zeros(0), 0.0, *[np.zeros(0)] * 3)
+    assert empty.stability == "stable" and "0 multipliers" in repr(empty)

@@ -1,0 +1,277 @@
+"""Units of formulas: dimensions against Pint, terms that disagree, and formulas that give no reason for a note."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import eomgen
+from eomgen.errors import DescriptionError
+from eomgen.formula.units.conversion import measure
+from eomgen.formula.units.dimensions import dimension_of
+from eomgen.formula.units.parser import read_unit
+from eomgen.formula.units.table import NAMED, names
+from eomgen.scene.formula.parser import read_formula
+from eomgen.scene.formula.scope import EVERYTHING, LOCAL_LOAD, SceneNames
+from eomgen.scene.reading.formula_units import disagreement, unit_of
+
+_BRACKETS = ("mass", "length", "time", "current", "temperature")
+LABELS = {
+    "k": "N/m",
+    "d": "N s/m",
+    "L": "m",
+    "I": "kg m^2",
+    "load_in": "N",
+    "turn": "N m/rad",
+    "free": "",
+    "odd": "bits",
+}
+NAMES = SceneNames(
+    parameters=dict.fromkeys((*LABELS, "c"), False),
+    labels=LABELS,
+    joints={"x": "prismatic", "hinge": "revolute", "ball": "spherical", "body": "free"},
+    points=("tip",),
+)
+
+
+@given(st.lists(st.tuples(st.sampled_from(sorted(names())), st.integers(-3, 3).filter(bool)), min_size=1, max_size=4))
+def test_dimensions_are_as_in_pint(factors: list[tuple[str, int]]) -> None:
+    found = dimension_of(" ".join(f"{name}^{power}" for name, power in factors))
+    expected = measure(tuple(factors))[1]
+    assert found is not None
+    assert found.powers == tuple(expected.get(f"[{name}]", 0) for name in _BRACKETS)
+    assert found.angle == expected.get("[angle]", 0)
+
+
+@pytest.mark.parametrize("unit", NAMED)
+def test_named_units_have_their_dimension_as_text(unit: str) -> None:
+    dimension = dimension_of(unit)
+    assert dimension is not None
+    assert measure(read_unit(str(dimension)))[1] == measure(read_unit(unit))[1]
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [
+        ("k * q.x + d * v.x", "N"),
+        ("-turn * q.hinge", "N m"),
+        ("0.5 * k * q.x", ""),
+        ("k * q.x**2 / L", "N"),
+        ("L * v.hinge", "m/s"),
+        ("q.x / L", "1"),
+        ("v.x / L", "1/s"),
+        ("sqrt(k / 2)", ""),
+        ("sqrt(k * k)", "N/m"),
+        ("I * a.hinge", "N m"),
+        ("k / d", "1/s"),
+        ("load_in if q.x > 0 else 0", "N"),
+        ("max(load_in, 0) + c", "N"),
+        ("abs(q.ball[0])", ""),
+        ("q.body[4]", ""),
+        ("v.body[4]", "m/s"),
+        ("v.ball[1]", "rad/s"),
+        ("reaction.x.force[1]", "N"),
+        ("reaction.x.moment[1]", "N m"),
+        ("gravity.hinge", "N m"),
+        ("energy.power", "W"),
+        ("odd * q.x", ""),
+        ("free + c", ""),
+        ("atan2(q.x, L)", "rad"),
+        ("I * k", "kg^2 m^2/s^2"),
+    ],
+)
+def test_units_follow_from_quantities_and_labels(text: str, unit: str) -> None:
+    assert unit_of(read_formula(text, NAMES, EVERYTHING), NAMES) == unit
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("k * (q.x + v.x)", "the formula adds q.x in m and v.x in m/s"),
+        ("c * sin(q.hinge) * (3 - (load_in - k))", "the formula subtracts k in N/m from load_in in N"),
+        ("d * v.x - k * v.x", "the formula subtracts k * v.x in kg m/s^3 from d * v.x in N"),
+        ("max(q.x, v.x)", "max() has the arguments q.x in m and v.x in m/s"),
+        ("1 if q.x > t else 0", "the formula compares t in s with q.x in m"),
+        ("q.x if t > 1 else load_in", "the formula chooses between q.x in m and load_in in N"),
+        ("atan2(v.x, position.tip[0])", "atan2() has the arguments v.x in m/s and position.tip[0] in m"),
+        ("sin(L)", "sin() takes a plain number or an angle, not L in m"),
+        ("exp(-k * q.x)", "exp() takes a plain number or an angle, not -k * q.x in N"),
+        ("energy.total + load_in", "the formula adds energy.total in J and load_in in N"),
+        ("q.hinge + L", "the formula adds q.hinge in rad and L in m"),
+    ],
+)
+def test_terms_of_known_and_different_units_are_named(text: str, expected: str) -> None:
+    found = disagreement(read_formula(text, NAMES, EVERYTHING), NAMES)
+    assert found is not None
+    assert found.text == expected
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "q.x + 0.1",
+        "q.x + c",
+        "-100 * q.x - 3 * v.x",
+        "-free * q.x - c * v.x",
+        "sin(t) + load_in",
+        "exp(-t / 2) * load_in + sin(3 * t)",
+        "tanh(v.x)",
+        "v.hinge * L - v.x",
+        "v.hinge - v.x / L",
+        "turn * q.hinge + L * load_in",
+        "q.hinge + q.x / L",
+        "q.x**3 + q.x",
+        "q.x * q.hinge + v.hinge",
+        "acos(position.tip[2])",
+        "load_in * L * position.tip[2] - load_in * L",
+        "k * q.x * (q.x > 0) + load_in",
+        "I * v.hinge**2 + energy.kinetic",
+        "load_in if q.x > 0 and v.x > 0 else c",
+        "atan2(q.x, 2)",
+        "odd + q.x",
+    ],
+)
+def test_formulas_without_a_contradiction_have_no_note(text: str) -> None:
+    assert disagreement(read_formula(text, NAMES, EVERYTHING), NAMES) is None
+
+
+@pytest.mark.parametrize(("text", "unit"), [("velocity.here[0]", "m/s"), ("angular_velocity.here[1]", "rad/s")])
+def test_quantities_of_loads_have_units(text: str, unit: str) -> None:
+    assert unit_of(read_formula(text, NAMES, LOCAL_LOAD), NAMES) == unit
+
+
+HEAD = """
+format = 1
+name = "cart"
+[parameters]
+k = { value = 100.0, unit = "N/m" }
+[inputs]
+push = { formula = "sin(3 * t)", unit = "N" }
+[bodies.cart]
+mass = 2.0
+[joints.x]
+type = "prismatic"
+parent = "base"
+child = "cart"
+axis = [1, 0, 0]
+[efforts.e]
+joint = "x"
+effort = "EFFORT"
+"""
+MAP = """
+[maps.m]
+x = [-1, 1]
+y = [-1, 1]
+values = [[0, 1], [1, 2]]
+interpolation = "linear"
+outside = "hold"
+unit = "UNIT"
+"""
+LAW = """
+[laws.drag]
+source = "drag.c"
+function = "drag"
+arguments = { speed = "m/s" }
+results = { force = "N" }
+"""
+C = "void drag(const double *a, const double *p, double *r) { r[0] = a[0]; }\n"
+
+
+def notes(folder: Path, effort: str, more: str = "") -> list[str]:
+    (folder / "drag.c").write_text(C, encoding="utf-8")
+    file = folder / "scene.toml"
+    file.write_text(HEAD.replace("EFFORT", effort) + more, encoding="utf-8")
+    return [note for note in eomgen.load(file).notes if "unit" in note or "in m" in note or "in N" in note]
+
+
+@pytest.mark.parametrize(
+    ("effort", "more", "note"),
+    [
+        ("k * (q.x + v.x)", "", "efforts.e.effort: the formula adds q.x in m and v.x in m/s"),
+        (
+            "map.m(q.x, v.x) - push",
+            MAP.replace("UNIT", "N m"),
+            "efforts.e.effort: the formula subtracts push in N from map.m(q.x, v.x) in N m",
+        ),
+        (
+            "map.m(q.x, v.x) - push",
+            MAP.replace("UNIT", "lbf"),
+            'maps.m.unit: its unit lbf is a label, so formulas take its numbers as they are; try: value_unit = "lbf" in'
+            " a table, or a factor in the formula",
+        ),
+        (
+            "pull(q.x) - push",
+            '[curves.pull]\npoints = [[-1, 0], [1, 2]]\ninterpolation = "linear"\nunit = "lbf"',
+            "curves.pull.unit: its unit lbf is a label, so formulas take its numbers as they are; try: points with"
+            ' units, [0, "1 lbf"]',
+        ),
+        ("law.drag(v.x) + q.x", LAW, "efforts.e.effort: the formula adds law.drag(v.x) in N and q.x in m"),
+        (
+            "force * 2",
+            '[definitions]\nforce = "k * (q.x + v.x)"',
+            "definitions.force.formula: the formula adds q.x in m and v.x in m/s",
+        ),
+        (
+            "force + q.x",
+            '[definitions]\nforce = { formula = "3 * q.x", unit = "N" }',
+            ": the formula adds force in N and",
+        ),
+    ],
+)
+def test_one_note_at_the_place_of_the_terms(effort: str, more: str, note: str, tmp_path: Path) -> None:
+    [found] = notes(tmp_path, effort, more)
+    assert note in found
+
+
+@pytest.mark.parametrize(
+    ("effort", "more"),
+    [
+        ("map.m(q.x, v.x) - push", MAP.replace("UNIT", "N")),
+        ("map.m(q.x, v.x) - push", MAP.replace("UNIT", "")),
+        ("law.drag(v.x) + k * q.x", LAW),
+        ("force + push", '[definitions]\nforce = { formula = "-k * q.x", unit = "N" }'),
+    ],
+)
+def test_consistent_scenes_have_no_notes(effort: str, more: str, tmp_path: Path) -> None:
+    assert notes(tmp_path, effort, more) == []
+
+
+@pytest.mark.parametrize(
+    ("effort", "more", "fault"),
+    [
+        (
+            "law.drag(push)",
+            LAW,
+            "(efforts.e.effort): the argument speed of law.drag is in m/s by its own entry, and is given here in N;",
+        ),
+        (
+            "law.drag(k * q.x)",
+            LAW,
+            "(efforts.e.effort): the argument speed of law.drag is in m/s by its own entry, and is given here in N;",
+        ),
+        (
+            "force",
+            '[definitions]\nforce = { formula = "k * (q.x + v.x)", unit = "N" }',
+            "(definitions.force.formula): the formula adds q.x in m and v.x in m/s; try: a factor that turns one unit"
+            " into the other",
+        ),
+        (
+            "force",
+            '[definitions]\nforce = { formula = "k * v.x", unit = "N" }',
+            "(definitions.force.unit): the unit 'N' is of a force, a quantity in kg m/s^3 is expected; try:"
+            ' "kg m/s^3", the unit of its formula in SI',
+        ),
+        (
+            "k * part",
+            '[definitions]\npart = { formula = "k * q.x / push", unit = "m" }',
+            "(definitions.part.unit): the unit 'm' is not of a plain number, as its formula is; try: no unit",
+        ),
+    ],
+)
+def test_certain_faults_are_refused(effort: str, more: str, fault: str, tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        notes(tmp_path, effort, more)
+    assert fault in str(caught.value)

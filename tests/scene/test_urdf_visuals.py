@@ -1,0 +1,146 @@
+"""Visuals of URDF files as shapes of pictures: placements, colours, meshes in packages, and faults that refuse no
+robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.mechanics.describe import describe
+from eomgen.results.scenery import scenery
+from eomgen.scene.load import load_urdf
+from tests.scene.test_shapes import CORNERS, FACES, binary, volume
+
+ROBOT = """<robot name="arm">
+  <material name="dark"><color rgba="0.2 0.4 0.6 0.5"/></material>
+  <link name="floor">{floor}</link>
+  <link name="upper"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+    {upper}</link>
+  <link name="hand">{hand}</link>
+  <joint name="turn" type="revolute"><parent link="floor"/><child link="upper"/><axis xyz="0 0 1"/></joint>
+  <joint name="hold" type="fixed"><parent link="upper"/><child link="hand"/>
+    <origin xyz="0 0 2" rpy="0 0 1.5707963267948966"/></joint>
+</robot>"""
+BOX = "<visual><origin xyz='{}' rpy='{}'/><geometry><box size='0.2 0.4 0.6'/></geometry>{}</visual>"
+MESH = "<visual><geometry><mesh filename='{}' {}/></geometry></visual>"
+
+
+def robot(floor: str = "", upper: str = "", hand: str = "") -> str:
+    return ROBOT.format(floor=floor, upper=upper, hand=hand)
+
+
+def drawn(scene: object) -> list[dict[str, object]]:
+    return scenery(describe(scene), {}).get("shapes", [])  # type: ignore[arg-type]
+
+
+def test_shapes_stand_at_the_merged_place_of_their_links_with_colours_of_materials() -> None:
+    """The hand is turned by 90 deg about z, 2 m above its body: its box spans 0.4 m along x and 0.2 m along y."""
+    dark = "<material name='dark'/>"
+    round_ones = "<visual><geometry><cylinder radius='0.1' length='0.3'/></geometry></visual>"
+    scene = load_urdf(robot(floor=round_ones, hand=BOX.format("1 0 0", "0 0 0", dark)))
+    cylinder, box = scene.shapes
+    assert (cylinder.name, cylinder.body, cylinder.kind, cylinder.color) == ("floor", "base", "cylinder", "")
+    assert (box.body, box.kind, box.color, box.opacity) == ("upper", "box", "#336699", 0.5)
+    vertices = np.array(drawn(scene)[1]["vertices"])
+    np.testing.assert_allclose(vertices.min(axis=0), [-0.2, 0.9, 1.7], atol=1e-9)
+    np.testing.assert_allclose(vertices.max(axis=0), [0.2, 1.1, 2.3], atol=1e-9)
+
+
+@pytest.mark.parametrize(("roll", "pitch", "yaw"), [(0.3, -0.7, 2.0), (0.0, 0.0, 0.0), (3.141592653589793, 0.0, 1.0)])
+def test_origins_turn_about_fixed_axes(roll: float, pitch: float, yaw: float) -> None:
+    scene = load_urdf(robot(upper=BOX.format("0.1 0.2 0.3", f"{roll} {pitch} {yaw}", "")))
+    sines, cosines = np.sin([roll, pitch, yaw]), np.cos([roll, pitch, yaw])
+    x, y, z = (np.eye(3) for _ in range(3))
+    for matrix, axis in ((x, 0), (y, 1), (z, 2)):
+        first, second = (axis + 1) % 3, (axis + 2) % 3
+        matrix[first, first] = matrix[second, second] = cosines[axis]
+        matrix[first, second], matrix[second, first] = -sines[axis], sines[axis]
+    np.testing.assert_allclose(scene.shapes[0].axes, z @ y @ x, atol=1e-14)
+
+
+def test_visuals_change_no_model(tmp_path: Path) -> None:
+    bare = load_urdf(robot())
+    shown = load_urdf(robot(upper=BOX.format("0 0 0", "0 0 0", ""), hand=MESH.format("none.stl", "")))
+    assert len(shown.shapes) == 1 and shown.digest == bare.digest
+
+
+def test_meshes_of_packages_have_their_scale_and_mirrored_ones_keep_their_outside(tmp_path: Path) -> None:
+    """The package is the folder around both the meshes and the description; a scale of -2 mirrors."""
+    (tmp_path / "arm_robot" / "meshes").mkdir(parents=True)
+    (tmp_path / "arm_robot" / "urdf").mkdir()
+    (tmp_path / "arm_robot" / "meshes" / "hand.stl").write_bytes(binary(CORNERS[FACES]))
+    file = tmp_path / "arm_robot" / "urdf" / "arm.urdf"
+    package = MESH.format("package://arm_robot/meshes/hand.stl", "scale='1 -2 3'")
+    beside = MESH.format("../meshes/hand.stl", "")
+    whole = MESH.format(f"file://{tmp_path}/arm_robot/meshes/hand.stl", "")
+    file.write_text(robot(upper=package + beside + whole), encoding="utf-8")
+    (tmp_path / "scene.toml").write_text(
+        "format = 1\nname = 'two'\n[include.left]\nfile = 'arm_robot/urdf/arm.urdf'\n", encoding="utf-8"
+    )
+    for path in (file, tmp_path / "scene.toml"):
+        parts = drawn(eomgen.load(path))
+        volumes = [volume(np.array(part["vertices"]), part["faces"]) for part in parts]
+        np.testing.assert_allclose(volumes, [24.0, 4.0, 4.0], rtol=1e-6)
+
+
+def test_a_missing_mesh_is_a_note_until_it_is_there(tmp_path: Path) -> None:
+    file = tmp_path / "arm.urdf"
+    file.write_text(robot(hand=MESH.format("hand.stl", "")), encoding="utf-8")
+    for _ in range(2):  # the second time by the record of the reading
+        scene = eomgen.load(file)
+        assert not scene.shapes
+        assert any(
+            note.startswith(f"meshes that are left out of pictures (1: hand): {tmp_path / 'hand.stl'}: the mesh cannot"
+                            " be read: No such file or directory")
+            for note in scene.notes
+        )  # fmt: skip
+    (tmp_path / "hand.stl").write_bytes(binary(CORNERS[FACES]))
+    assert len(eomgen.load(file).shapes) == 1
+
+
+COLLADA = "meshes of the kind '.dae' are not read"
+FELT = "<collision><geometry><sphere radius='0.1'/></geometry></collision>"
+
+
+@pytest.mark.parametrize(
+    ("visual", "note"),
+    [
+        (MESH.format("a.dae", ""), f"visuals that pictures leave out (1: hand): {COLLADA}"),
+        (
+            MESH.format("a.dae", "") + FELT,
+            f"pictures show collision geometry in place of visuals (1: hand): {COLLADA}",
+        ),
+        (MESH.format("", ""), "visuals that pictures leave out (1: hand): a mesh names no file"),
+        (
+            MESH.format("a.stl", "scale='0 1 1'"),
+            "visuals that pictures leave out (1: hand): the scale of a mesh is 0",
+        ),
+        (
+            MESH.format("a.stl", "scale='1'"),
+            "visuals that pictures leave out (1: hand): scale: 3 numbers are needed here, not '1'",
+        ),
+        (
+            "<visual><geometry><sphere radius='-1'/></geometry></visual>",
+            "visuals that pictures leave out (1: hand): radius of a sphere is not above 0",
+        ),
+        (
+            "<visual/>",
+            "visuals that pictures leave out (1: hand): no geometry is one of box, cylinder, sphere, capsule, mesh",
+        ),
+        (
+            BOX.format("0 0", "0 0 0", ""),
+            "visuals that pictures leave out (1: hand): xyz: 3 numbers are needed here, not '0 0'",
+        ),
+        (
+            BOX.format("0 0 0", "0 0 0", "<material name='glass'><color rgba='1 1 1 0'/></material>"),
+            "visuals that pictures leave out (1: hand): the colour is transparent",
+        ),
+    ],
+)
+def test_faults_of_visuals_are_notes_also_if_strict(visual: str, note: str) -> None:
+    scene = load_urdf(robot(hand=visual), strict=True)
+    assert [text for text in scene.notes if "pictures" in text] == [note]
+    assert [shape.kind for shape in scene.shapes] == (["sphere"] if FELT in visual else [])
