@@ -19,7 +19,6 @@ from eomgen.compiled import (
     centroidal,
     configurations,
     equations,
-    notebook,
     parameter_derivatives,
     prescribed,
     time_derivatives,
@@ -34,6 +33,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.solvers.consistency import Assembly, assemble
 from eomgen.solvers.constraint_rows import ConstrainedSystem, EveryRow, elastic_components, split_sizes
 from eomgen.solvers.redundancy import check_left_out
+from eomgen.system import notebook
 from eomgen.system.description import Description
 from eomgen.system.selection import Selection
 from eomgen.system.terms import PURPOSES, TERMS
@@ -206,7 +206,7 @@ class CompiledModel:
     def _repr_html_(self) -> str:
         start = zip(self.q_names, self.q_units, (f"{value:.6g}" for value in self.initial_q), strict=True)
         layout = self.library.layout
-        return notebook.html(self.name, layout, notebook.latex_of(layout), start, self.terms)
+        return notebook.model_page(self.name, layout, notebook.latex_of(layout), start, self.terms)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {notebook.latex_of(self.library.layout)}$"

@@ -21,8 +21,7 @@ from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.coordinates import StateArrays
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
-from eomgen.lie.interpolation import cubic, group_curve
-from eomgen.lie.product import Factor
+from eomgen.lie.product import Factor, cubic, group_curve
 
 Index = NDArray[np.integer[Any]]
 _BATCH = 4096

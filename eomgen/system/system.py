@@ -24,7 +24,7 @@ from eomgen.symbolic.operations import Counts, InputSymbol
 from eomgen.symbolic.periodic import Columns, harmonics_in, periodic_inputs
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.events import EventRow, Mode
-from eomgen.system.notebook import equation, html, line
+from eomgen.system.notebook import equation, line, system_page
 from eomgen.system.signals import SampledController, SampleRow
 from eomgen.system.terms import TERMS, nearest_term
 
@@ -357,7 +357,7 @@ class System:
             (name, ", ".join(function.inputs), self.counts[name].flops, function.description)
             for name, function in self.functions.items()
         )
-        return html(self.name, self.description, self._sizes, self._formulas, functions)
+        return system_page(self.name, self.description, self._sizes, self._formulas, functions)
 
     def _repr_latex_(self) -> str:
         return "\n".join(f"$$\\displaystyle {text}$$" for text in self._formulas)

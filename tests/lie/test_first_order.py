@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from eomgen.lie import numeric
-from eomgen.lie.first_order import FirstOrder, FirstOrderAlgebra, tangent_along
 from eomgen.lie.groups import group_named
+from eomgen.lie.numeric import FirstOrder, FirstOrderAlgebra, tangent_along
 
 STEP = 1e-100
 

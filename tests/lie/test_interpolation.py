@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from eomgen.lie import product
-from eomgen.lie.interpolation import cubic, group_curve
-from eomgen.lie.product import Factor
+from eomgen.lie.product import Factor, cubic, group_curve
 
 
 def motion(group):

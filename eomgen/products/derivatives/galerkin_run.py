@@ -25,8 +25,8 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import LinearPasses
 from eomgen.lie import numeric, product
-from eomgen.lie.first_order import tangent_along
 from eomgen.lie.groups import Group, group_named
+from eomgen.lie.numeric import tangent_along
 from eomgen.lie.product import Factor
 from eomgen.products.derivatives.equations import Equations
 from eomgen.products.derivatives.galerkin_sweeps import Curvature, GalerkinSweeps, steps_with_memory

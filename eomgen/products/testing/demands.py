@@ -13,8 +13,15 @@ import numpy as np
 
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.pipeline import generate
-from eomgen.products.testing.evaluation import Array, relative_error, tape_evaluator
-from eomgen.products.testing.states import derivative, jacobian, on_base, random_states
+from eomgen.products.testing.states import (
+    Array,
+    derivative,
+    jacobian,
+    on_base,
+    random_states,
+    relative_error,
+    tape_evaluator,
+)
 from eomgen.scene.scene import Scene
 
 #: Relative errors that count as rounding: of partials, and of power balances.

@@ -13,8 +13,7 @@ from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.products.testing.demands import PARTIALS, check_c, demand, partials_error
-from eomgen.products.testing.evaluation import Array, tape_evaluator
-from eomgen.products.testing.states import random_states, rotation_of
+from eomgen.products.testing.states import Array, random_states, rotation_of, tape_evaluator
 from eomgen.scene.joint_types import JOINTS, Connection
 from eomgen.scene.joints.tree import displaced
 from eomgen.scene.load import load_toml

@@ -3,7 +3,6 @@
 __all__ = ["cosserat", "model"]
 #: Open to the other parts of ``scene`` as well.
 WITHIN = [
-    "base_reading",
     "beam_reading",
     "beam_schema",
     "cosserat_reading",

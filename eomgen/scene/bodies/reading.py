@@ -1,19 +1,152 @@
-"""Reading of bodies and body-fixed points."""
+"""Reading of rigid bodies, of points and frames on bodies, and of the motion of the base: formulas of its position and
+rotation, or of its acceleration."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from eomgen.base.messages import key_of
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.integration import Integration, IntegrationError, SecondIntegral
+from eomgen.formula.nodes import Application, Formula
+from eomgen.formula.prescribed_motion import law_and_rate
+from eomgen.formula.substitution import total
+from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.bodies import schema as written
-from eomgen.scene.bodies.model import Body
-from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.bodies.model import Base, Body
+from eomgen.scene.formula.scope import ACCELERATION, MOTION, PARAMETERS
 from eomgen.scene.reading import report
-from eomgen.scene.reading.values import Values, read_orientation, read_placement
+from eomgen.scene.reading.key_metadata import added_keys
+from eomgen.scene.reading.values import UNKNOWN, Values, read_orientation, read_placement
 from eomgen.scene.rotations import quaternion_of_matrix, rows
+from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.system.description import BASE, WORLD, FixedFrame, Point
+
+#: Share of the greatest speed that the speed at the end, or the mean velocity, may have without a note.
+_DRIFTS = 0.02
+#: Times at which the speed is looked at.
+_TIMES = 1025
+_UNIT = "m/s^2"
+
+
+def read_base(base: written.Base | None, values: Values, duration: float, units: Mapping[str, str]) -> Base | None:
+    """Return the motion of the base; formulas of its position and rotation must be twice differentiable.
+
+    Parameters
+    ----------
+    duration : of the scene's runs, s
+    units : labels of curves by name
+    """
+    if base is None:
+        return None
+    position = values.vector("base.position", base.position, MOTION)
+    rotations = values.rotations("base.rotation", base.rotation, MOTION)
+    for key, formulas in (("base.position", position), ("base.rotation", [rotation.angle for rotation in rotations])):
+        check_twice_differentiable(key, formulas, values.report)
+    made = Base(position, rotations)
+    if base.acceleration is not None:
+        made = _accelerated(made, base.acceleration, base.drift, values, duration, units)
+    elif base.drift is not None:
+        fault = "drift is of the integral of an acceleration, and the base has none"
+        values.report.add("base.drift", fault, 'acceleration = ["quake(t)", 0, 0]')
+    for row in added_keys("base"):
+        if (value := getattr(base, row.added)) is not None:
+            made = row.read(value, made, values)
+    return made
+
+
+def _accelerated(
+    base: Base,
+    acceleration: tuple[float | str, ...],
+    drift: str | None,
+    values: Values,
+    duration: float,
+    units: Mapping[str, str],
+) -> Base:
+    """Return a base with the second integrals of an acceleration added to its position."""
+    position, integrals = list(base.position), {}
+    tunable = frozenset(name for name, is_tunable in values.names.parameters.items() if is_tunable)
+    for axis, written_formula in enumerate(acceleration):
+        key = f"base.acceleration[{axis}]"
+        formula = values.formula(key, written_formula, ACCELERATION)
+        if formula is UNKNOWN or _is_motion(key, formula, values) or _misfits(key, formula, units, values):
+            continue
+        try:
+            integral = Integration(key, values.parameters, tunable, duration, drift == "remove").integral(formula)
+        except IntegrationError as error:
+            values.report.add(key, error.fault, error.hint)
+            continue
+        position[axis] = total(position[axis], integral.formula)
+        if integral.end > 0.0:
+            integrals[axis] = _described(key, integral)
+        if drift is None and _drifts(integral, values.parameters):
+            values.note([f'{integrals[axis]}; try: drift = "remove"; or drift = "keep" if that motion is meant'])
+    x, y, z = position
+    return replace(base, position=(x, y, z), integrals=integrals)
+
+
+def _described(key: str, integral: SecondIntegral) -> str:
+    """Return a sentence on the integral of an acceleration, with the drift that it has."""
+    texts = [f"{key} is integrated from t = 0"]
+    if integral.velocity or integral.displacement:
+        drift = f"by {integral.displacement:.3g} m, and goes at {integral.velocity:.3g} m/s"
+        texts.append(f"it drifts {drift} at t = {integral.end:.6g} s")
+    if integral.onward:
+        texts.append(f"its curve holds {integral.onward:.3g} {_UNIT} from then on")
+    if integral.correction:
+        texts.append(f"its drift is removed by at most {integral.correction:.2g} {_UNIT}")
+    if integral.error:
+        texts.append(f"its quadrature is off by about {integral.error * integral.end:.1g} m there")
+    return "; ".join(texts)
+
+
+def _drifts(integral: SecondIntegral, parameters: Mapping[str, float]) -> bool:
+    """Return whether an integral departs from the oscillation that it is meant to be."""
+    if not integral.end > 0.0:
+        return False
+    speeds = law_and_rate(integral.formula, parameters)(np.linspace(0.0, integral.end, _TIMES))[1]
+    least = _DRIFTS * float(np.max(np.abs(speeds)))
+    return max(abs(integral.velocity), abs(integral.displacement) / integral.end) > least or integral.onward != 0.0
+
+
+def _is_motion(key: str, formula: Formula, values: Values) -> bool:
+    """Report an input with motion = true, whose caller gives positions; return whether there is a fault."""
+    known = symbols(formula)
+    name = next((name for name, law in values.names.motions.items() if symbols(law) <= known), "")
+    if name:
+        fault = f"the motion {name} has a position, and no acceleration that is known when the scene is read"
+        values.report.add(
+            key, fault, f'position = ["{name}", 0, 0], whose caller gives position, rate and acceleration'
+        )
+    return bool(name)
+
+
+def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Values) -> bool:
+    """Report a curve in another unit than an acceleration in SI; return whether there is a fault."""
+    label = labels.get(formula.curve.name, "").strip() if isinstance(formula, Application) else ""
+    if not isinstance(formula, Application) or formula.derivative or not label:
+        return False
+    from eomgen.formula.units.conversion import measure, unit_fault  # noqa: PLC0415  # pint comes with it
+
+    name = formula.curve.name
+    try:
+        factors = read_unit(label)
+        fault = unit_fault(label, factors, _UNIT)
+        factor = 1.0 if fault is not None else float(measure(factors)[0])
+    except UnitError:  # a label that is not a unit
+        return False
+    if fault is not None:
+        hint = {"m": f'position = ["{name}(t)", 0, 0]', "m/s": "the derivative of the points, or their integral"}
+        other = f"a curve in {_UNIT}; value_unit of a table converts"
+        text = f"the curve {name} is in {label}, and an acceleration in {_UNIT}"
+        values.report.add(key, text, hint.get(label, other))
+    elif factor != 1.0:
+        text = f"the curve {name} is labelled {label}, and labels do not convert: its values are taken in {_UNIT}"
+        values.report.add(key, text, f'value_unit = "{label}" in its table, and unit = "{_UNIT}"')
+    return fault is not None or factor != 1.0
 
 
 def read_body(name: str, body: written.Body, values: Values) -> Body:

@@ -15,13 +15,12 @@ import numpy as np
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
 from eomgen.scene.bodies import schema as bodies
-from eomgen.scene.bodies.base_reading import read_base
 from eomgen.scene.bodies.beam_reading import read_beam
 from eomgen.scene.bodies.beam_schema import Beam
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.cosserat_reading import check_keys, is_exact, read_cosserat
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.bodies.reading import read_body, read_body_frame, read_point
+from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point
 from eomgen.scene.design_poses import DesignPoses, FramePlacement
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.formula.scope import PARAMETERS
