@@ -10,9 +10,9 @@ from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.products.reliability.tails import (
     INVERSIONS,
-    CountedResponse,
     Expansion,
     ProjectedResponse,
+    Response,
     breitung,
     first_order,
     further_design_points,
@@ -29,6 +29,26 @@ from tests.reliability.duffing import NODES, Duffing
 #: Quantiles of a million samples, 1e-3 to 0.999 (integrators_and_random_vibration.md 4.6).
 SHARES = np.array([1e-3, 0.01, 0.1, 0.9, 0.99, 0.999])
 QUANTILES = [-1.0978, -0.7159, -0.1798, 1.1862, 1.7565, 2.1683]
+
+
+class CountedResponse:
+    """A response that counts its evaluations: values alone, values with gradients, and with Hessians."""
+
+    def __init__(self, response: Response) -> None:
+        self.response, self.size = response, response.size
+        self.solved = self.sloped = self.expanded = 0
+
+    def values(self, points: Array) -> Array:
+        self.solved += len(points)
+        return self.response.values(points)
+
+    def gradient(self, point: Array) -> tuple[float, Array]:
+        self.sloped += 1
+        return self.response.gradient(point)
+
+    def expansion(self, point: Array) -> Expansion:
+        self.expanded += 1
+        return self.response.expansion(point)
 
 
 class Formula:
@@ -48,7 +68,7 @@ class Formula:
             return Expansion(np.tanh(x), np.array([bend, 0.0]), np.diag([-2.0 * np.tanh(x) * bend, 0.0]))
         if self.kind == "flat":
             return Expansion(x * x + y * y, np.array([2.0 * x, 2.0 * y]), 2.0 * np.eye(2))
-        return Expansion(np.nan, point, np.eye(2))
+        raise ValueError(self.kind)
 
     def gradient(self, point: Array) -> tuple[float, Array]:
         found = self.expansion(point)
@@ -194,12 +214,11 @@ def test_a_second_valley_is_found() -> None:
             "flat",
             "the response has no slope at the mean, so no direction leads to its most probable points; try: Monte",
         ),
-        ("broken", "the response is not finite at a point 0 standard deviations from the mean; try: smaller steps"),
     ],
 )
 def test_what_has_no_most_probable_point_says_why(kind: str, text: str) -> None:
     with pytest.raises(NumericalError) as caught:
-        most_probable_points(CountedResponse(Formula(kind)), [1.5])
+        most_probable_points(Formula(kind), [1.5])
     assert text in str(caught.value)
 
 

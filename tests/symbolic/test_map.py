@@ -6,7 +6,7 @@ from hypothesis import given, settings
 
 from eomgen.symbolic.calculus.jets import jets
 from eomgen.symbolic.calculus.loops import compact
-from eomgen.symbolic.calculus.partials import forward_partials, gradient, second_directional
+from eomgen.symbolic.calculus.partials import forward_partials, gradient, jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import Map, add_map, splice, unroll
 from eomgen.symbolic.operations import InputSymbol, Op
@@ -133,7 +133,10 @@ def test_second_derivatives_of_a_chain_by_forward_over_forward_and_forward_over_
     mixed = [forward_partials(tape, gradients, {ref: {k: ONE} for k, ref in enumerate(q)})]
     reverse = np.array([evaluate(tape, [row.get(k, ZERO) for k in range(4)], point) for row in mixed[0]])
     forward = np.array(
-        [evaluate(tape, second_directional(tape, [kinetic], {q[1]: ONE}, {ref: ONE}), point)[0] for ref in q]
+        [
+            evaluate(tape, jacobian_vector(tape, jacobian_vector(tape, [kinetic], {q[1]: ONE}), {ref: ONE}), point)[0]
+            for ref in q
+        ]
     )
     assert reverse == pytest.approx(reference, rel=1e-12)
     assert forward == pytest.approx(reference[1], rel=1e-12)
@@ -182,7 +185,7 @@ def test_harmonic_sum_with_two_derivatives():
     expected = [amplitude @ cosine, -(amplitude * wave_number) @ sine, -(amplitude * wave_number**2) @ cosine]
     [jet] = jets(tape, [profile], {s: [s, ONE]}, 2)
     assert evaluate(tape, jet, {"s": 0.7}) * [1, 1, 2] == pytest.approx(expected, rel=1e-14)
-    [second] = second_directional(tape, [profile], {s: ONE}, {s: ONE})
+    [second] = jacobian_vector(tape, jacobian_vector(tape, [profile], {s: ONE}), {s: ONE})
     assert evaluate(tape, [second], {"s": 0.7})[0] == pytest.approx(expected[2], rel=1e-14)
 
 

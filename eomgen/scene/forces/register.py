@@ -9,8 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 from eomgen.base.products import placed
-from eomgen.scene.forces import cosserat_beams, springs
-from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces import springs
 from eomgen.scene.forces.element_section import ElementSection
 
 
@@ -25,5 +24,3 @@ def elements_of(package: str) -> tuple[ElementSection, ...]:
 
 
 ELEMENTS = elements_of(__name__.rpartition(".")[0])
-#: Force elements that entries of other sections imply.
-STRUCTURE: tuple[type[ForceElement], ...] = (cosserat_beams.CosseratBeam,)

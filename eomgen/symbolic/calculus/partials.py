@@ -25,7 +25,7 @@ from eomgen.symbolic.operations import ELEMENTARY, LEAVES, UNARY, InputSymbol, O
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 __all__ = [
-    "Seeds", "Tangent", "forward_partials", "gradient", "jacobian_vector", "second_directional", "signed_tangent",
+    "Seeds", "Tangent", "forward_partials", "gradient", "jacobian_vector", "signed_tangent",
     "tangent_seeds", "weighted_gradient",
 ]  # fmt: skip  # a table
 Seeds = Mapping[Ref | InputSymbol, Mapping[int, Ref]]
@@ -99,18 +99,6 @@ def jacobian_vector(tape: Tape, outputs: Sequence[Ref], direction: Mapping[Ref |
     """
     tangents = _tangents(tape, outputs, {key: {0: ref} for key, ref in direction.items()})
     return [signed_tangent(tangents, ref).get(0, ZERO) for ref in outputs]
-
-
-def second_directional(
-    tape: Tape, outputs: Sequence[Ref], first: Mapping[Ref | InputSymbol, Ref], second: Mapping[Ref | InputSymbol, Ref]
-) -> list[Ref]:
-    """Differentiate along ``first``, then the result along ``second``.
-
-    The tangents in ``first`` are part of the expression that is differentiated again: if they depend on the
-    configuration, as for quaternions, the order of the two directions matters (left-trivialised second derivatives do
-    not commute).
-    """
-    return jacobian_vector(tape, jacobian_vector(tape, outputs, first), second)
 
 
 def gradient(tape: Tape, output: Ref, wrt: Sequence[Ref]) -> list[Ref]:

@@ -23,7 +23,6 @@ from eomgen.products.reliability.tails.most_probable_point import (
     points_on_curve,
 )
 from eomgen.products.reliability.tails.quadratic_form import (
-    CountedResponse,
     Expansion,
     HessianProductResponse,
     ProjectedResponse,
@@ -37,7 +36,6 @@ from eomgen.products.reliability.tails.quadratic_form import (
 __all__ = [
     "INVERSIONS",
     "JUMPING",
-    "CountedResponse",
     "Draws",
     "Estimate",
     "Expansion",

@@ -9,8 +9,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, field
-from eomgen.errors import ModelError, NumericalError
+from eomgen.base.data import dataclass
+from eomgen.errors import ModelError
 
 #: Hessian, by the gradient, that rounding leaves of a linear response.
 _ROUNDED = 1e-9
@@ -141,44 +141,6 @@ class HessianProductResponse(Response, Protocol):
 
     def products(self, point: Array, directions: Array) -> Array:
         """Return the Hessian at a point (n,) times directions (n, r): (n, r)."""
-
-
-@dataclass
-class CountedResponse:
-    """A response that counts evaluations.
-
-    Attributes
-    ----------
-    solved : times that a value alone was computed
-    sloped : evaluations of the value with the gradient
-    expanded : evaluations of the value with gradient and Hessian
-    """
-
-    response: Response
-    solved: int = field(default=0, init=False)
-    sloped: int = field(default=0, init=False)
-    expanded: int = field(default=0, init=False)
-
-    @property
-    def size(self) -> int:
-        return self.response.size
-
-    def values(self, points: Array) -> Array:
-        self.solved += len(points)
-        return self.response.values(points)
-
-    def gradient(self, point: Array) -> tuple[float, Array]:
-        self.sloped += 1
-        return self.response.gradient(point)
-
-    def expansion(self, point: Array) -> Expansion:
-        self.expanded += 1
-        result = self.response.expansion(point)
-        if not (np.isfinite(result.value) and np.isfinite(result.gradient).all() and np.isfinite(result.hessian).all()):
-            far = float(np.linalg.norm(point))
-            fault = f"the response is not finite at a point {far:.3g} standard deviations from the mean"
-            raise NumericalError(fault, "smaller steps, or thresholds nearer to the mean")
-        return result
 
 
 def hermite_projection(response: Response, pairs: int, seed: int) -> QuadraticForm:
