@@ -156,3 +156,16 @@ def test_energies_far_from_zero_are_drawn_as_changes_in_any_unit(unit: float, of
     for curve in curves:
         values = energy[curve.name]
         assert np.array_equal(curve.values, values - values[0] if changes else values)
+
+
+@pytest.mark.parametrize(("panels", "rows", "columns"), [(1, 1, 1), (2, 2, 1), (3, 3, 1), (4, 2, 2), (5, 3, 2)])
+def test_panels_share_the_time_axis_of_the_lowest_of_their_column(panels: int, rows: int, columns: int) -> None:
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    drawn = plots._subplots(figure, panels)
+    assert len(drawn) == panels and len(figure.axes) == rows * columns
+    assert [axis.get_visible() for axis in figure.axes] == [True] * panels + [False] * (rows * columns - panels)
+    labelled = [axis.xaxis.get_tick_params()["labelbottom"] for axis in drawn]
+    assert labelled == [False] * (panels - columns) + [True] * columns
+    assert plots._size(panels) == (9.0 if columns == 1 else 15.0, pytest.approx(0.6 + 2.9 * rows))

@@ -613,7 +613,7 @@ REGULAR: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"regular": [{"amplitude": 1, "period": 8}], "seed": 3},
-        r"seed\): seed is of a spectrum, and these waves are told",
+        r"seed\): seed is of a spectrum, and these waves are given one by one",
     ),
 ]
 

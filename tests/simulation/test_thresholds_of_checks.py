@@ -1,0 +1,411 @@
+"""Both sides of every threshold of the judgement of a run: a number at the threshold says nothing, the next one does.
+
+Thresholds are written here again, as users meet them, so a changed one is noticed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from eomgen.results.error_estimate import ErrorEstimate, LargestError
+from eomgen.simulation.judgement import doubts, failures, instability, invariants, remarks, start_checks
+from eomgen.simulation.judgement.fast_motions import _chosen, _Law
+from eomgen.simulation.judgement.finished_run import FinishedRun
+from eomgen.simulation.judgement.invariants import EnergyBalance, Violation, energy_balance
+from eomgen.simulation.stepping.time_grid import TimeGrid
+
+ESTIMATE = ErrorEstimate(
+    available=True, t=np.array([0.0, 0.5, 1.0]), relative_at=np.array([0.0, 0.05, 0.2]), relative=0.2, order=2.0,
+    declared_order=2.0, increment_at=np.zeros((1, 1)), z_at=np.zeros((1, 0)),
+)  # fmt: skip  # three lines
+
+
+def largest(share: float, name: str = "q.hinge") -> LargestError:
+    return LargestError(name, 0.1, "rad", 0.5, share)
+
+
+def run_of(**values: Any) -> FinishedRun:
+    """Return a run with the given quantities alone."""
+    return cast(FinishedRun, SimpleNamespace(**values))
+
+
+def sides(threshold: float) -> tuple[float, float]:
+    """Return a threshold and the next number above."""
+    return threshold, math.nextafter(threshold, math.inf)
+
+
+def about(*cases: tuple[float, Callable[[float], object]]) -> pytest.MarkDecorator:
+    return pytest.mark.parametrize(("threshold", "told"), cases)
+
+
+def noticed(**values: Any) -> object:
+    return doubts.noticed_error(replace(ESTIMATE, **values))
+
+
+def off_by(violation: float, check: Callable[[FinishedRun], Any]) -> bool:
+    run = run_of(violation=Violation(violation, "the constraint pin is off", 0.5), run=METHOD, single=False)
+    run = run_of(**vars(run), longest_part=0.01)
+    return bool([*check(run)])
+
+
+METHOD = SimpleNamespace(method=SimpleNamespace(chooses_steps=False), model=SimpleNamespace(nv=1), name="rk4")
+
+
+@about(
+    (0.1 / 1.5, lambda x: noticed(relative=x, largest=largest(x))),
+    (0.1 / 1.5, lambda x: noticed(relative=0.0, largest_output=largest(x))),
+    (0.3, lambda x: noticed(relative=0.0, largest_velocity=largest(x))),
+    (0.03, lambda x: noticed(relative=x, largest=largest(x), order=0.0)),
+    (0.01, lambda x: [*doubts._energy_balance(with_balance(x))]),
+    (0.49, lambda x: doubts._energy_gained(run_of(balance=EnergyBalance(x, gain=x), conservative=True))),
+    (0.01, lambda x: [*doubts._multiplier_rounding(rounding(x))]),
+    (1e-3, lambda x: off_by(x, failures._broken_constraint)),
+    (1e-3, lambda x: not off_by(x, doubts._constraint_violation)),
+    (8.0, lambda x: remarks._improbable_variables(cast(Any, variables()), np.array([0.0, -x]))),
+    (2.0, lambda x: [*start_checks._too_fast(fast_run(), start_checks.FastestDecay("damping decays", x / 0.5))]),
+    (math.nextafter(0.01, 0.0), lambda x: halved(x) > 0),
+)  # fmt: skip  # a table
+def test_a_number_at_its_threshold_says_nothing_and_the_next_one_does(
+    threshold: float, told: Callable[[float], object]
+) -> None:
+    at, above = sides(threshold)
+    assert not told(at)
+    assert told(above + 1e-15)
+
+
+def halved(relative: float) -> int:
+    return doubts._halvings(run_of(statistics={"halvings": 2}, error=replace(ESTIMATE, relative=relative)))
+
+
+def with_balance(error: float) -> FinishedRun:
+    return run_of(balance=EnergyBalance(error), run=METHOD, single=False, longest_part=0.01)
+
+
+def rounding(share: float) -> FinishedRun:
+    states = SimpleNamespace(multipliers=np.ones((2, 1)))
+    return run_of(statistics={"max_rounding": share}, states=states, run=METHOD, single=False, longest_part=0.01)
+
+
+def variables() -> SimpleNamespace:
+    parameters = [SimpleNamespace(name=name, standard_normal=True) for name in ("xi1", "xi2")]
+    return SimpleNamespace(parameters=("xi1", "xi2"), description=SimpleNamespace(parameters=parameters))
+
+
+def fast_run() -> FinishedRun:
+    owner = SimpleNamespace(method=SimpleNamespace(real_stability=2.0), grid=SimpleNamespace(start=0.25))
+    return run_of(run=owner, settings={"step": 0.5})
+
+
+def test_rows_that_miss_pulses_of_power_excuse_gained_energy() -> None:
+    gained = EnergyBalance(0.6, gain=0.6)
+    excused = [
+        doubts._energy_gained(run_of(balance=gained, conservative=conservative, rows_are_sparse=sparse))
+        for conservative in (True, False)
+        for sparse in (True, False)
+    ]
+    assert excused == [True, True, False, True]
+
+
+def test_the_estimated_error_of_a_run_says_since_when_it_is_large() -> None:
+    error = replace(ESTIMATE, largest=largest(0.2))
+    run = run_of(error=error, run=run_with_states(), single=False, longest_part=0.01, statistics={}, settings={})
+    (found,) = doubts._discretisation_error(run)
+    assert found.text.endswith(", above 10 % from t = 1 s on") and found.time == 0.5 and found.value == 0.2
+    assert found.hint == "a step smaller than 0.0022 s"  # 0.01 sqrt(0.01/0.2)
+    (found,) = doubts._discretisation_error(run_of(**{**vars(run), "error": replace(error, relative=0.08)}))
+    assert "above" not in found.text
+
+
+def run_with_states(**values: Any) -> SimpleNamespace:
+    model = SimpleNamespace(z_names=(), description=SimpleNamespace(states=()), nv=1, **values)
+    return SimpleNamespace(method=SimpleNamespace(chooses_steps=False), model=model)
+
+
+@pytest.mark.parametrize(
+    ("share", "hint"),
+    [
+        (0.01, ""),
+        (0.0101, "a step smaller than 0.01 s"),
+        (0.5, "a step smaller than 0.0014 s"),
+        (0.51, "a step much smaller than 0.01 s, or a run to t = 1 s"),
+    ],
+)
+def test_the_step_in_a_hint_follows_the_order_up_to_half_the_motion(share: float, hint: str) -> None:
+    error = replace(ESTIMATE, relative=share, largest=largest(share))
+    run = run_of(error=error, run=run_with_states(), single=False, longest_part=0.01, statistics={})
+    assert error.largest is not None
+    assert doubts._refinement(run, error.largest) == hint
+
+
+@pytest.mark.parametrize(("error", "quanta"), [(5.9, True), (6.0, False), (0.0, False)])
+def test_errors_of_few_quanta_are_rounding_of_sampled_states(error: float, quanta: bool) -> None:
+    state = SimpleNamespace(name="level", sampling=SimpleNamespace(quantum=0.5))
+    model = SimpleNamespace(z_names=("z.level",), description=SimpleNamespace(states=(state,)))
+    estimate = replace(ESTIMATE, z_at=np.array([[0.5 * error]]))
+    run = run_of(error=estimate, run=SimpleNamespace(model=model))
+    assert doubts._rounded_states(run) == (["level"] if quanta else [])
+
+
+@pytest.mark.parametrize(("travel", "told"), [(0.37, True), (0.375, False), (0.38, False), (0.9e-9, False)])
+def test_motions_of_less_than_three_errors_are_not_resolved(travel: float, told: bool) -> None:
+    """The hinge moves by travel with an error of 0.125 rad; a travel below a billionth of a radian is rounding."""
+    factor = SimpleNamespace(group="R", q_start=0, v_start=0)
+    names = {"q_units": ("rad",), "q_names": ("q.hinge",), "z_names": (), "z_units": ()}
+    model = SimpleNamespace(factors=(factor,), **names)
+    error = replace(ESTIMATE, relative=0.0, increment_at=np.array([[0.125]]))
+    states = SimpleNamespace(q=np.array([[0.0], [travel]]), z=np.zeros((2, 0)))
+    run = run_of(run=SimpleNamespace(model=model), error=error, states=states, single=False, rows_are_sparse=False)
+    found = doubts.unresolved_coordinates(run)
+    assert bool(found) == told
+    if told:
+        assert found == [doubts.UnresolvedComponent("q.hinge", travel, 0.125, " rad")]
+
+
+@pytest.mark.parametrize(("size", "told"), [(1e6, True), (1e9, False)])
+def test_motion_is_rounding_beside_the_largest_coordinate_of_its_unit(size: float, told: bool) -> None:
+    factors = tuple(SimpleNamespace(group="R", q_start=k, v_start=k) for k in (0, 1))
+    names = {"q_units": ("m", "m"), "q_names": ("q.near", "q.far"), "z_names": (), "z_units": ()}
+    model = SimpleNamespace(factors=factors, **names)
+    error = replace(ESTIMATE, relative=0.0, increment_at=np.array([[0.1, 0.0]]))
+    states = SimpleNamespace(q=np.array([[0.0, -size], [0.1, -size]]), z=np.zeros((2, 0)))
+    run = run_of(run=SimpleNamespace(model=model), error=error, states=states, single=False, rows_are_sparse=False)
+    assert bool(doubts.unresolved_coordinates(run)) == told
+
+
+@pytest.mark.parametrize(
+    ("span", "step", "told"),
+    [(1.0, 1.0, ""), (1.0, 1.1, "longer"), (1.0, 99.0, "longer"), (1.0, 100.0, "simulate(100, 1)"), (0.0, 1.0, "")],
+)
+def test_steps_longer_than_their_run_are_told_and_exchanged_ones_written_down(
+    span: float, step: float, told: str
+) -> None:
+    notes = remarks.exchanged_times(cast(TimeGrid, SimpleNamespace(start=2.0, end=2.0 + span, step=step)))
+    assert bool(notes) == bool(told)
+    if notes:
+        assert told in notes[0] and ("simulate" in notes[0]) == told.startswith("simulate")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "met"),
+    [
+        ([0.1, 0.0], [-0.1, 0.0], True),
+        ([0.1, 0.0], [0.05, 0.0], False),  # does not turn round
+        ([0.1, 0.051], [-0.1, 0.051], False),  # passes at more than a twentieth of its length
+        ([0.1, 0.049], [-0.1, 0.049], True),
+        ([1.0, 0.0], [-0.99, 0.0], True),
+        ([1.0, 0.0], [-1.0, 0.0], False),  # two lengths between rows: rows are too far apart
+        ([0.3, 0.0], [-0.1, 0.0], True),
+    ],
+)
+def test_springs_turn_round_by_way_of_next_to_no_length(before: list[float], after: list[float], met: bool) -> None:
+    vectors = np.array([[*before, 0.0], [*after, 0.0]])
+    assert remarks._meetings(vectors, 1.0).tolist() == [met]
+    assert remarks._meetings(10.0 * vectors, 10.0).tolist() == [met]
+
+
+def test_undefined_outputs_are_counted_from_their_first_row() -> None:
+    t = np.array([0.0, 0.5, 1.0])
+    one, two = np.array([1.0, np.nan, 2.0]), np.array([[0.0, 0.0], [0.0, 0.0], [np.inf, 1.0]])
+    assert remarks.undefined_outputs(t, {"fine": np.zeros(3)}) is None
+    found = remarks.undefined_outputs(t, {"two": two, "one": one})
+    assert found is not None and found.time == 0.5
+    assert found.text == (
+        "the outputs two (1 of 3 rows, from t = 1 s), one (1 of 3 rows, from t = 0.5 s) have no value there"
+    )
+    found = remarks.undefined_outputs(t, {"one": one})
+    assert found is not None and found.text == "the output one (1 of 3 rows, from t = 0.5 s) has no value there"
+
+
+def turning(*angles: float, gap: float = 0.0) -> Any:
+    """Return a model of a beam of two elements, the second of which turns by the angles, rad, row by row."""
+
+    def pose(angle: float) -> list[float]:
+        return [math.cos(angle / 2.0), 0.0, 0.0, math.sin(angle / 2.0), 0.0, 0.0, 0.0]
+
+    poses = np.array([[pose(0.0), pose(0.0), pose(angle)] for angle in angles])
+    return SimpleNamespace(
+        description=SimpleNamespace(exact_beams=(("arm", "arm.1", "arm.2"),)),
+        functions=("poses",),
+        bodies=("arm", "arm.1", "arm.2"),
+        evaluate=lambda name, q, **_: {"pose": poses[: len(q)]},
+    )
+
+
+@pytest.mark.parametrize(
+    ("angles", "told"),
+    [((3.0, 3.2), True), ((3.0, 3.1), False), ((3.0, 2.9), False), ((1.0, 4.0), False), ((1.8, 3.2), True)],
+)
+def test_elements_that_pass_half_a_turn_are_told_by_number_and_row(angles: tuple[float, ...], told: bool) -> None:
+    model, t = turning(0.5, *angles), np.array([0.0, 0.1, 0.2])
+    found = remarks.turned_elements(model, t, np.zeros((3, 1)), np.zeros(0))
+    assert (found is not None) == told
+    if found is not None:
+        assert found.time == 0.2 and found.hint == "elements = 4, which turn less each"
+        assert found.text.startswith("element 2 of the beam arm turns by more than half a turn at t = 0.2 s")
+
+
+def grown(sizes: list[float], travel: float = 1.0) -> object:
+    """Return the finding on a velocity, rad/s, with the given sizes in the quarters of a run of 4 travel s."""
+    model = SimpleNamespace(nv=1, q_units=("rad",), v_units=("rad/s",), v_names=("v.hinge",))
+    model.library = SimpleNamespace(layout={"method": {}})
+    t = np.repeat([0.0, 1.0, 2.0, 3.0], 8) * travel
+    t[-1] = 4.0 * travel
+    states = SimpleNamespace(t=t, v=np.repeat(sizes, 8)[:, np.newaxis], q=np.zeros((32, 1)))
+    return instability.unbounded_growth(cast(Any, SimpleNamespace(model=model)), cast(Any, states))
+
+
+@pytest.mark.parametrize(
+    ("sizes", "travel", "told"),
+    [
+        ([1.0, 1e2, 1e4, 1e6], 1.0, True),
+        ([1.0, 1e2, 1e4, 0.99e6], 1.0, False),  # by less than a million in all
+        ([1.0, 10.0, 1e2, 1e6], 1.0, True),
+        ([1.0, 9.9, 1e2, 1e6], 1.0, False),  # by less than ten in one quarter
+        ([1.0, 1e3, 9.9e3, 1e6], 1.0, False),
+        ([1e-3, 1.0, 1e2, 1e3], 1.0, False),  # travels by no more than 1000 rad
+        ([1e-3, 1.0, 1e2, 1.01e3], 1.0, True),
+        ([1e-3, 1.0, 1e2, 1.01e3], 0.9, False),
+    ],
+)
+def test_growth_is_reported_from_ten_in_each_quarter_and_a_million_in_all(
+    sizes: list[float], travel: float, told: bool
+) -> None:
+    assert (grown(sizes, travel) is not None) == told
+
+
+def rows_of(*values: float, model: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return two rows a second apart: a coordinate that changes by the first value, then its velocity."""
+    change, velocity = values
+    return np.array([[0.0, 1.0, velocity, 0.0], [1.0, 1.0 + change, velocity, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("change", "velocity", "rest"),
+    [
+        (0.0, 0.9e-12, True),
+        (0.9e-9, 0.9e-12, True),
+        (1.1e-9, 0.9e-12, False),
+        (0.0, 0.9e-9, True),
+        (0.0, 1.1e-9, False),
+        (1.1e-12, 1.1e-12, False),
+        (0.9e-12, 1.1e-12, True),
+    ],
+)
+def test_rest_is_told_from_travel_and_from_changes_between_rows(change: float, velocity: float, rest: bool) -> None:
+    model = SimpleNamespace(nq=1, nv=1, nz=0, q_units=("rad",), v_units=("rad/s",))
+    run = cast(Any, SimpleNamespace(model=model))
+    assert instability.at_rest(run, rows_of(change, velocity, model=model)) == rest
+
+
+def test_lengths_at_rest_are_measured_by_the_largest_coordinate() -> None:
+    model = SimpleNamespace(nq=1, nv=1, nz=0, q_units=("m",), v_units=("m/s",))
+    run = cast(Any, SimpleNamespace(model=model))
+    far = np.array([[0.0, -1e3, 0.0, 0.0], [1.0, -1e3 + 0.9e-6, 0.0, 0.0]])
+    assert instability.at_rest(run, far)
+    far[1, 1] += 0.3e-6
+    assert not instability.at_rest(run, far)
+
+
+ENERGY = ("kinetic", "potential", "total", "power", "base_power")
+
+
+def energies(total: list[float], power: float = 0.0) -> dict[str, Any]:
+    values = np.array(total)
+    zero = np.zeros_like(values)
+    return dict(zip(ENERGY, (values, zero, values, zero + power, zero), strict=True))
+
+
+def test_balances_need_two_rows_without_power_and_five_with() -> None:
+    t = np.arange(5.0)
+    assert energy_balance(t[:2], energies([1.0, 1.5]), conservative=True).error == pytest.approx(0.5 / 1.5)
+    assert energy_balance(t[:1], energies([1.0]), conservative=True).unknown == (
+        "1 row are too few for the work in between"
+    )
+    assert "4 rows are too few" in energy_balance(t[:4], energies([1.0] * 4)).unknown
+    assert energy_balance(t, energies([1.0] * 5)).error == 0.0
+
+
+def test_an_explosion_is_told_from_few_rows() -> None:
+    t = np.arange(3.0)
+    assert energy_balance(t, energies([1.0, 1.0, 1001.0])).error is None
+    balance = energy_balance(t, energies([1.0, 1.0, 1002.0]))
+    assert balance.error == balance.gain == pytest.approx(1001.0 / 1002.0)
+    # the largest power of the rows explains as much
+    assert energy_balance(t, energies([1.0, 1.0, 1002.0], power=1.0)).error is None
+
+
+@pytest.mark.parametrize(("jumps", "known"), [((0.5, 1.5), True), ((0.5, 1.5, 2.5), False)])
+def test_work_is_known_if_half_of_the_time_is(jumps: tuple[float, ...], known: bool) -> None:
+    """Of five intervals of 1 s those without a jump: three, or two."""
+    t = np.arange(6.0)
+    balance = energy_balance(t, energies([1.0, 1.0, 1.0, 1.0, 1.0, 1.1]), jumps)
+    assert (balance.error is not None) == known
+    if known:
+        assert balance.error == pytest.approx(0.1 / 1.1)
+
+
+def test_an_imbalance_of_few_intervals_is_a_pulse_between_rows() -> None:
+    t = np.arange(30.0)
+    step = np.where(t < 10.0, 1.0, 1.2)
+    assert energy_balance(t, energies(step.tolist()), sparse=True).unknown == invariants.APART
+    assert energy_balance(t, energies(step.tolist())).error == pytest.approx(0.2 / 1.2)
+    drift = 1.0 + 0.2 * t / 29.0
+    assert energy_balance(t, energies(drift.tolist()), sparse=True).error == pytest.approx(0.2 / 1.2)
+    # one of 20 intervals is not few yet
+    assert invariants._is_pulse(np.array([0.0] * 11 + [1.0] * 10)) is False
+    assert invariants._is_pulse(np.array([0.0] * 11 + [1.0] * 11)) is True
+
+
+def test_work_that_rows_do_not_resolve_leaves_the_balance_unknown() -> None:
+    """A power that alternates from row to row has no integral over the rows; energies that rise smoothly do."""
+    t = np.arange(9.0)
+    data = energies([1.0] * 9)
+    data["power"] = np.where(np.arange(9) % 2 == 0, 1.0, -1.0)
+    assert energy_balance(t, data).unknown == invariants.APART
+    data = energies((1.0 + t).tolist(), power=1.0)
+    assert energy_balance(t, data).error == pytest.approx(0.0, abs=1e-15)
+    data["base_power"] = np.full(9, -0.5)
+    assert energy_balance(t, data).error == pytest.approx(4.0 / 13.0)
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.79, False), (0.81, True)])
+def test_laws_between_steps_are_unseen_from_four_fifths_of_their_deviation(share: float, told: bool) -> None:
+    """Between the steps a law is off by d in both directions; values at the steps are spread by 1."""
+    ends = np.array([[1.0, -1.0] * 50, [1.0, -1.0] * 50])
+    shown = np.array([1.0, -1.0] * 50)
+    spread, off = 1.0, 0.0
+    for _ in range(60):  # the deviation as a part of the standard deviation of all values
+        off = share * spread
+        spread = float(np.std(np.concatenate([ends.ravel(), shown + off * np.array([1.0, 1.0, -1.0, -1.0] * 25)])))
+    law = _Law("f", "N", ends, shown + off * np.array([1.0, 1.0, -1.0, -1.0] * 25), shown)
+    assert law.unseen == told
+    assert law.off == pytest.approx(off) and law.range == pytest.approx(2.0 + 2.0 * off)
+    assert not _Law("f", "N", ends, np.full(100, np.nan), shown).unseen
+    flat = np.zeros(100)
+    assert not _Law("f", "N", np.ones((2, 100)), 1.0 + 0.99e-6 * shown, flat + 1.0).unseen
+    assert _Law("f", "N", np.ones((2, 100)), 1.0 + 1.1e-6 * shown, flat + 1.0).unseen
+
+
+def test_steps_that_are_looked_into_are_whole_and_at_most_two_hundred() -> None:
+    times = np.arange(11.0)
+    assert _chosen(times, 1.0, 10.0, np.zeros(0)).tolist() == [*range(10)]
+    assert _chosen(times, 1.0, 10.0, np.array([3.5, 7.0])).tolist() == [0, 1, 2, 4, 5, 6, 7, 8, 9]
+    many = np.arange(1001.0)
+    places = _chosen(many, 1.0, 1000.0, np.zeros(0))
+    assert len(places) == 200 and places[0] == 0 and places[-1] == 999
+
+
+def test_a_mean_of_a_velocity_counts_only_parts_of_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Initial angles, and the way of initial velocities over the run, beyond a tenth of the largest angle of sines."""
+    monkeypatch.setattr(failures, "LARGEST_ANGLE", 100.0)
+    run = SimpleNamespace(model=SimpleNamespace(nq=1, nv=1), settings={"step": 0.5})
+    for q, v, far in [(10.0, 0.0, False), (-10.1, 0.0, True), (4.0, 2.0, True), (4.0, -1.9, True), (4.0, 1.7, False)]:
+        rows = np.array([[1.0, q, v], [4.0, q, v]])
+        assert failures._starts_far(cast(Any, run), cast(Any, SimpleNamespace(rows=rows))) == far, (q, v)
