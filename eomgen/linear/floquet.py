@@ -190,8 +190,10 @@ def multipliers(matrix: Array, half: Array, quarter: Array) -> tuple[Complex, Ar
         return np.zeros(0, complex), np.zeros(0), 0.0
     balanced, back = balance(matrix)
     size = max(1.0, float(np.linalg.norm(balanced, 2)))
-    coarser = [np.linalg.solve(back, other @ back) for other in (half, quarter)]
-    last, before = (float(np.linalg.norm(a - b, 2)) for a, b in ((balanced, coarser[0]), coarser))
+    with np.errstate(all="ignore"):  # few intervals may overflow
+        coarser = [np.linalg.solve(back, other @ back) for other in (half, quarter)]
+        changes = [balanced - coarser[0], coarser[0] - coarser[1]]
+    last, before = (float(np.linalg.norm(one, 2)) if np.isfinite(one).all() else np.inf for one in changes)
     ratio = last / before if before > 0.0 else 1.0
     off = last * min(1.0, max(ratio, 2.0**-8)) if np.isfinite(before) else last
     solution: Any = scipy.linalg.eig(balanced, left=True, right=True)  # the stubs know of one kind of vectors only

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from eomgen.codegen.targets.c.curve_tables import CurveTable
+from eomgen.codegen.targets.c.tables import CurveTable
 
 
 def bytes_of(text: str) -> bytes:

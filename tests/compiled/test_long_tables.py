@@ -14,7 +14,7 @@ import pytest
 
 import eomgen
 from eomgen.codegen.program import ProgramCurve
-from eomgen.codegen.targets.c.curve_tables import LARGE, curve_tables
+from eomgen.codegen.targets.c.tables import LARGE, curve_tables
 from eomgen.formula.curves import Curve
 from tests.codegen.test_render import STRICT
 from tests.models.cache import shared_cache

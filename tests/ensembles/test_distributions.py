@@ -68,3 +68,35 @@ def test_texts_that_are_none(text: str, said: str) -> None:
     with pytest.raises(UsageError) as caught:
         read_distribution("vary mass", text)
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *(
+            "normal(1, 0)",
+            "lognormal(1, 0)",
+            "lognormal(0, 1)",
+            "uniform(1, 1)",
+            "loguniform(0, 1)",
+            "loguniform(1, 1)",
+        ),
+        *("triangular(1, 1, 1)", "triangular(0, -1, 1)", "triangular(0, 2, 1)", "exponential(0)", "gumbel(1, 0)"),
+        *("weibull(0, 1)", "weibull(1, 0)", "integers(1, 1)", "integers(0.5, 2)", "integers(0, 2.5)"),
+        *(f"integers(0, {2**52})", f"integers({-(2**52)}, 0)", "truncated_normal(0, 0, 0, 1)"),
+        *("truncated_normal(0, 1, 1, 1)", "truncated_normal(0, 1, 8, 9)"),
+    ],
+)
+def test_arguments_at_the_border_of_a_demand_are_refused(text: str) -> None:
+    name = text.partition("(")[0]
+    with pytest.raises(UsageError, match=f"{name}.* needs {DISTRIBUTIONS[name].demand}"):
+        read_distribution("vary x", text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["triangular(0, 0, 1)", "triangular(0, 1, 1)", f"integers(0, {2**52 - 1})", "truncated_normal(0, 1, 6, 9)"],
+)
+def test_arguments_within_the_border_of_a_demand_are_taken(text: str) -> None:
+    low, high = read_distribution("vary x", text).quantiles(np.array([1e-12, 1.0 - 1e-12]))
+    assert low < high

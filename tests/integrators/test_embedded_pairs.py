@@ -14,8 +14,14 @@ import eomgen
 from eomgen.integrators.families import embedded_pair, partitioned, register
 from eomgen.integrators.families.embedded_pair import DORMAND_PRINCE
 from eomgen.integrators.families.register import method_named
-from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
-from eomgen.integrators.families.tableaus import EmbeddedPair, density, real_stability, rooted_trees, strictly_lower
+from eomgen.integrators.families.runge_kutta import (
+    RUNGE_KUTTA_MUNTHE_KAAS_4,
+    EmbeddedPair,
+    density,
+    real_stability,
+    rooted_trees,
+    strictly_lower,
+)
 from tests.integrators.similar_scenes import rods
 from tests.models.cache import shared_cache
 

@@ -15,7 +15,7 @@ from scipy.special import mathieu_a, mathieu_b
 
 import eomgen
 from eomgen.errors import ModelError, NumericalError, UsageError
-from eomgen.linear.floquet import Floquet, monodromy
+from eomgen.linear.floquet import Floquet, monodromy, multipliers
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -275,3 +275,95 @@ def test_display(mathieu: eomgen.Model) -> None:
     assert result.plot(axis) == [axis] and axis.get_xlabel() == "real part"
     empty = Floquet(1.0, np.zeros((0, 0)), (), np.zeros(0, complex), np.zeros(0), 0.0, *[np.zeros(0)] * 3)
     assert empty.stability == "stable" and "0 multipliers" in repr(empty)
+
+
+# -- results, from numbers alone ---------------------------------------------------------------------------------------
+
+
+def result_of(values: list[complex], uncertainty: float = 1e-6) -> Floquet:
+    """Return the result of a motion of period 0.5 s with given multipliers."""
+    several = np.array(values, complex)
+    empty, bounds = np.zeros(0), np.full(len(values), uncertainty)
+    names = tuple(f"x{k}" for k in range(len(values)))
+    return Floquet(0.5, np.diag(several.real), names, several, bounds, 1e-9, empty, empty, empty)
+
+
+def test_exponents_and_frequencies_are_logarithms_over_the_period() -> None:
+    exponents = np.array([-0.3 + 4.0j, -0.3 - 4.0j, -2.0])
+    result = result_of(np.exp(0.5 * exponents).tolist())
+    np.testing.assert_allclose(result.exponents, exponents, rtol=1e-14)
+    np.testing.assert_allclose(result.frequencies, [2.0 / math.pi, 2.0 / math.pi, 0.0], rtol=1e-14)
+    size = math.exp(-0.15)
+    assert result.rows == [
+        (
+            f"{size * math.cos(2.0):.9g} ± {size * math.sin(2.0):.9g}j",
+            f"{size:.9g}",
+            "1e-06",
+            "-0.3",
+            f"{2.0 / math.pi:.6g}",
+        ),
+        (f"{math.exp(-1.0):.9g}", f"{math.exp(-1.0):.9g}", "1e-06", "-2", "0"),
+    ]
+    assert f"<Floquet: 3 multipliers over 0.5 s; stable; largest multiplier {size:.9g}, error 1e-09>" == repr(result)
+    assert "whole multiples of 2 Hz" in result._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("values", "verdict"),
+    [
+        ([1.0 + 0.9e-6, 0.5], "marginal"),
+        ([1.0 + 1.1e-6, 0.5], "unstable"),
+        ([1.0 - 0.9e-6, 0.5], "marginal"),
+        ([1.0 - 1.1e-6, 0.5], "stable"),
+        ([-1.1, 0.5], "unstable"),
+        ([1.0j, -1.0j], "marginal"),
+        ([], "stable"),
+    ],
+)
+def test_stability_is_told_up_to_the_uncertainty(values: list[complex], verdict: str) -> None:
+    result = result_of(values)
+    assert result.stability == verdict
+    (axis,) = result.plot(Figure().subplots())
+    circle, within, outside = axis.lines
+    assert np.hypot(*circle.get_data()) == pytest.approx(1.0) and len(circle.get_xdata()) == 361
+    assert len(outside.get_xdata()) == (verdict == "unstable")
+    assert len(within.get_xdata()) + len(outside.get_xdata()) == len(values)
+
+
+EPSILON = float(np.finfo(float).eps)
+
+
+@pytest.mark.parametrize(
+    ("half", "quarter", "off"),
+    [
+        (1e-6, 1e-4 + 1e-6, 1e-8),  # errors fall by a hundred: once more
+        (1e-6, 1.0, 1e-6 * 2.0**-8),  # by 2^8 at the most
+        (1e-6, 1.5e-6, 1e-6),  # not at all
+        (1e-6, 1e-6, 1e-6),
+        (1e-6, math.inf, 1e-6),
+    ],
+)
+def test_errors_of_multipliers_fall_as_the_differences_do(half: float, quarter: float, off: float) -> None:
+    """Of a symmetric matrix, whose multipliers change no more than the matrix does."""
+    matrix = np.diag([0.25, 0.5])
+    values, bounds, error = multipliers(matrix, *(matrix + np.diag([by, by]) for by in (half, quarter)))
+    assert values.tolist() == [0.5, 0.25]
+    np.testing.assert_allclose(bounds, off + 16.0 * EPSILON, rtol=1e-6)
+    assert error == pytest.approx(off, rel=1e-6)
+
+
+def test_double_multipliers_are_uncertain_by_the_root_of_the_change() -> None:
+    matrix = np.array([[0.5, 0.4], [0.0, 0.5]])
+    other = matrix + 1e-8 * np.eye(2)
+    _, bounds, _ = multipliers(matrix, other, other)
+    np.testing.assert_allclose(bounds, 1e-4, rtol=1e-3)
+    values, _, _ = multipliers(*[np.array([[0.0, -2.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, -3.0]])] * 3)
+    np.testing.assert_allclose(values, [-3.0, 1.0j, -1.0j], atol=1e-14)  # the largest first, then upper ones
+    assert multipliers(*[np.zeros((0, 0))] * 3)[2] == 0.0
+
+
+def test_errors_are_parts_of_large_matrices() -> None:
+    matrix = np.diag([4.0, 0.5])
+    _, bounds, error = multipliers(matrix, matrix + 4e-6 * np.eye(2), matrix + 4e-6 * np.eye(2))
+    assert error == pytest.approx(1e-6)
+    np.testing.assert_allclose(bounds, 4e-6 + 64.0 * EPSILON, rtol=1e-6)

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 import eomgen
 from eomgen.errors import DescriptionError
 from eomgen.formula.units.conversion import measure
-from eomgen.formula.units.dimensions import dimension_of
-from eomgen.formula.units.parser import read_unit
+from eomgen.formula.units.parser import dimension_of, read_unit
 from eomgen.formula.units.table import NAMED, names
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, LOCAL_LOAD, SceneNames

@@ -1,3 +1,3 @@
 """Units: table, parser, conversion to SI, labels."""
 
-__all__ = ["conversion", "dimensions", "labels", "parser", "table"]
+__all__ = ["conversion", "labels", "parser", "table"]

@@ -37,7 +37,7 @@ from eomgen.integrators.families.family import (
 )
 from eomgen.integrators.families.generalized_alpha import indices_in_q
 from eomgen.integrators.families.needs import UNCONSTRAINED
-from eomgen.integrators.families.tableaus import EmbeddedPair, real_stability, strictly_lower
+from eomgen.integrators.families.runge_kutta import EmbeddedPair, real_stability, strictly_lower
 
 if TYPE_CHECKING:
     from eomgen.system.system import System

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from eomgen.formula.nodes import VECTORS, Application, Formula, Number, Operation, Quantity, Symbol, infix
-from eomgen.formula.units.dimensions import Dimension, dimension_of
+from eomgen.formula.units.parser import Dimension, dimension_of
 from eomgen.formula.words import FUNCTIONS
 from eomgen.scene.formula.scope import LOCAL, REACTION_PARTS, SceneNames
 from eomgen.scene.joint_types import JOINTS

@@ -15,8 +15,7 @@ from eomgen.base.random_inputs import Harmonic
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.formula.units.dimensions import Dimension, dimension_of
-from eomgen.formula.units.parser import Factors, UnitError, read_unit
+from eomgen.formula.units.parser import Dimension, Factors, UnitError, dimension_of, read_unit
 from eomgen.formula.units.table import names
 from eomgen.scene.formula.definitions import NamedExpression
 from eomgen.scene.formula.namespaces import names_of_file

@@ -19,11 +19,11 @@ from eomgen.base.data import replace
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
-from eomgen.codegen.targets.c.curve_tables import curve_tables
 from eomgen.codegen.targets.c.naming import NAMES, CNames, comment, local_names
 from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folded, indented, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
 from eomgen.codegen.targets.c.stepper import stepper_names
+from eomgen.codegen.targets.c.tables import curve_tables
 from eomgen.codegen.targets.c.tape_code import FUNCTIONS, OPERATIONS, TapeCode, literal
 from eomgen.codegen.targets.c.templates import TemplateBytecode, environment, stepper_template
 from eomgen.codegen.targets.c.uniform import MEANINGS, Uniform
