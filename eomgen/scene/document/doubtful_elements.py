@@ -104,7 +104,7 @@ def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterat
         values.value(section.stiffness[k][k]) for section in sections for k in (bend, STRAINS.index("bending_y"))
     )
     weight = max(values.value(section.mass_per_length) for section in sections) * beam.length * _GRAVITY
-    noise, loads = _ROUNDING * largest, max(bending / beam.length**2, weight)
+    noise, loads = _ROUNDING * largest, max(bending / beam.length / beam.length, weight)
     if noise > _NOISE * loads:
         note = f"the stiffness of stretch is {largest:.3g} N, by which rounding of positions exerts {noise:.2g} N, and"
         size = f"its bending and its weight exert {loads:.2g} N"

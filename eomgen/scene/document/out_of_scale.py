@@ -112,7 +112,7 @@ def _too_heavy(bodies: Iterable[Body], size: float, values: Values) -> Iterator[
     """Yield a note on each body that no solid of the scene's size could be as heavy as."""
     for body in bodies:
         mass = values.value(body.mass)
-        if body.beam is None and not body.node_of and mass > _DENSEST * size**3:
+        if body.beam is None and not body.node_of and mass > _DENSEST * size * size * size:
             note = f"the mass is {mass:.6g} kg, and a cube of steel as large as the scene, {size:.3g} m, has less"
             yield f"{key_of('bodies', body.name, 'mass')}: {note}; numbers without a unit are in kg"
 
