@@ -18,6 +18,7 @@ from eomgen.cli import linearize, options
 from eomgen.cli.equilibrium import PathRequest
 from eomgen.codegen import folder
 from eomgen.codegen.targets.c.naming import check_identifier
+from eomgen.compiled import arguments
 from eomgen.compiled.bodies import operational_inertia
 from eomgen.control import OutputFeedback, kalman, lqr
 from eomgen.errors import EomgenError
@@ -30,17 +31,23 @@ from eomgen.linear.control.stationary import stationary_covariance
 from eomgen.linear.sampling import seconds
 from eomgen.linear.spectra import InputSpectrum, MeasuredRoad
 from eomgen.linear.state_space import StateSpace
-from eomgen.products.ensembles import command, designs, simulate_many
+from eomgen.products.ensembles import command, designs, simulate_many, statistics, variations
 from eomgen.products.ensembles.distributions import read_distribution
 from eomgen.products.fields.posteriors.mesh import Mesh
 from eomgen.products.fields.posteriors.sampling import Sampler
 from eomgen.products.studies.identification import measurements, study
+from eomgen.products.studies.work_precision.running import tuning_grid
 from eomgen.products.waves.sea_states.components import discretized, divided, wave_number
 from eomgen.products.waves.sea_states.spectra import Jonswap, PiersonMoskowitz, SpectrumTable, Spreading
 from eomgen.products.waves.second_order import Sea
 from eomgen.products.waves.second_order.profiles import multiples
 from eomgen.products.waves.second_order.radar import Radar
 from eomgen.products.waves.second_order.stepping import Ramp
+from eomgen.results import dense_output, section_loads
+from eomgen.results.events import Events
+from eomgen.simulation import checkpoint, run_model
+from eomgen.simulation.stepping import controllers
+from eomgen.simulation.stepping.time_grid import time_grid
 
 
 def oscillator(feedthrough: float = 0.0) -> StateSpace:
@@ -341,7 +348,84 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "ramp": (lambda: Ramp(0.0), "Ramp: time: 0 is not above 0"),
     "power of a ramp": (lambda: Ramp(1.0, 0.0), "Ramp: power: 0 is not above 0"),
+    "sections at no time": (
+        lambda: section_loads._rows_at(cast(Any, SimpleNamespace(t=np.arange(3.0))), []),
+        "plot_sections: at: there are no times; try: times in s, or no at for a map over time",
+    ),
+    "solution made by hand": (
+        lambda: dense_output.factors_of({}),
+        "at: this solution does not say which groups its coordinates are of: it was made by hand or by an older eomgen;"
+        " try: a solution of simulate",
+    ),
+    "event that is none": (
+        lambda: Events.__getitem__(cast(Any, SimpleNamespace(counts={"stop": 1}, names=("stop",))), "stpo"),
+        "events: there is no event 'stpo'; try: stop",
+    ),
+    "parameters of a run that goes on": (
+        lambda: checkpoint._same_parameters(cast(Any, PAIR), np.array([1.0, 2.0]), {"k": 2.5}),
+        "parameter k: the run has 2, not 2.5; try: a run of its own for other parameters",
+    ),
+    "function of a run": (
+        lambda: run_model._inputs({"force": "function", "lift": 2.0}, {"lift": 3.0}),
+        "2 problems\n  1. input force: the run had a function here, which a solution does not hold; try: the same"
+        " again: inputs={'force': ...}\n  2. input lift: the run had 2 here; try: leave it out",
+    ),
+    "end before the start": (
+        lambda: time_grid(1.0, 0.5, 0.1),
+        "t_end: the end 0.5 s lies before the start 1 s; try: a later t_end",
+    ),
+    "steps without number": (
+        lambda: time_grid(0.0, 2.0, 1e-15),
+        "step: 2 s in steps of 1e-15 s are 2e+15 steps; try: a larger step",
+    ),
+    "controller of nothing": (
+        lambda: controllers._values(ROW, None, 0.5),
+        "controller servo: the function gives nothing at t = 0.5 s, and has to give 2 numbers: force, lift; try:"
+        " return force, lift",
+    ),
+    "controller of three numbers": (
+        lambda: controllers._values(ROW, [1.0, 2.0, 3.0], 0.5),
+        "controller servo: the function gives an array of shape (3,) at t = 0.5 s, and has to give 2 numbers: force,"
+        " lift; try: return force, lift",
+    ),
+    "controller of words": (
+        lambda: controllers._values({**ROW, "outputs": ["force"]}, "one", 0.5),
+        "controller servo: the function gives str, which is not an array of numbers at t = 0.5 s, and has to give one"
+        " number, force; try: return value, the number that force holds",
+    ),
+    "components": (
+        lambda: arguments.components("q", [1.0, 2.0], 1),
+        "q: the shape is (2,), (..., 1) is needed; try: q as a list of 1 number, or a batch of them along leading axes",
+    ),
+    "step longer than a run": (
+        lambda: tuning_grid(1.0, 1.01, 0.1),
+        "t_end: a step of 1.01 s does not fit into a run of 1 s; try: 10.1",
+    ),
+    "seed of an input": (
+        lambda: variations._track(cast(Any, SimpleNamespace(name="force", road=None))),
+        "input force: it is not a random road; try: an input with a road of a class",
+    ),
+    "sample beyond the last": (
+        lambda: simulate_many._numbers([2, 3], 3),
+        "keep: 3 is not the number of a sample; try: 0 to 2",
+    ),
+    "sample of a truth value": (
+        lambda: simulate_many._numbers([True], 3),
+        "keep: True is not the number of a sample; try: 0 to 2",
+    ),
+    "Sobol with a failure": (
+        lambda: statistics._sobol(8, ["a", "b"], "y", np.array([1.0] * 7 + [np.nan])),
+        "sensitivity: Sobol' indices need all 8 samples of the design, and 1 failed or are missing; try: distributions"
+        " without the samples that fail, or another design",
+    ),
+    "Sobol before the end": (
+        lambda: statistics._sobol(8, ["a", "b"], "y", np.ones(6)),
+        "sensitivity: Sobol' indices need all 8 samples of the design, and 2 failed or are missing; try: distributions"
+        " without the samples that fail, or another design",
+    ),
 }
+PAIR = SimpleNamespace(parameters=("m", "k"), parameter_array=lambda whole: np.array([whole["m"], whole["k"]]))
+ROW = {"name": "servo", "outputs": ["force", "lift"]}
 SEA = divided(Jonswap(1.0, 8.0), 3).realisation(1)
 NORMAL = read_distribution("vary x", "normal(0, 1)")
 PILOT = SimpleNamespace(columns=lambda: ["t", "q.x", "output.force"])
