@@ -287,7 +287,7 @@ class _Includer:
         part = FileData(data, {key: report.place(key) for key in report.lines})
         part = self.expanded(part, report, path.parent, chain)
         report.lines = part.lines
-        part.data, _ = in_si(part.data, report)
+        part.data, *_ = in_si(part.data, report)
         self.report.noted += report.noted
         for left_out in ("base", "gravity"):
             if left_out in part.data:

@@ -70,7 +70,7 @@ def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
         As ``tomllib`` reads a scene file.
     wanted : names of factors
     """
-    plain, _ = in_si(data, Report("scene", {}))
+    plain, *_ = in_si(data, Report("scene", {}))
     plain.setdefault("gravity", list(Document.model_fields["gravity"].default))
     scaled = _ScaledScene(plain, frozenset(wanted)).table(document_for(plain), plain, None)
     if ORIGIN in wanted:

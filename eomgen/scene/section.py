@@ -184,6 +184,8 @@ class Reading:
         Keys whose values an importer has judged, which have no requirements.
     bounds : mapping
         Bounds of single values, by key.
+    units : mapping
+        Units of the values of formulas, by key.
 
     Attributes
     ----------
@@ -207,6 +209,7 @@ class Reading:
         folder: Path,
         judged: Collection[str],
         bounds: Mapping[str, Row],
+        units: Mapping[str, str],
     ) -> None:
         self.document = document
         self.refused = refused
@@ -221,6 +224,7 @@ class Reading:
         self.bodies = dict.fromkeys([*document.section("bodies"), *document.section("beams"), *self.broken])
         self._judged = judged
         self._bounds = bounds
+        self._units = units
         self._kept: dict[type, Any] = {}
         self.parameters = [item for row in rows if not row.single for item in row.parameters(document.section(row.key))]
         tunable = {item.name: item.tunable for item in self.parameters}
@@ -245,7 +249,7 @@ class Reading:
         """Return a new reader of values, which reports to the scene's report or to another report."""
         defaults = {parameter.name: parameter.value for parameter in self.parameters}
         refused = frozenset().union(*self.refused.values())
-        return Values(self.names, defaults, report or self.report, refused, self._judged, self._bounds)
+        return Values(self.names, defaults, report or self.report, refused, self._judged, self._bounds, self._units)
 
     def aside(self, attach: AttachByKey = lambda key, body, position: (body, position)) -> Reading:
         """Return a copy of this state with a separate report and a separate reader of values, to read entries in

@@ -207,6 +207,30 @@ def notes(folder: Path, effort: str, more: str = "") -> list[str]:
             "curves.pull.unit: its unit lbf is a label, so formulas take its numbers as they are; try: points with"
             ' units, [0, "1 lbf"]',
         ),
+        ("-k * v.x", "", "efforts.e.effort: the formula is in kg m/s^3, a force in N is expected; try: a factor that"),
+        ("2 * push + k * v.x", "", "efforts.e.effort: the formula is in kg m/s^3, a force in N is expected"),
+        (
+            "map.m(q.x, v.x)",
+            MAP.replace("UNIT", "N m"),
+            "efforts.e.effort: the formula is a torque (N m), a force in N",
+        ),
+        ("k * q.x / push", "", "efforts.e.effort: the formula is a plain number, a quantity in N is expected"),
+        ("push * log(k)", "", "efforts.e.effort: log() takes a plain number or an angle, not k in N/m"),
+        (
+            "push",
+            '[outputs]\no = { formula = "k * q.x", unit = "N m" }',
+            "outputs.o: its unit N m is a label, and its values are in N",
+        ),
+        (
+            "filtered",
+            '[states.filtered]\nrate = "push - filtered"\nunit = "N"\n[states.s]\nrate = "v.x"\nunit = "N"',
+            "states.s.rate: the formula is a speed (m/s), a quantity in kg m/s^3 is expected",
+        ),
+        (
+            "other",
+            '[inputs.other]\nformula = "k * t"\nunit = "N"',
+            "inputs.other.formula: the formula is a damping (N s/m), a force in N is",
+        ),
         ("law.drag(v.x) + q.x", LAW, "efforts.e.effort: the formula adds law.drag(v.x) in N and q.x in m"),
         (
             "force * 2",
@@ -231,6 +255,12 @@ def test_one_note_at_the_place_of_the_terms(effort: str, more: str, note: str, t
         ("map.m(q.x, v.x) - push", MAP.replace("UNIT", "N")),
         ("map.m(q.x, v.x) - push", MAP.replace("UNIT", "")),
         ("law.drag(v.x) + k * q.x", LAW),
+        ("-2 * k * v.x", ""),
+        ("-q.x - c * q.x**3", "[parameters.c]\nvalue = 2.0"),
+        ("k * sin(3 * q.x)", ""),
+        ("push", '[states.s]\nrate = "3 * v.x"\nunit = "N"'),
+        ("push", '[states.s]\nrate = "q.x"\nunit = "m s"'),
+        ("push", '[outputs]\no = { formula = "k * q.x", unit = "kg m/s^2" }'),
         ("force + push", '[definitions]\nforce = { formula = "-k * q.x", unit = "N" }'),
     ],
 )

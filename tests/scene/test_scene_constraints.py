@@ -475,6 +475,10 @@ _EXAMPLE = '; try: equation = "q.rod - lift(q.cam)", which is 0 on the constrain
         ('formula = "q.z - q.x"', "(constraints.wire.formula): the key 'formula' is unknown here; try: equation"),
         (f'{_FRAMES}equation = "Z - 1"', "wire.equation): unknown name 'Z' (column 1); try: z"),
         ('equation = "q.z"\ndrive = "t"', "a formula constraint has no drive; try: type = revolute"),
+        (
+            'equation = "y - q.x**2"',
+            "unknown name 'y' (column 1); try: first and second: x, y and z are coordinates of",
+        ),
     ],
 )
 def test_one_problem_of_a_formula(text: str, message: str) -> None:
@@ -503,6 +507,53 @@ def test_surfaces_have_their_keys(text: str, message: str) -> None:
         frames += 'second = { body = "rod", axis = [0, 1, 0], x_axis = [1, 0, 0] }'
         [problem] = problems(f'type = "{kind}"\n{frames}\n{text}')
         assert message in problem
+
+
+_STIFFNESS = '[parameters.stiffness]\nvalue = 1\nunit = "N/m"'
+_ROUND = 'type = "rolling"\nfirst = { body = "FIRST", axis = [0, 1, 0] }\nsecond = { body = "SECOND"REST'
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "rest", "note"),
+    [
+        (
+            "rod",
+            "base",
+            ' }\nshape = "sphere"\nradius = 1',
+            "constraints.loop: second, the base, carries the sphere, and first the plane; a body on the ground is",
+        ),
+        (
+            "base",
+            "rod",
+            ', axis = [1, 0, 0] }\nshape = "torus"\nradius = 0.1\ntube_radius = 0.2',
+            "constraints.loop.tube_radius: a tube of radius 0.2 about a centre line of radius 0.1 leaves no hole in the"
+            " torus; try: the smaller radius in tube_radius",
+        ),
+        (
+            "base",
+            "rod",
+            ' }\nshape = "sphere"\nradius = 1\nsurface = "0.2 * stiffness * x"\n' + _STIFFNESS,
+            "",
+        ),
+        (
+            "base",
+            "rod",
+            ' }\nshape = "sphere"\nradius = 1\nsurface = "stiffness * x"\n' + _STIFFNESS,
+            "constraints.loop.surface: the formula is a force (N), a length in m is expected",
+        ),
+    ],
+)
+def test_doubtful_contacts_are_noted(first: str, second: str, rest: str, note: str) -> None:
+    text = _ROUND.replace("FIRST", first).replace("SECOND", second).replace("REST", rest)
+    found = [each for each in read(text).notes if each.startswith("constraints.loop")]
+    assert [each[: len(note)] for each in found] == [note][: bool(note)]
+
+
+def test_the_height_of_a_surface_depends_on_its_place_alone() -> None:
+    text = _ROUND.replace("FIRST", "base").replace("SECOND", "rod").replace("REST", ' }\nshape = "sphere"\nradius = 1')
+    [problem] = problems(f'{text}\nsurface = "q.second"')
+    expected = "q.second cannot be used here: the height of a surface depends on x and y (column 1); try: a moving body"
+    assert expected in problem
 
 
 def test_branches_of_a_formula_have_to_meet() -> None:

@@ -490,7 +490,7 @@ _TEXTS = st.one_of(
 @given(_TEXTS)
 def test_any_text_is_a_number_a_formula_or_a_problem(text: str) -> None:
     report = Report("scene.toml", {})
-    data, _ = in_si(
+    data, *_ = in_si(
         {"bodies": {"arm": {"mass": text}}, "parameters": {"x": text}, "simulation": {"step": text}}, report
     )
     found = data["bodies"]["arm"]["mass"]

@@ -43,14 +43,14 @@ def assemble(
     ------
     DescriptionError
     """
-    data, labels = in_si(part.data, report)
+    data, labels, units = in_si(part.data, report)
     document, refused = read_document(data, report)
     if coordinates is not None:
         document = document.model_copy(update={"coordinates": coordinates})
     document = check_names(document, refused, report)
     bodies = data.get("bodies", ()) if inertias_checked else part.judged
     judged = {key_of("bodies", body, field) for body in bodies for field in ("mass", "inertia")}
-    reading = Reading(document, refused, data, document.rows, report, folder, judged, bounds_of(document.rows))
+    reading = Reading(document, refused, data, document.rows, report, folder, judged, bounds_of(document.rows), units)
     fields = _fields(reading, document, part.bound)
     report.raise_problems()
     return Scene(

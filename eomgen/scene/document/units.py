@@ -110,8 +110,9 @@ _WITHOUT_UNIT = frozenset({"-", "1", "--", "none", "dimensionless"})
 _WITH_TIME = re.compile(r"([^*]*[^* \t])[ \t]*\*[ \t]*t[ \t]*")
 
 
-def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list[str]]:
-    """Return the data of a scene with numbers in place of unit strings, and notes on labels that do not convert.
+def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list[str], dict[str, str]]:
+    """Return the data of a scene with numbers in place of unit strings, notes on labels that do not convert, and the
+    units of the values of formulas by key.
 
     Parameters
     ----------
@@ -121,13 +122,14 @@ def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list
         Takes quantities that cannot be converted.
     """
     converter = _Converter(data, report)
-    return converter.table(document_for(data), "", data, None), converter.notes
+    return converter.table(document_for(data), "", data, None), converter.notes, converter.units
 
 
 class _Converter:
     def __init__(self, data: Mapping[str, Any], report: Report) -> None:
         self.report = report
         self.notes: list[str] = []
+        self.units: dict[str, str] = {}
         sections = {name: section for name, section in data.items() if isinstance(section, Mapping)}
         self.joints = sections.get("joints", {})
         bare = [row.key for row in OWN if row.bare]
@@ -165,6 +167,8 @@ class _Converter:
                 result[name] = self.value(_unit(meaning, kind, component), place, data[name], over_time=over_time)
             if meaning.unit == ANY_UNIT and "unit" in fields:
                 self.label(key, data, result, name)
+                if isinstance(result[name], str) and isinstance(label := result.get("unit"), str):
+                    self.units[place] = label
         if own is not None:
             self.label_columns(model, key, own, result)
         return result
@@ -272,6 +276,8 @@ class _Converter:
 
         ``over_time``: formulas of time could stand instead.
         """
+        if isinstance(value, str) and isinstance(unit, str) and unit not in ("", ANY_UNIT):
+            self.units[key] = unit
         if isinstance(value, FaultyText | IncludedText):  # read with the included file
             return value
         if isinstance(value, str):

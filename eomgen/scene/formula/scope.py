@@ -153,6 +153,18 @@ BETWEEN_FRAMES = Scope(
         ),
     ),
 )
+#: Of heights of surfaces of constraints.
+SURFACE = Scope(
+    BETWEEN_FRAMES.description,
+    BETWEEN_FRAMES.kinds,
+    (
+        *_NOT_IN_CONSTRAINTS,
+        *(
+            (kind, "the height of a surface depends on x and y", "a moving body in first, which carries the surface")
+            for kind in ("q", "position", "v", "velocity")
+        ),
+    ),
+)
 _ROAD = frozenset({"parameter", "time", "curve", "input", "position"})
 ROAD = Scope("time, parameters, inputs, curves and the position of the wheel's centre", _ROAD)
 SPRING_FORCE = Scope(
@@ -334,6 +346,8 @@ def of_name(name: str, names: SceneNames, scope: Scope, known: Iterable[str]) ->
         return "t"
     if name.lower() in IN_FRAME and "frame" in scope.kinds:
         return name.lower()
+    if name in IN_FRAME and scope in (POSITIONS, VELOCITIES):
+        return "first and second: x, y and z are coordinates of the second frame's origin in the first frame"
     if name in ("g", "gravity"):
         return f'9.81, or a parameter: {name} = {{ value = 9.81, unit = "m/s^2" }}'
     if name in names.points and "position" in scope.kinds:

@@ -14,7 +14,7 @@ from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import changes
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Application, Formula, Operation, Symbol
-from eomgen.scene.formula.scope import BETWEEN_FRAMES, PARAMETERS, POSITIONS, VELOCITIES
+from eomgen.scene.formula.scope import BETWEEN_FRAMES, PARAMETERS, POSITIONS, SURFACE, VELOCITIES
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.drives import read_law, read_length, read_smoothing
@@ -90,6 +90,9 @@ def read_constraint(
     equation, unit = read_equation(key, entry, points, values) if entry.type == "formula" else (None, Constraint.unit)
     law = "length" if entry.type == "distance" else "drive"
     smooth = read_smoothing(key, entry.smooth, law if getattr(entry, law) is None else "", values)
+    radius, tube = (_number(f"{key}.{field}", getattr(entry, field), values) for field in ("radius", "tube_radius"))
+    if "shape" in CONSTRAINTS[entry.type].keys:
+        values.note(_doubtful_contact(key, shape, second, radius, tube, values))
     return Constraint(
         name=name,
         type=entry.type,
@@ -97,19 +100,30 @@ def read_constraint(
         second=second,
         drive=None if entry.drive is None else read_law(f"{key}.drive", entry.drive, values, smooth),
         length=ZERO if entry.length is None else read_length(f"{key}.length", entry.length, values, smooth),
-        radius=_number(f"{key}.radius", entry.radius, values),
+        radius=radius,
         shape=shape,
         pitch=_number(f"{key}.pitch", entry.pitch, values),
         semi_axes=ZERO_VECTOR
         if entry.semi_axes is None
         else values.vector(f"{key}.semi_axes", entry.semi_axes, PARAMETERS),
-        tube_radius=_number(f"{key}.tube_radius", entry.tube_radius, values),
+        tube_radius=tube,
         surface=_surface(f"{key}.surface", shape, entry.surface, values) if entry.surface is not None else None,
         equation=equation,
         at_velocity=entry.velocity_equation is not None,
         unit=unit,
         framed=framed,
     )
+
+
+def _doubtful_contact(
+    key: str, shape: Shape, second: Frame, radius: Formula, tube: Formula, values: Values
+) -> Iterator[str]:
+    """Yield notes on a contact whose frames or radii look exchanged."""
+    if second.body == BASE:
+        yield f"{key}: second, the base, carries the {shape}, and first the plane; a body on the ground is second"
+    if shape == "torus" and (inner := values.value(tube)) >= (outer := values.value(radius)):
+        fault = f"a tube of radius {inner:g} about a centre line of radius {outer:g} leaves no hole in the torus"
+        yield f"{key}.tube_radius: {fault}; try: the smaller radius in tube_radius"
 
 
 def _surface(key: str, shape: Shape, text: float | str, values: Values) -> Formula | None:
@@ -119,7 +133,7 @@ def _surface(key: str, shape: Shape, text: float | str, values: Values) -> Formu
         hint = 'shape = "sphere", or no surface: the plane of the first frame'
         values.report.add(key, f"{article} {shape} touches planes alone, and only spheres touch surfaces", hint)
         return None
-    formula = values.formula(key, text, BETWEEN_FRAMES)
+    formula = values.formula(key, text, SURFACE)
     if formula is UNKNOWN or formula == ZERO:
         return None
     for symbol in sorted(symbols(formula), key=lambda symbol: (symbol.kind, symbol.index)):

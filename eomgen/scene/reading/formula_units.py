@@ -32,12 +32,13 @@ _ALIKE = {
 }
 #: Functions of angles, and of plain numbers; ``tanh(v.hinge)`` stands for ``tanh(v.hinge / 1)`` by common use.
 _OF_ANGLES = frozenset({"sin", "cos", "tan"})
+_GROWING = frozenset({"exp", "log", "sinh", "cosh"})
 _OF_COSINES = frozenset({"asin", "acos"})
 _OF_NUMBERS = {name for name, count in FUNCTIONS.items() if count == 1} - {"sqrt", "abs", "sign"}
 _KEEPING = frozenset({"add", "sub", "min", "max", "select"})
 #: Remedy for terms that disagree.
 FACTOR = "a factor that turns one unit into the other"
-_SECOND = Dimension((0.0, 0.0, 1.0, 0.0, 0.0))
+SECOND = Dimension((0.0, 0.0, 1.0, 0.0, 0.0))
 _LONGEST = 48
 
 
@@ -58,6 +59,20 @@ def unit_of(formula: Formula, names: SceneNames) -> str:
 def dimension_of_formula(formula: Formula, names: SceneNames) -> Dimension | None:
     """Return the dimension of a formula; None if unknown."""
     return _Units(names).of_term(formula)
+
+
+def labelled_dimension(formula: Formula, names: SceneNames) -> Dimension | None:
+    """Return the dimension of a product, quotient, curve or law with labelled names, or of a sum with such a term; None
+    if unknown, and for a name alone."""
+    units = _Units(names)
+
+    def of_part(part: Formula) -> Dimension | None:
+        if isinstance(part, Operation) and (part.name in _KEEPING or part.name == "neg"):
+            return next(filter(None, map(of_part, part.arguments[-2:])), None)
+        known = units.of(part)
+        return known if id(part) in units.labelled and not isinstance(part, Symbol) else None
+
+    return of_part(formula)
 
 
 def disagreement(formula: Formula, names: SceneNames) -> Disagreement | None:
@@ -106,9 +121,9 @@ def _has_angle(dimension: Dimension) -> bool:
 
 
 def _is_place(formula: Formula) -> bool:
-    """Return whether a formula is made of positions alone."""
+    """Return whether a formula is made of positions of points alone."""
     if isinstance(formula, Symbol):
-        return formula.kind == "position" or (formula.kind == "local" and formula.name == "position")
+        return formula.kind == "position"
     if not isinstance(formula, Operation) or formula.name not in ("add", "sub", "neg"):
         return False
     return all(isinstance(argument, Number) or _is_place(argument) for argument in formula.arguments)
@@ -198,8 +213,9 @@ class _Units:
         """Keep an argument of a function of numbers that has a unit."""
         argument = formula.arguments[0]
         bare = formula.name not in _OF_ANGLES and isinstance(argument, Symbol)
+        bare = bare and not (formula.name in _GROWING and argument.kind in _LABELLED)
         cosine = formula.name in _OF_COSINES and id(argument) not in self.labelled
-        if unit is not None and not (unit.is_number or bare or cosine or unit.powers == _SECOND.powers):
+        if unit is not None and not (unit.is_number or bare or cosine or unit.powers == SECOND.powers):
             text = f"{formula.name}() takes a plain number or an angle, not {self.term(argument, unit)}"
             self.note(text, (str(unit), "1"))
 

@@ -16,12 +16,13 @@ from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, Vector
 from eomgen.formula.substitution import substituted
+from eomgen.formula.units.dimensions import Dimension, dimension_of
 from eomgen.formula.units.parser import read_unit
 from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, UnknownPoseError
 from eomgen.scene.formula.namespaces import known_there, read_included
 from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
-from eomgen.scene.reading.formula_units import FACTOR, disagreement, unit_of
+from eomgen.scene.reading.formula_units import FACTOR, disagreement, labelled_dimension, unit_of
 from eomgen.scene.reading.kinds import FaultyText, Rotations
 from eomgen.scene.reading.kinds import Rotation as WrittenRotation
 from eomgen.scene.reading.report import Report, check_reference
@@ -80,6 +81,8 @@ class Values:
         Keys whose values an importer has judged; such values are not checked again.
     bounds : mapping
         Rules for single values, by key.
+    units : mapping
+        Units of the values of formulas, by key.
 
     Attributes
     ----------
@@ -99,6 +102,7 @@ class Values:
         refused: Collection[str] = (),
         judged: Collection[str] = (),
         bounds: Mapping[str, Row] = BOUNDS,
+        units: Mapping[str, str] | None = None,
     ) -> None:
         self.names = names
         self.parameters = parameters
@@ -106,6 +110,7 @@ class Values:
         self.refused = refused
         self.judged = judged
         self.bounds = bounds
+        self.units = units or {}
         self.requirements: list[Requirement] = []
         self.mentioned: set[tuple[str, str]] = set()
         self.notes: list[str] = []
@@ -139,6 +144,8 @@ class Values:
         self._check_arguments(key, formula)
         if terms := disagreement(formula, self.names):
             self.note([f"{key}: {terms.text}; try: {FACTOR}"])
+        elif unit := self.units.get(key):
+            self.note_unit(key, labelled_dimension(formula, self.names), dimension_of(unit))
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
         self.mentioned |= entries(formula)
@@ -150,6 +157,16 @@ class Values:
                 return UNKNOWN
         self._require_bound(key, formula, scope)
         return formula
+
+    def note_unit(self, key: str, known: Dimension | None, expected: Dimension | None) -> None:
+        """Note a formula in another unit than the unit of its key, if both are known."""
+        if expected is None or known is None or known.powers == expected.powers:
+            return
+        from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # pint comes with it
+
+        plain = f"a plain number, a quantity in {expected} is expected"
+        fault = plain if known.is_number else misplaced(str(known), str(expected))
+        self.note([f"{key}: the formula is {fault}; try: {FACTOR}"])
 
     def _check_arguments(self, key: str, formula: Formula) -> None:
         """Report curves and quantities in a formula with an argument of another kind than the entry's own argument."""

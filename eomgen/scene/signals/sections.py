@@ -31,7 +31,15 @@ from eomgen.scene.formula.scope import (
     SceneNames,
 )
 from eomgen.scene.reading import report
-from eomgen.scene.reading.formula_units import FACTOR, dimension_of_formula, disagreement, unit_of, unit_of_symbol
+from eomgen.scene.reading.formula_units import (
+    FACTOR,
+    SECOND,
+    dimension_of_formula,
+    disagreement,
+    labelled_dimension,
+    unit_of,
+    unit_of_symbol,
+)
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.section import Entries, Reading, Section, UnusedEntries
@@ -43,10 +51,12 @@ from eomgen.system.motions import Motion, motion_parameters
 from eomgen.system.signals import Definition, Input, Output, Parameter, State
 
 
-def units_of_symbols(formulas: Sequence[Formula], names: SceneNames) -> str:
-    """Return the common unit of formulas if each is one quantity or labelled name; empty for other formulas."""
+def unit_of_formulas(formulas: Sequence[Formula], names: SceneNames) -> str:
+    """Return the common unit of formulas of quantities and labelled names; empty if it is not known."""
     result = {
-        unit_of_symbol(formula, names.joints, names.labels) if isinstance(formula, Symbol) else ""
+        unit_of_symbol(formula, names.joints, names.labels)
+        if isinstance(formula, Symbol)
+        else str(labelled_dimension(formula, names) or "")
         for formula in formulas
     }
     return result.pop() if len(result) == 1 else ""
@@ -131,6 +141,8 @@ def read_state(name: str, entry: schema.State, values: Values) -> list[State]:
         if getattr(entry, word) is not None:
             values.report.add(f"{key}.{word}", f"{word} is of sampled states", 'sample = "1 ms" in place of the rate')
     rate = values.formula(f"{key}.rate", entry.rate, STATE)
+    known, label = dimension_of(unit_of_formulas((rate,), values.names)), dimension_of(entry.unit)
+    values.note_unit(f"{key}.rate", known, label and label.times(SECOND, -1.0))
     initial = values.constant(f"{key}.initial", entry.initial)
     return [State(name, rate, initial, entry.unit, entry.description)]
 
@@ -191,7 +203,7 @@ def read_output(name: str, output: schema.Output, sections: Sections, values: Va
     unit = _UNITS.get(given[0], "") if len(given) == 1 else ""
     if output.energy is not None:
         unit = "W" if output.energy.endswith("power") else "J"
-    own = unit or units_of_symbols(formulas, values.names)
+    own = unit or unit_of_formulas(formulas, values.names)
     if output.unit and (note := doubtful_label(output.unit, own)):
         values.note([f"{key}: {note}"])
     return Output(name, formulas, output.unit or unit, output.description)
