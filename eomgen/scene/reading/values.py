@@ -16,8 +16,7 @@ from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, Vector
 from eomgen.formula.substitution import substituted
-from eomgen.formula.units.dimensions import Dimension, dimension_of
-from eomgen.formula.units.parser import read_unit
+from eomgen.formula.units.parser import Dimension, dimension_of, read_unit
 from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, UnknownPoseError
 from eomgen.scene.formula.namespaces import known_there, read_included
 from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, SceneNames, Scope
