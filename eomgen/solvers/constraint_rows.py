@@ -283,7 +283,7 @@ def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Array:
         kinds = {name.rpartition(": ")[2] for name in undefined}
         remedies = {
             "discs": "a state in which no disc lies flat on the plane on which it rolls",
-            "surfaces": "a start near the surface, and a sphere that is smaller than the valleys of the surface",
+            "surfaces": "a start near the surface, and a body that is smaller than the valleys of the surface",
             "formulas": "a state in which the formula and its derivatives have values",
             "others": "a state in which the points of a distance differ, and lengths above 0",
         }

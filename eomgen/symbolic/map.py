@@ -313,6 +313,7 @@ def splice(
             copy[node] = target.curve(*source.curves[source.b[node]], there(source.a[node]))
         else:
             copy[node] = record(target, op, [there(ref) for ref in source.operands(node)])
+    target.converged |= {abs(copy[node]) for node in source.converged.intersection(copy)}
     return [there(ref) for ref in refs]
 
 

@@ -64,6 +64,9 @@ class Tape:
         Functions of one number given by tables, and the order of the derivative.
     instances : dict
         Results of subgraphs recorded repeatedly from the same references, by kind and references.
+    converged : set
+        Nodes with the value of a converged iteration. Derivatives take these nodes as constants: each further step that
+        is recorded from these nodes on has the derivatives of the result to an order more.
     """
 
     op: list[Op] = field(default_factory=list)
@@ -78,6 +81,7 @@ class Tape:
     maps: list[object] = field(default_factory=list)
     curves: list[tuple[CurveLike, int]] = field(default_factory=list)
     instances: dict[tuple[object, ...], tuple[Ref, ...]] = field(default_factory=dict, repr=False)
+    converged: set[int] = field(default_factory=set, repr=False)
     _known: dict[tuple[int, ...], int] = field(default_factory=dict, repr=False)
     _constant_ids: dict[float, int] = field(default_factory=dict, repr=False)
     _generic: dict[tuple[object, ...], int] = field(default_factory=dict, repr=False)

@@ -274,76 +274,100 @@ def _lowest(quantities: Quantities, item: Constraint, normal: Vector, origin: Ve
 
 
 #: Steps of Newton's method for the place of a contact on a surface, before and after the check that the steps converge,
-#: and the largest distance at the check, by the radius: three more steps square it to round-off.
-_BEFORE, _AFTER, _NEAR = 3, 3, 0.01
+#: of spheres and of other shapes, whose curvature varies; the largest distance at the check, by the size of the body.
+#: The steps after the check square this distance to round-off.
+_STEPS_OF_SPHERES, _STEPS, _NEAR = (3, 3), (5, 4), 0.01
+#: Further steps, with one matrix. Each has the derivatives of the place to an order more: Phi and B need three.
+_DIFFERENTIATED = 3
 
 
 def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FramePair) -> Contact:
-    """Return the contact of a sphere with a surface z = h(x, y) in the first frame.
+    """Return the contact of a body with a surface z = h(x, y) in the first frame.
 
-    The place (x, y) of the contact is the nearest one to the centre c: (x, y) - c + (h - c_z) grad h = 0. A fixed
-    number of steps of Newton's method, from the place below the centre, is recorded on the tape, so all derivatives
-    follow. If the steps do not converge, or converge to a place that is not the nearest around, because the sphere is
-    larger than a valley, the height is not a number.
+    The place (x, y) of the contact is the place whose normal leads to the body's lowest point along this normal. A
+    fixed number of steps of Newton's method, from the place below the centre, is recorded on the tape. If the steps do
+    not converge, or converge to a place in a valley narrower than the body, the height is not a number.
     """
-    step, final = _surface_functions(quantities, item)
-    algebra, tape = quantities.algebra, quantities.algebra.tape
-    center = apply(transpose(pair.first.axes), minus(pair.second.origin, pair.first.origin))
-    place, valid, minors = [center[0], center[1]], list[Scalar](), list[Scalar]()
-    size = _NEAR * quantities.formula(item.radius)
-    for number in range(_BEFORE + _AFTER):
-        x, y, off, *minors = _called(tape, step, [*place, *center])
-        place = [x, y]
-        if number == _BEFORE:
-            valid.append(size * size - off)
-    height, *parts = _called(tape, final, [*place, *center])
-    point, first, second = (apply(pair.first.axes, (parts[k], parts[k + 1], parts[k + 2])) for k in (0, 3, 6))
-    for condition in [*valid, *minors]:
+    step, residual, final = _surface_functions(quantities, item)
+    algebra, tape, axes = quantities.algebra, quantities.algebra.tape, pair.first.axes
+    pose = list(apply(transpose(axes), minus(pair.second.origin, pair.first.origin)))
+    if item.shape != "sphere":
+        pose += [dot(pair.first.axis(row), pair.second.axis(column)) for row in range(3) for column in range(3)]
+    place, conditions, first_node = pose[:2], list[Scalar](), len(tape.op)
+    before, after = _STEPS_OF_SPHERES if item.shape == "sphere" else _STEPS
+    inverse = minors = list[Scalar]()
+    for number in range(before + after):
+        x, y, off, *inverse = _called(tape, step, [*place, *pose])
+        place, inverse, minors = [x, y], inverse[:4], inverse[4:]
+        if number == before:
+            size = _NEAR * _curved_size(quantities, item)
+            conditions.append(size * size - off)
+    one = touches = algebra.one
+    for condition in (*conditions, *minors):
         if condition.constant is None:
-            missed = algebra.call(Op.SQRT, -algebra.one - condition * condition)
-            height = algebra.select(algebra.call(Op.LT, algebra.zero, condition), height, missed)
-    return Contact(plus(pair.first.origin, point), (first, second), height)
+            missed = algebra.call(Op.SQRT, -one - condition * condition)
+            touches = touches * algebra.select(algebra.call(Op.LT, algebra.zero, condition), one, missed)
+    results = [abs(value.ref) for value in (*place, *inverse, touches)]
+    tape.converged |= {node for node in results if node >= first_node}
+    for _ in range(_DIFFERENTIATED):
+        off_x, off_y = _called(tape, residual, [*place, *pose])
+        x, y = (inverse[k] * off_x + inverse[k + 1] * off_y for k in (0, 2))
+        place = [place[0] - x, place[1] - y]
+    height, *parts = _called(tape, final, [*place, *pose])
+    point, first, second = (apply(axes, (parts[k], parts[k + 1], parts[k + 2])) for k in (0, 3, 6))
+    return Contact(plus(pair.first.origin, point), (first, second), touches * height)
 
 
-def _called(tape: Tape, refs: tuple[Tape, list[Ref]], arguments: Sequence[Scalar]) -> list[Scalar]:
+#: Results of a function on a tape of its own.
+_Function = tuple[Tape, list[Ref]]
+
+
+def _called(tape: Tape, refs: _Function, arguments: Sequence[Scalar]) -> list[Scalar]:
     """Return the values of a function that is recorded on another tape."""
     source, values = refs
     bound = {InputSymbol(_MOTION, number): argument.ref for number, argument in enumerate(arguments)}
     return [Scalar(tape, ref) for ref in splice(tape, source, values, bound)]
 
 
-def _surface_functions(
-    quantities: Quantities, item: Constraint
-) -> tuple[tuple[Tape, list[Ref]], tuple[Tape, list[Ref]]]:
-    """Return two functions of a place (x, y) and the centre of a sphere in the first frame, on a separate tape.
+def _surface_functions(quantities: Quantities, item: Constraint) -> tuple[_Function, _Function, _Function]:
+    """Return three functions of a place (x, y) and a body's pose in the first frame, on a separate tape: the centre,
+    and the axes of shapes other than spheres.
 
-    The first gives the next place by Newton's method, the square of the residual, m^2, and two numbers that are
-    positive near a place of least distance; the second the height, and point and tangents of the contact.
+    The first gives the next place by Newton's method, the square of the residual, m^2, the inverse of the residual's
+    partials, and two numbers that are positive if body and surface touch at one point; the second the residual, m; the
+    third the height, and point and tangents of the contact.
     """
     assert item.surface is not None  # asked for by the caller
     tape = Tape()
     detached = DetachedSymbols(quantities, tape)
     algebra = detached.algebra
-    x, y, *center = (Scalar(tape, tape.input(_MOTION, number)) for number in range(5))
+    count = 5 if item.shape == "sphere" else 14
+    x, y, *pose = (Scalar(tape, tape.input(_MOTION, number)) for number in range(count))
 
     def resolved(symbol: Symbol) -> Scalar:
         return (x, y)[symbol.index] if symbol.kind == "local" else detached(symbol)
 
     h = record(algebra, item.surface, resolved)
-    (slopes,) = _partials(algebra, [h])
-    rise = h - center[2]
-    off = (x - center[0] + rise * slopes[0], y - center[1] + rise * slopes[1])
+    ((hx, hy),) = _partials(algebra, [h])
+    normal, origin = _unit(algebra, (-hx, -hy, algebra.one)), (pose[0], pose[1], pose[2])
+    rows = [(pose[k], pose[k + 1], pose[k + 2]) for k in (3, 6, 9)] if item.shape != "sphere" else []
+    axes = (rows[0], rows[1], rows[2]) if rows else algebra.identity
+    point = _lowest(detached, item, normal, origin, axes)
+    # of a sphere the radius is along the normal, and has no part along the surface
+    gap = minus((x, y, h), origin if item.shape == "sphere" else point)
+    off = (gap[0] + gap[2] * hx, gap[1] + gap[2] * hy)
     (a, b), (c, d) = _partials(algebra, off)
     minor = a * d - b * c
+    inverse = [d / minor, -b / minor, -c / minor, a / minor]
     moved = [x - (d * off[0] - b * off[1]) / minor, y - (a * off[1] - c * off[0]) / minor]
-    normal = _unit(algebra, (-slopes[0], -slopes[1], algebra.one))
-    origin, radius = (center[0], center[1], center[2]), detached.formula(item.radius)
-    point = minus(origin, scaled(radius, normal))
+    # 1 + R S, of the body's radii of curvature R and the surface's curvatures S, has positive eigenvalues
+    trace = a if item.shape == "sphere" else a * (1 + hy * hy) - (b + c) * hx * hy + d * (1 + hx * hx)
     height = dot(normal, minus(point, (x, y, h)))
-    tangent = _unit(algebra, (algebra.one, algebra.zero, slopes[0]))
+    tangent = _unit(algebra, (algebra.one, algebra.zero, hx))
     outputs = [height, *point, *tangent, *cross(normal, tangent)]
-    step = [*moved, dot(off, off), a, minor]
-    return (tape, [value.ref for value in step]), (tape, [value.ref for value in outputs])
+    step = [*moved, dot(off, off), *inverse, trace, minor]
+    by_step, by_residual, by_final = ([value.ref for value in values] for values in (step, off, outputs))
+    return (tape, by_step), (tape, by_residual), (tape, by_final)
 
 
 def _partials(algebra: Algebra, values: Sequence[Scalar]) -> list[tuple[Scalar, Scalar]]:
@@ -356,6 +380,14 @@ def _partials(algebra: Algebra, values: Sequence[Scalar]) -> list[tuple[Scalar, 
 
 def _unit(algebra: Algebra, vector: Vector) -> Vector:
     return scaled(algebra.one / algebra.call(Op.SQRT, dot(vector, vector)), vector)
+
+
+def _curved_size(quantities: Quantities, item: Constraint) -> Scalar:
+    """Return the mean semi-axis of an ellipsoid, or the radius of another body, m."""
+    if item.shape != "ellipsoid":
+        return quantities.formula(item.radius)
+    x, y, z = quantities.vector(item.semi_axes)
+    return (x + y + z) * (1 / 3)
 
 
 def _body_size(quantities: Quantities, item: Constraint) -> Scalar:

@@ -174,7 +174,8 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("G",), ("shear_modulus",)),
     **dict.fromkeys(("EI", "EA", "GJ", "GA"), ("stiffness", "section")),
     # shapes
-    **dict.fromkeys(("height",), ("length",)),
+    **dict.fromkeys(("height", "terrain"), ("surface", "road", "length")),
+    **dict.fromkeys(("tube", "minor_radius"), ("tube_radius",)),
     **dict.fromkeys(("dimensions", "extents", "sides"), ("size",)),
     **dict.fromkeys(("filename", "path", "mesh", "stl"), ("file",)),
     **dict.fromkeys(("colour", "rgb", "rgba", "material"), ("color",)),

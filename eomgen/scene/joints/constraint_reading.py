@@ -107,7 +107,7 @@ def read_constraint(
         if entry.semi_axes is None
         else values.vector(f"{key}.semi_axes", entry.semi_axes, PARAMETERS),
         tube_radius=tube,
-        surface=_surface(f"{key}.surface", shape, entry.surface, values) if entry.surface is not None else None,
+        surface=_surface(f"{key}.surface", entry.surface, values) if entry.surface is not None else None,
         equation=equation,
         at_velocity=entry.velocity_equation is not None,
         unit=unit,
@@ -126,13 +126,8 @@ def _doubtful_contact(
         yield f"{key}.tube_radius: {fault}; try: the smaller radius in tube_radius"
 
 
-def _surface(key: str, shape: Shape, text: float | str, values: Values) -> Formula | None:
+def _surface(key: str, text: float | str, values: Values) -> Formula | None:
     """Return the height of a surface, a formula of x and y; None for the plane or a reported fault."""
-    if shape != "sphere":
-        article = "an" if shape == "ellipsoid" else "a"
-        hint = 'shape = "sphere", or no surface: the plane of the first frame'
-        values.report.add(key, f"{article} {shape} touches planes alone, and only spheres touch surfaces", hint)
-        return None
     formula = values.formula(key, text, SURFACE)
     if formula is UNKNOWN or formula == ZERO:
         return None

@@ -69,7 +69,7 @@ def _tangents(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> dict[int, Tan
             tangents[node] = seeded[node]
             continue
         op = tape.op[node]
-        if op in LEAVES:
+        if op in LEAVES or node in tape.converged:
             continue
         if op is Op.MAP:
             number = tape.a[node]
@@ -236,6 +236,8 @@ def _depending(tape: Tape, live: Iterable[int], on: set[int]) -> set[int]:
     reach: set[int] = set()
     of_maps: dict[int, bool] = {}
     for node in live:
+        if node in tape.converged and node not in on:
+            continue
         if tape.op[node] is Op.MAP:
             if tape.a[node] not in of_maps:
                 of_maps[tape.a[node]] = any(abs(ref) in reach for ref in tape.operands(node))
