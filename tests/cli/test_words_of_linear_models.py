@@ -1,0 +1,274 @@
+"""Words of ``eomgen linearize`` and ``eomgen equilibrium``: options as they are read, and tables of modes, of matrices
+that are given here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from eomgen.cli import equilibrium, linearize
+from eomgen.cli.linearize import RideRequest
+from eomgen.errors import UsageError
+from eomgen.linear.modes import Modes, modes
+
+
+def of(A: list[list[float]], names: tuple[str, ...] = ("x", "y"), at_rest: bool = True, t: float = 0.5) -> Any:
+    """Return a linear model with the first states as coordinates."""
+    matrix = np.array(A)
+    found = modes(matrix, np.eye(len(names), len(matrix)), names, np.ones(len(names)))
+    a = np.zeros(2) if at_rest else np.array([0.0, 1.1e-9])
+    return SimpleNamespace(modes=lambda: found, reference=SimpleNamespace(what="equilibrium", t=t, a=a))
+
+
+#: x oscillates with 3 rad/s and decays with 0.2 1/s; y decays alone.
+DECAYS = [[0.0, 0.0, 1.0], [0.0, -5.0, 0.0], [-9.0, 0.0, -0.4]]
+
+
+def test_the_table_of_modes_has_frequencies_in_hertz_and_shapes(capsys: pytest.CaptureFixture[str]) -> None:
+    linearize._print(cast(Any, of(DECAYS)), "rig")
+    shown = capsys.readouterr()
+    lines = [line.split() for line in shown.out.splitlines()]
+    assert shown.out.splitlines()[0].rstrip() == "rig about the equilibrium at t = 0.5 s"
+    damped = math.sqrt(9.0 - 0.04)
+    assert lines[2] == [
+        "1",
+        f"{3.0 / (2.0 * math.pi):.9g}",
+        f"{0.2 / 3.0:.6g}",
+        "-0.2",
+        "±",
+        f"{damped:.9g}j",
+        "x",
+        "1",
+    ]
+    assert lines[3] == ["2", "1", "-5", "y", "1"]
+    assert shown.err == ""
+
+
+def test_modes_of_zero_are_shown_as_zeros_and_phases_in_degrees(capsys: pytest.CaptureFixture[str]) -> None:
+    """A rigid motion of x; y follows an oscillation of x by a quarter of a period."""
+    linearize._print(cast(Any, of([[0.0, 1.0], [-4.0, 0.0]])), "rig")
+    (row,) = [line.split() for line in capsys.readouterr().out.splitlines()[2:]]
+    assert row[:2] == ["1", f"{1.0 / math.pi:.9g}"] and row[2:5] == ["0", "0", "±"]
+    assert row[6:] in (["y", "1,", "x", "0.5", "at", "-90°"], ["x", "0.5", "at", "-90°,", "y", "1"])
+    linearize._print(cast(Any, of([[0.0, 0.0], [0.0, -1.0]])), "rig")
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()[2:]]
+    assert rows == [["1", "0", "0", "x", "1"], ["2", "1", "-1", "y", "1"]]
+
+
+def test_modes_beyond_forty_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
+    size = 45
+    A = np.diag(-np.arange(1.0, size + 1.0))
+    A[-2:, -2:] = [[-0.1, 200.0], [-200.0, -0.1]]
+    linearize._print(cast(Any, of(A.tolist(), tuple(f"q{k}" for k in range(size)))), "rig")
+    shown = capsys.readouterr()
+    assert len(shown.out.splitlines()) == 42
+    assert shown.err == "4 more with --json: 0 that oscillate, 4 that do not\n"
+
+
+@pytest.mark.parametrize(("ratio", "text"), [(0.99e-9, "0"), (-0.99e-9, "0"), (1.1e-9, "1.1e-09"), (0.25, "0.25")])
+def test_damping_below_a_billionth_is_none(ratio: float, text: str) -> None:
+    assert linearize._small(ratio) == text
+
+
+def test_real_parts_within_the_uncertainty_are_zero() -> None:
+    assert [linearize._real(part, 1e-9) for part in (1e-9, -1e-9, 1.1e-9, -2.0)] == ["0", "0", "1.1e-09", "-2"]
+
+
+@pytest.mark.parametrize(
+    ("A", "at_rest", "said"),
+    [
+        (DECAYS, True, "stable: every mode decays, the slowest with e^(-0.2 t)"),
+        (
+            DECAYS,
+            False,
+            "stable, frozen at t = 0.5 s in a state that accelerates: every mode decays, the slowest with e^(-0.2 t)",
+        ),
+        ([[-1.0, 0.0], [0.0, 0.3]], True, "unstable: mode 1 grows with e^(0.3 t)"),
+        ([[-0.1, 0.0], [0.0, 0.3]], True, "unstable: mode 2 grows with e^(0.3 t)"),
+        ([[0.0, 1.0], [-4.0, 0.0]], True, "neither stable nor unstable: 1 mode without decay or growth"),
+        ([[0.0, 0.0], [0.0, 0.0]], True, "neither stable nor unstable: 2 modes without decay or growth"),
+    ],
+)
+def test_stability_in_words(A: list[list[float]], at_rest: bool, said: str) -> None:
+    assert linearize._said(cast(Any, of(A, at_rest=at_rest))) == said
+
+
+def test_words_of_options_are_read() -> None:
+    assert linearize._modes("1, 4") == (0, 3) and linearize._modes(None) is None
+    assert linearize._state("2.5") == 2.5 and linearize._state("steady") == "steady" and linearize._state(None) is None
+    assert linearize._sweep(" c = 1:2:3") == ("c", [1.0, 1.5, 2.0])
+    name, values = cast(Any, linearize._sweep("c=1:100:3:log"))
+    assert name == "c" and values == pytest.approx([1.0, 10.0, 100.0])
+    assert len(cast(Any, linearize._sweep("c=0:1:10000"))[1]) == 10_000 and cast(Any, linearize._sweep("c=0:1:2"))[
+        1
+    ] == [0.0, 1.0]
+    assert linearize._sweep(None) is None
+    assert linearize._pair(" road : body ") == ("road", "body")
+    assert linearize._band("0.1:50") == (0.1, 50.0) and linearize._band(None) is None
+    assert linearize._speeds("10, 20") == (10.0, 20.0) and linearize._speeds(None) == ()
+    assert equilibrium._range(" load = 0:10") == ("load", 0.0, 10.0)
+    assert equilibrium._preload("load=2.5") == ("load", 2.5) and equilibrium._preload("load") == ("load", 0.0)
+    ride = cast(Any, RideRequest.read(("body", "seat:Wk"), "A, C", "10", (0.5, 80.0)))
+    assert ride == RideRequest({"body": None, "seat": "Wk"}, ("A", "C"), (10.0,), (0.5, 80.0))
+    assert RideRequest.read((), None, None, None) is None
+
+
+HINT = "--root-locus damping=10:1000:40, or damping=10:1000:40:log"
+
+
+@pytest.mark.parametrize(
+    ("read", "text"),
+    [
+        (
+            lambda: linearize._state("soon"),
+            "--at soon: this is neither a state nor a time; try: --at equilibrium, --at"
+            " steady, --at initial, or --at 2.5",
+        ),
+        (
+            lambda: linearize._state("0"),
+            "--at 0: a run that leads there needs a positive time; try: --at initial, or --at 2.5",
+        ),
+        (
+            lambda: linearize._sweep("c=1:2"),
+            f"--root-locus c=1:2: a parameter, two values and their number are needed; try: {HINT}",
+        ),
+        (
+            lambda: linearize._sweep("=1:2:3"),
+            f"--root-locus =1:2:3: a parameter, two values and their number are needed; try: {HINT}",
+        ),
+        (
+            lambda: linearize._sweep("c=1:2:1"),
+            f"--root-locus c=1:2:1: finite values, and 2 to 10000 of them, are needed; try: {HINT}",
+        ),
+        (
+            lambda: linearize._sweep("c=1:2:10001"),
+            f"--root-locus c=1:2:10001: finite values, and 2 to 10000 of them, are needed; try: {HINT}",
+        ),
+        (
+            lambda: linearize._sweep("c=1:inf:3"),
+            f"--root-locus c=1:inf:3: finite values, and 2 to 10000 of them, are needed; try: {HINT}",
+        ),
+        (
+            lambda: linearize._sweep("c=0:1:3:log"),
+            "--root-locus c=0:1:3:log: values in equal ratios must be positive; try: values without :log",
+        ),
+        (
+            lambda: linearize._sweep("c=1:0:3:log"),
+            "--root-locus c=1:0:3:log: values in equal ratios must be positive; try: values without :log",
+        ),
+        (
+            lambda: linearize._pair("road:"),
+            "--response road:: an input and an output are needed; try: --response road:body_acceleration",
+        ),
+        (
+            lambda: linearize._pair("road"),
+            "--response road: an input and an output are needed; try: --response road:body_acceleration",
+        ),
+        (
+            lambda: linearize._band("0:50"),
+            "--band 0:50: two positive frequencies in Hz are needed, the lower first; try: --band 0.1:50",
+        ),
+        (
+            lambda: linearize._band("2:2"),
+            "--band 2:2: two positive frequencies in Hz are needed, the lower first; try: --band 0.1:50",
+        ),
+        (
+            lambda: linearize._band("1:inf"),
+            "--band 1:inf: two positive frequencies in Hz are needed, the lower first; try: --band 0.1:50",
+        ),
+        (lambda: linearize._speeds("10,0"), "--speeds 10,0: positive speeds in m/s are needed; try: --speeds 10,20,30"),
+        (lambda: linearize._speeds("fast"), "--speeds fast: positive speeds in m/s are needed; try: --speeds 10,20,30"),
+        (
+            lambda: RideRequest.read((), "A", None, None),
+            "--classes: it belongs to a ride; try: --ride body_acceleration",
+        ),
+        (
+            lambda: RideRequest.read((), None, "10", None),
+            "--speeds: it belongs to a ride; try: --ride body_acceleration",
+        ),
+        (
+            lambda: RideRequest.read(("body",), "A,Z", None, None),
+            "--classes A,Z: there is no road class 'Z'; try: some of A,B,C,D,E,F,G,H",
+        ),
+        (
+            lambda: RideRequest.read(("body:Wz",), None, None, None),
+            "--ride body:Wz: there is no weighting 'Wz'; try: body:Wk or body:Wd",
+        ),
+        (
+            lambda: equilibrium._range("load=0"),
+            "--path load=0: a name and two numbers are needed; try: --path load=0:10",
+        ),
+        (lambda: equilibrium._range("=0:1"), "--path =0:1: a name and two numbers are needed; try: --path load=0:10"),
+        (lambda: equilibrium._preload("load=a"), "--buckling load=a: 'a' is not a number; try: --buckling load=0"),
+    ],
+)
+def test_words_that_cannot_be_read(read: Callable[[], object], text: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        read()
+    assert str(caught.value) == f"usage error: {text}"
+
+
+# -- modes of matrices -------------------------------------------------------------------------------------------------
+
+
+def test_modes_of_a_chain_in_closed_form() -> None:
+    """Two equal masses between three equal springs: w^2 = 1 and 3, in phase and in opposite phase."""
+    stiffness = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, -0.2 * np.eye(2)]])
+    found = modes(A, np.eye(2, 4), ("x", "y"), np.array([4.0, 9.0]))
+    assert len(found) == 2 and found.stability == "stable" and found.oscillating.tolist() == [True, True]
+    np.testing.assert_allclose(found.angular_frequency, [1.0, math.sqrt(3.0)], rtol=1e-13)
+    np.testing.assert_allclose(found.frequency, np.array([1.0, math.sqrt(3.0)]) / (2.0 * math.pi), rtol=1e-13)
+    np.testing.assert_allclose(found.damping_ratio, [0.1, 0.1 / math.sqrt(3.0)], rtol=1e-12)
+    np.testing.assert_allclose(np.abs(found.shapes), np.ones((2, 2)), rtol=1e-12)
+    np.testing.assert_allclose(found.shapes[1] / found.shapes[0], [1.0, -1.0], rtol=1e-12)
+    np.testing.assert_allclose(found.state_shapes[2:], found.shapes * found.eigenvalues, rtol=1e-12)
+    assert found.weights.tolist() == [2.0, 3.0] and [name for name, _ in found.dominant(0)] == ["y", "x"]
+    assert found.band == pytest.approx((0.1 / (2.0 * math.pi), 10.0 * math.sqrt(3.0) / (2.0 * math.pi)))
+
+
+def test_modes_of_inner_states_have_shapes_of_their_own() -> None:
+    found = modes(np.diag([-1.0, -3.0]), np.eye(1, 2), ("x",), np.ones(1))
+    assert found.eigenvalues.tolist() == [-1.0, -3.0] and found.damping_ratio.tolist() == [1.0, 1.0]
+    assert np.abs(found.shapes).tolist() == [[1.0, 0.0]] and np.abs(found.state_shapes).tolist() == [
+        [1.0, 0.0],
+        [0.0, 1.0],
+    ]
+    grows = modes(np.diag([2.0, 0.0]), np.eye(1, 2), ("x",), np.ones(1))
+    assert grows.damping_ratio.tolist() == [0.0, -1.0] and grows.stability == "unstable"
+    assert not grows.oscillating.any() and grows.band == pytest.approx((0.2 / (2.0 * math.pi), 20.0 / (2.0 * math.pi)))
+    none = modes(np.zeros((0, 0)), np.zeros((1, 0)), ("x",), np.array([-4.0]))
+    assert (len(none), none.band, none.stability, none.weights.tolist()) == (0, (0.01, 100.0), "stable", [2.0])
+    assert repr(none) == "<Modes: 0, stable>"
+
+
+def shown(frequencies: list[float], decay: float = -0.1) -> Modes:
+    values = np.array([decay + 1j * w for w in frequencies])
+    size, empty = np.abs(values), np.zeros((1, len(values)), complex)
+    unsure = np.full(len(values), 0.05)
+    return Modes(values, size, size / (2.0 * math.pi), 0.1 + 0.0 * size, unsure, empty, empty, ("x",), np.ones(1))
+
+
+def test_modes_at_a_prompt_are_six_frequencies() -> None:
+    assert repr(shown([2.0 * math.pi] * 6)) == f"<Modes: 6, stable: {', '.join(['1'] * 6)} Hz>"
+    assert repr(shown([2.0 * math.pi] * 7)).endswith("1, ... Hz>")
+    assert shown([0.05]).oscillating.tolist() == [False] and shown([0.0501]).oscillating.tolist() == [True]
+    assert [shown([1.0], decay).stability for decay in (-0.05, -0.0501, 0.05, 0.0501)] == [
+        "marginal", "stable", "marginal", "unstable",
+    ]  # fmt: skip  # two lines
+
+
+def test_coordinates_of_little_energy_are_not_named() -> None:
+    base = shown([1.0])
+    made = Modes(**{
+        **{name: getattr(base, name) for name in ("eigenvalues", "angular_frequency", "frequency", "damping_ratio")},
+        "uncertainty": base.uncertainty, "state_shapes": base.state_shapes, "coordinates": ("a", "b", "c", "d", "e"),
+        "shapes": np.array([[0.05], [1.0], [0.6j], [0.0501], [0.3]]), "weights": np.ones(5),
+    })  # fmt: skip  # four lines
+    assert made.dominant(0) == [("b", 1.0), ("c", 0.6j), ("e", 0.3)]
+    assert [name for name, _ in made.dominant(0, 5)] == ["b", "c", "e", "d"]
