@@ -35,8 +35,7 @@ from eomgen.solvers.constraint_rows import ConstrainedSystem, EveryRow, elastic_
 from eomgen.solvers.redundancy import check_left_out
 from eomgen.system import notebook
 from eomgen.system.description import Description
-from eomgen.system.selection import Selection
-from eomgen.system.terms import PURPOSES, TERMS
+from eomgen.system.terms import PURPOSES, TERMS, Selection
 from eomgen.toolchain.builder import LaneFiles
 from eomgen.toolchain.library import LaneLibrary, Library
 

@@ -12,7 +12,7 @@ from eomgen.base.version import __version__, checkout_stamp
 from eomgen.errors import UsageError
 from eomgen.pipeline.front_end import Document, FrontEnd
 from eomgen.pipeline.scenes import SCENES
-from eomgen.system.selection import Selection
+from eomgen.system.terms import Selection
 
 
 def fingerprint(document: Document, front_end: FrontEnd) -> str:

@@ -21,8 +21,7 @@ from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, other_docu
 from eomgen.pipeline.readings import StoredScene, store, stored_scene
 from eomgen.pipeline.scenes import SCENES, opened
 from eomgen.scene.sources.register import all_options, checked_options
-from eomgen.system.selection import Selection
-from eomgen.system.terms import TERMS, nearest_term
+from eomgen.system.terms import TERMS, Selection, nearest_term
 from eomgen.toolchain.profiles import COMPILED_PROFILE, STANDARD_PROFILE
 
 if TYPE_CHECKING:

@@ -38,7 +38,7 @@ from eomgen.simulation.stepping.inputs import Signal, kind_of
 from eomgen.simulation.stepping.run import Run, stored_run
 from eomgen.simulation.stepping.settings import check_memory, check_span, stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.system.selection import Selection
+from eomgen.system.terms import Selection
 from eomgen.toolchain.library import Library
 
 FORMAT = 1

@@ -8,7 +8,6 @@ __all__ = [
     "motions",
     "notebook",
     "samples",
-    "selection",
     "signals",
     "sparsity",
     "system",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from eomgen.codegen.targets.c.source_files import plan_files
+from eomgen.codegen.targets.c.target import plan_files
 
 
 def files_of(functions: list[int], loops: list[int]) -> list[tuple[int, list[int]]]:

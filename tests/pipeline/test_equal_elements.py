@@ -15,7 +15,7 @@ from eomgen.codegen.targets.c.target import C, generate_files
 from eomgen.pipeline import equal_elements, pipeline
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.scene import Scene
-from eomgen.system.selection import Selection
+from eomgen.system.terms import Selection
 from tests.models.cosserat import beam_scene
 
 BENT = {"torsion": 500.0, "bending_y": 400.0, "bending_z": 300.0}

@@ -12,8 +12,8 @@ import eomgen
 from eomgen.cli import main
 from eomgen.compiled.equations import has_residual_partials, residual_partials
 from eomgen.pipeline.pipeline import built_in, derive, load
-from eomgen.system.selection import Selection
 from eomgen.system.system import System
+from eomgen.system.terms import Selection
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

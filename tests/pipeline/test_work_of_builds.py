@@ -18,7 +18,7 @@ from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data
 from eomgen.pipeline import pipeline
 from eomgen.pipeline.scenes import SCENES
-from eomgen.system.selection import Selection
+from eomgen.system.terms import Selection
 from tests.models.cosserat import beam_scene
 
 METHOD = "generalized_alpha"

@@ -14,7 +14,7 @@ from eomgen.pipeline.content import library_content
 from eomgen.pipeline.front_end import FrontEnd, given_options
 from eomgen.products.fields.documents.document import Hamiltonian
 from eomgen.system.description import Description
-from eomgen.system.selection import Selection
+from eomgen.system.terms import Selection
 
 if TYPE_CHECKING:
     from eomgen.products.fields.documents.document import FieldSystem

@@ -1,5 +1,6 @@
 """The C target: the folder of a Program, file by file from one Jinja environment, and the files of a library with the
-interface that all compiled models share.
+interface that all compiled models share; the functions of a large model over several files, which compilers take side
+by side.
 
 The text of the interface is both the cdef for cffi and a C header. ``eomgen_call`` evaluates one function for ``count``
 samples. Input ``j`` (in the order of the function's inputs) of sample ``i`` starts at ``inputs[j] + i * strides[j]``; a
@@ -15,13 +16,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.data import replace
+from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.targets.c.naming import NAMES, CNames, comment, local_names
 from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folded, indented, number
-from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.tables import curve_tables
 from eomgen.codegen.targets.c.tape_code import FUNCTIONS, OPERATIONS, TapeCode, literal
@@ -30,6 +30,62 @@ from eomgen.codegen.targets.c.uniform import MEANINGS, Uniform
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.stepper_layout import STEPPER_CDEF
 from eomgen.system.system import INPUT_BLOCKS
+
+#: Operations per C file, roughly; a file this long compiles in half a second, and an arm of seven joints has three.
+FILE_LIMIT = 3000
+#: Operations in a statement of a loop, roughly.
+_PER_STATEMENT = 2
+
+
+@dataclass
+class SourceFile:
+    """A C file: the loops and the parts of long functions in the file, and the functions defined there.
+
+    ``name`` has no suffix; loops are numbers of the Program's loops.
+    """
+
+    name: str
+    functions: list[ProgramFunction] = field(default_factory=list)
+    parts: list[tuple[ProgramFunction, int]] = field(default_factory=list)
+    loops: list[int] = field(default_factory=list)
+    operations: int = 0
+
+
+def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
+    """Return the files of a Program; the first file has the prefix as name and calls the parts in the other files."""
+    first = SourceFile(program.prefix)
+    files = [first]
+    loops = [_PER_STATEMENT * len(loop.statements) for loop in program.loops]
+    total = sum(function.operations for function in program.functions) + sum(loops)
+    for function in program.functions:
+        if len(function.parts) > 1 and total > limit:
+            for number, part in enumerate(function.parts):
+                target = _room(files, part.operations, limit, program.prefix)
+                target.parts.append((function, number))
+                target.operations += part.operations
+            first.functions.append(function)
+        else:
+            target = _room(files, function.operations, limit, program.prefix)
+            target.functions.append(function)
+            target.operations += function.operations
+            target.parts += [(function, number) for number in range(len(function.parts)) if len(function.parts) > 1]
+    for number, operations in enumerate(loops):
+        target = min(files, key=lambda file: file.operations) if total > limit else first
+        if target.operations and target.operations + operations > limit and total > limit:
+            target = SourceFile(f"{program.prefix}_{len(files) + 1}")
+            files.append(target)
+        target.loops.append(number)
+        target.operations += operations
+    return files
+
+
+def _room(files: list[SourceFile], operations: int, limit: int, prefix: str) -> SourceFile:
+    last = files[-1]
+    if last.operations and last.operations + operations > limit:
+        last = SourceFile(f"{prefix}_{len(files) + 1}")
+        files.append(last)
+    return last
+
 
 #: Signatures that are equal for all scenes, so that the generic wrapper is compiled once per machine.
 INTERFACE_CDEF = f"""\
