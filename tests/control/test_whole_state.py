@@ -521,3 +521,19 @@ def test_what_cannot_be_designed(call: object, error: type[EomgenError], message
     with pytest.raises(error) as caught:
         call()  # type: ignore[operator]
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("sample", [None, 0.01])
+def test_poles_and_costs_do_not_depend_on_the_units_of_states(sample: float | None) -> None:
+    """One input, so that gains are unique; states in units of 1e-6, 1 and 1e4."""
+    units = np.array([1e6, 1.0, 1e-4])
+    A, B = np.array([[0.0, 1.0, 0.0], [-3.0, -0.2, 1.0], [0.5, 0.0, -2.0]]), np.array([[0.0], [1.0], [3.0]])
+    poles = [-1.0, -2.0 + 1.0j, -2.0 - 1.0j]
+    plain = place(model(A, B), poles, sample=sample)
+    other = place(model(units[:, np.newaxis] * A / units, units[:, np.newaxis] * B), poles, sample=sample)
+    np.testing.assert_allclose(other.gains * units, plain.gains, rtol=1e-7)
+    weights = {f"x{k + 1}": weight for k, weight in enumerate([2.0, 1.0, 0.5])}
+    scaled = {name: weight / unit**2 for (name, weight), unit in zip(weights.items(), units, strict=True)}
+    plain = lqr(model(A, B), weights, {"u1": 0.3}, sample=sample)
+    other = lqr(model(units[:, np.newaxis] * A / units, units[:, np.newaxis] * B), scaled, {"u1": 0.3}, sample=sample)
+    np.testing.assert_allclose(other.gains * units, plain.gains, rtol=1e-8)
