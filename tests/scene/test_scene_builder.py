@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import re
 from pathlib import Path
-from typing import get_type_hints
+from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
@@ -197,3 +198,24 @@ def test_keys_that_the_schema_does_not_have() -> None:
     wrong = SceneBuilder("one").include("arm", "arm.urdf", lck=["elbow"])  # a key of a source that only the file tells
     with pytest.raises(DescriptionError, match=r"\(include\.arm\.lck\): the key 'lck' is unknown here; try: lock"):
         wrong.build()
+
+
+@pytest.mark.parametrize(
+    ("calls", "text"),
+    [
+        (lambda builder: builder.body("", 1.0), "(bodies.''): the name '' is not legal"),
+        (
+            lambda builder: builder.simulation(step=0.1).simulation(step=0.2),
+            "(simulation): this was given before, at FILE; try: one call",
+        ),
+        (
+            lambda builder: builder.body("b", 1.0).body("b", 2.0),
+            "(bodies.b): this was given before, at FILE; try: another name",
+        ),
+    ],
+)
+def test_calls_without_a_name_and_twice(calls: Any, text: str) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        calls(SceneBuilder("rig")).build()
+    found = re.sub(r"at \S+:\d+", "at FILE", str(caught.value))
+    assert text.replace("\\'", "'") in found

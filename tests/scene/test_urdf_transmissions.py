@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ import pytest
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import load, load_urdf
+from eomgen.scene.sources.urdf import transmissions
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.states import random_states
@@ -180,3 +184,38 @@ def test_a_robot_with_motors_does_what_inverse_dynamics_asks_for(rng: np.random.
     tau = evaluate("inverse_dynamics", zero)["tau"][0]
     found = evaluate("forward_dynamics", {**state, "u": np.linalg.solve(T, tau)[None]})["vdot"]
     assert relative_error(found, state["a"]) <= 1e-10
+
+
+def test_transmissions_to_joints_that_are_not_there_are_told_by_their_line() -> None:
+    """The first of them is cited, of two that name the same joint as well."""
+    first, second = (SimpleNamespace(name=name, line=line, joints=("elbw",), actuators=(name,), matrix=((2.0,),))
+                     for name, line in (("a", 17), ("b", 23)))  # fmt: skip  # two lines
+    robot = SimpleNamespace(original={}, joints={"elbow": SimpleNamespace(unit="rad")})
+    found = transmissions.actuation(
+        cast(Any, robot), cast(Any, SimpleNamespace(known=(first, second), unknown={"magic": ["c"]})), (), ()
+    )
+    assert found.warnings == [
+        (1, "not modelled: transmissions of the type 'magic' (1: c)"),
+        (17, "not modelled: transmissions to joints that are not there (1: elbw), perhaps elbow"),
+    ]
+
+
+def test_transmissions_have_the_line_of_their_element(tmp_path: Path) -> None:
+    file = tmp_path / "arm.urdf"
+    file.write_text(ARM_WITH_ABSENT_JOINT, encoding="utf-8")
+    line = 1 + ARM_WITH_ABSENT_JOINT[: ARM_WITH_ABSENT_JOINT.index("<transmission")].count("\n")
+    with pytest.raises(DescriptionError, match=rf":{line}\b.* transmissions to joints that are not there"):
+        load(file, actuated=True, transmissions=True, strict=True)
+
+
+ARM_WITH_ABSENT_JOINT = """<robot name="arm">
+  <link name="base"/>
+  <link name="arm"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="elbow" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint>
+  <transmission name="drive">
+    <type>transmission_interface/SimpleTransmission</type>
+    <joint name="elbw"/><actuator name="motor"><mechanicalReduction>2</mechanicalReduction></actuator>
+  </transmission>
+</robot>
+"""

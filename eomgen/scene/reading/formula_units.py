@@ -212,8 +212,8 @@ class _Units:
     def check_number(self, formula: Operation, unit: Dimension | None) -> None:
         """Keep an argument of a function of numbers that has a unit."""
         argument = formula.arguments[0]
-        bare = formula.name not in _OF_ANGLES and isinstance(argument, Symbol)
-        bare = bare and not (formula.name in _GROWING and argument.kind in _LABELLED)
+        known = isinstance(argument, Symbol) and not (formula.name in _GROWING and argument.kind in _LABELLED)
+        bare = formula.name not in _OF_ANGLES and known
         cosine = formula.name in _OF_COSINES and id(argument) not in self.labelled
         if unit is not None and not (unit.is_number or bare or cosine or unit.powers == SECOND.powers):
             text = f"{formula.name}() takes a plain number or an angle, not {self.term(argument, unit)}"
