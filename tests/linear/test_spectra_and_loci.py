@@ -1,0 +1,125 @@
+"""Spectra, weightings of human response, Campbell diagrams and root loci as objects: numbers that are given here."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from scipy.integrate import quad
+
+from eomgen.errors import UsageError
+from eomgen.linear.eigenvalue_loci import Campbell, Crossing, RootLocus, _followed
+from eomgen.linear.spectra import PowerSpectrum, RideTable, weighted_signal
+from eomgen.linear.spectra.power_spectrum import _integrals, _partial_fractions, _weighting, weighting_response
+
+
+@pytest.mark.parametrize("name", ["Wk", "Wd"])
+def test_partial_fractions_are_the_response(name: str) -> None:
+    f = np.geomspace(0.05, 200.0, 40)
+    poles, residues = _partial_fractions(_weighting(name))
+    s = 2j * math.pi * f[:, np.newaxis]
+    np.testing.assert_allclose(np.sum(residues / (s - poles), axis=1), weighting_response(name, f), rtol=1e-9)
+
+
+@pytest.mark.parametrize("z", [0.0, 0.3 - 0.4j, -0.99, -1.01, -7.0 + 3.0j, 2.0j])
+def test_integrals_of_decays_times_powers(z: complex) -> None:
+    for k, found in enumerate(_integrals(np.array([z], complex))):
+        real, imaginary = (
+            quad(lambda x, part=part, k=k: part(np.exp(z * (1.0 - x)) * x**k), 0.0, 1.0, epsabs=1e-14)[0]
+            for part in (np.real, np.imag)
+        )
+        assert found[0] == pytest.approx(complex(real, imaginary), abs=2e-13)
+
+
+@pytest.mark.parametrize("uneven", [False, True])
+def test_weighted_signals_are_responses_to_harmonics(uneven: bool) -> None:
+    t = np.linspace(0.0, 12.0, 6001)
+    if uneven:
+        t = t + 3e-4 * np.sin(40.0 * t)
+    w = 2.0 * math.pi * 3.0
+    found = weighted_signal("Wk", t, np.sin(w * t))
+    (response,) = weighting_response("Wk", np.array([3.0]))
+    late = t > 8.0
+    np.testing.assert_allclose(found[late], np.abs(response) * np.sin(w * t[late] + np.angle(response)), atol=1e-6)
+
+
+def test_units_of_densities() -> None:
+    units = {"m": "m^2/Hz", "m/s^2": "(m/s^2)^2/Hz", "N m": "(N m)^2/Hz", "1": "1/Hz", "": "", "m^2": "(m^2)^2/Hz"}
+    f = np.array([1.0, 2.0])
+    assert {unit: PowerSpectrum("x", unit, f, f).unit for unit in units} == units
+
+
+def test_mean_squares_are_areas_between_two_frequencies() -> None:
+    """Under the line g = f from 1 to 3 Hz."""
+    spectrum = PowerSpectrum("seat", "m/s^2", np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 3.0]), "a road")
+    assert spectrum.rms() == pytest.approx(2.0)
+    assert spectrum.rms(1.5, 2.5) == pytest.approx(math.sqrt(0.5 * (2.5**2 - 1.5**2)))
+    assert spectrum.rms(0.0, 2.0) == pytest.approx(math.sqrt(1.5)) and spectrum.rms(5.0, 9.0) == 0.0
+    f = np.linspace(1.0, 3.0, 2001)
+    weighted = np.trapezoid(f * np.abs(weighting_response("Wd", f)) ** 2, f)
+    fine = PowerSpectrum("seat", "m/s^2", f, f)
+    assert fine.rms(weighting="Wd") == pytest.approx(math.sqrt(weighted))
+    assert repr(spectrum) == "<PowerSpectrum of seat: 3 points, 1 to 3 Hz; rms 2 m/s^2>"
+    with pytest.raises(UsageError, match="seat is in m, and weightings are of accelerations in m/s\\^2"):
+        PowerSpectrum("seat", "m", f, f).rms(weighting="Wk")
+    with pytest.raises(UsageError, match="there is no weighting 'Wz'; try: Wk: vertical, of a seat or the floor; Wd:"):
+        fine.rms(weighting="Wz")
+
+
+def test_spectra_are_drawn_where_logarithms_exist() -> None:
+    spectrum = PowerSpectrum("seat", "m", np.array([0.0, 1.0, 2.0, 3.0]), np.array([1.0, 2.0, 0.0, 3.0]), "a road")
+    (axis,) = spectrum.plot(Figure().subplots(), "now")
+    (line,) = axis.lines
+    assert line.get_xdata().tolist() == [1.0, 3.0] and line.get_ydata().tolist() == [2.0, 3.0]
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("frequency, Hz", "power spectral density, m^2/Hz")
+    assert axis.get_title(loc="left") == "seat; a road" and axis.get_legend().get_texts()[0].get_text() == "now"
+    (axis,) = PowerSpectrum("seat", "", np.array([1.0, 2.0]), np.ones(2)).plot(Figure().subplots())
+    assert axis.get_ylabel() == "power spectral density" and axis.get_title(loc="left") == "seat"
+    assert axis.get_legend() is None
+
+
+def test_rides_are_tables_of_class_and_speed() -> None:
+    values = np.arange(8.0).reshape(2, 2, 2)
+    table = RideTable(("x", "y"), ("m", ""), ("A", "C"), np.array([10.0, 20.0]), values, ("", "Wk"))
+    assert table.headings == ("class", "speed [m/s]", "rms x [m]", "rms y (Wk)")
+    assert table.rows == [("A", "10", "0", "1"), ("A", "20", "2", "3"), ("C", "10", "4", "5"), ("C", "20", "6", "7")]
+    assert repr(table).splitlines()[:2] == [
+        "class  speed [m/s]  rms x [m]  rms y (Wk)",
+        "    A           10          0           1",
+    ]
+
+
+DIAGRAM = Campbell(
+    "spin", "rad/s", np.array([0.0, 10.0, 20.0]),
+    np.array([[-1.0 + 6.0j, -2.0 + 40.0j], [-3.0 + 4.0j, math.nan], [-1.0 + 2.0j, -2.0 + 60.0j]]),
+    np.array([[1, -1], [0, 0], [1, 0]]), (1.0, 2.0),
+    (Crossing(1.0, 3.0, 3.0, 0, "forward"), Crossing(2.0, 21.0, 42.0, 1, "")), ("stable",) * 3,
+)  # fmt: skip  # a table
+
+
+def test_campbell_diagrams_have_rows_in_hertz_and_turns_per_minute() -> None:
+    assert DIAGRAM.headings == ("order", "spin, rad/s", "1/min", "frequency, Hz", "mode", "whirl")
+    assert DIAGRAM.rows == [
+        ("1", "3", f"{90.0 / math.pi:.9g}", f"{1.5 / math.pi:.9g}", "1", "forward"),
+        ("2", "21", f"{630.0 / math.pi:.9g}", f"{21.0 / math.pi:.9g}", "2", ""),
+    ]
+    assert DIAGRAM.critical_speeds.tolist() == [3.0]
+    np.testing.assert_allclose(DIAGRAM.frequencies[:, 0], np.array([6.0, 4.0, 2.0]) / (2.0 * math.pi))
+    assert DIAGRAM.damping_ratios[1, 0] == 0.6
+    assert repr(DIAGRAM) == (
+        f"<Campbell: 2 modes at 3 values of spin, 0 to 20 rad/s, up to {30.0 / math.pi:.6g} Hz; 1x at 3 rad/s, 2x at 21"
+        " rad/s>"
+    )
+    nothing = Campbell(
+        "c", "1", DIAGRAM.values, DIAGRAM.eigenvalues, DIAGRAM.whirl, (), (), (), {5.0: "no rest", 7.5: "no rest"}, True
+    )
+    assert repr(nothing).endswith("no crossings; none at 5, 7.5; interrupted>") and ", 0 to 20, up" in repr(nothing)
+
+
+def test_roots_are_followed_by_the_least_sum_of_distances() -> None:
+    last = np.array([1.0 + 0.0j, 2.0, 3.0])
+    assert _followed(last, np.array([3.1 + 0.0j, 1.1, 2.2])).tolist() == [1.1, 2.2, 3.1]
+    locus = RootLocus("c", np.array([0.0, 1.0]), np.zeros((2, 3), complex), ("stable", "stable"))
+    assert repr(locus) == "<RootLocus: 3 roots at 2 values of c, 0 to 1; stable>"
