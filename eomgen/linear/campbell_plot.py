@@ -79,13 +79,14 @@ class CampbellView:
     def check(self, diagram: DrawnCampbell) -> None:
         """Raise UsageError for a choice that the diagram does not have."""
         count = diagram.frequencies.shape[1]
-        for number in self.modes or ():
+        self._check_numbers()
+        for number in () if self.modes is None else self.modes:
             if number not in range(count):
                 raise UsageError(Problem("modes", f"there is no mode {number!r}", f"numbers from 0 to {count - 1}"))
         limits = self.frequencies
         if limits is not None and not (len(limits) == 2 and 0.0 <= limits[0] < limits[1]):
             raise UsageError(Problem("frequencies", f"{limits} are not limits in Hz", "(0, 40)"))
-        for order in self.orders or ():
+        for order in () if self.orders is None else self.orders:
             if order not in diagram.orders:
                 known = " and ".join(f"{item:g}" for item in diagram.orders) or "none"
                 fault = f"the diagram has no order {shown(order)}, its orders are {known}"
@@ -97,6 +98,19 @@ class CampbellView:
             own = diagram.unit or "no unit"
             fault = f"{diagram.parameter} has {own}, and a speed in rad/s is converted"
             raise UsageError(Problem("speed_unit", fault, "no speed_unit"))
+
+    def _check_numbers(self) -> None:
+        """Raise UsageError for a choice that is not several numbers."""
+        for name, given, example in (
+            ("modes", self.modes, "(0, 1)"),
+            ("orders", self.orders, "(1, 2)"),
+            ("frequencies", self.frequencies, "(0, 40)"),
+        ):
+            several = given is None or (isinstance(given, Sequence | np.ndarray) and not isinstance(given, str))
+            if not several or any(
+                not isinstance(item, int | float | np.number) for item in (() if given is None else given)
+            ):
+                raise UsageError(Problem(name, f"several numbers are needed, not {shown(given)}", f"{name}={example}"))
 
 
 _ALL = CampbellView()

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from eomgen.base.arrays import Array, Complex
+from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, table
 from eomgen.errors import EomgenError, Problem
@@ -76,6 +77,7 @@ class Crossing:
     whirl: str
 
 
+@checked_calls()
 @dataclass(frozen=True, repr=False)
 class Campbell:
     """Oscillations over a speed, or over another parameter.

@@ -26,7 +26,14 @@ from eomgen.linear.notebook import linearization_html
 from eomgen.linear.plots import plot_response
 from eomgen.linear.random_response import densities, root_mean_squares, white_noise_road
 from eomgen.linear.sampling import SampledPart, over_a_period
-from eomgen.linear.spectra import Excitation, PowerSpectrum, RideTable, RoadExcitation, check_excitation
+from eomgen.linear.spectra import (
+    Excitation,
+    PowerSpectrum,
+    RideTable,
+    RoadExcitation,
+    check_excitation,
+    check_weighted,
+)
 from eomgen.linear.state_space import FirstOrderForm, StateSpace, first_order, spelled
 
 
@@ -342,6 +349,8 @@ class Linearization:
             The integral does not converge.
         """
         check_excitation("rms", excitation)
+        if weighting is not None:
+            check_weighted(output, self._unit(output))
         space, result = self.state_space(), self.modes()
         return float(root_mean_squares(space, result, excitation, [output], [weighting], band)[0])
 
@@ -386,6 +395,8 @@ class Linearization:
         chosen = dict(outputs) if isinstance(outputs, Mapping) else dict.fromkeys(outputs or self.names.outputs)
         if not chosen:
             raise UsageError(Problem("ride_table", "the scene has no outputs", "[outputs] in the scene, or states"))
+        for name in (name for name, weighting in chosen.items() if weighting is not None):
+            check_weighted(name, self._unit(name))
         names, weightings = tuple(chosen), tuple(chosen.values())
         driven = [excitation.at(speed if isinstance(speed, str) else float(speed)) for speed in speeds] or [excitation]
         space, modes = self.state_space(), self.modes()

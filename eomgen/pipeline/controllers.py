@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from numbers import Real
 from pathlib import Path
@@ -34,6 +35,8 @@ Amount = float | str
 Limits = Sequence[Amount | None]
 #: Sections whose entries are called by bare names in formulas.
 _NAMES = ("parameters", "inputs", "random", "states", "controllers", "curves")
+#: Samples from which on a delay is doubtful.
+_LONG_DELAY = 50
 #: Share of a quantum by which a limit may miss a whole multiple.
 _WHOLE = 1e-9
 #: Quantities that formulas of controllers cannot use.
@@ -217,11 +220,17 @@ def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum:
             fault = f"no multiple of the quantum {step:.6g} lies between {lower:.6g} and {upper:.6g}"
             raise UsageError(Problem(f"quantum of {name}", fault, "a smaller quantum, or wider limits"))
         lower, upper = least * step, most * step
+    if late is not None and space.sample is not None and late > _LONG_DELAY * space.sample:
+        text = f"delay of {name}: {late:.6g} s are {late / space.sample:.0f} samples of {space.sample:.6g} s"
+        warnings.warn(f'{text}; try: "{late:.6g} ms" if milliseconds are meant', RuntimeWarning, stacklevel=6)
     rest = space.reference(kind, name)
     if not math.isnan(rest) and not lower <= rest <= upper:
         ends = f"the limits are {lower:.6g} and {upper:.6g}"
         fault = f"{name} is {rest:.6g} at the reference of the linear model, and {ends}"
         raise UsageError(Problem(f"limits of {name}", fault, "wider limits, or a linear model about another reference"))
+    if lower == upper:
+        fault = f"the quantum {step:.6g} leaves one value between the limits, {lower:.6g}"
+        raise UsageError(Problem(f"quantum of {name}", fault, "a smaller quantum, or wider limits"))
     return _Hardware(lower, upper, step, late)
 
 

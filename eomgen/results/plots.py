@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
@@ -179,6 +180,13 @@ def chosen_curves(solution: RecordedSolution, names: Sequence[str], asked_by: st
     return list({id(curve): curve for curve in chosen}.values())
 
 
+def rows_from(t: Array, start: float | None, asked_by: str) -> NDArray[np.bool_]:
+    """Return the mask (nt,) of rows from a time on; of all rows without a time. Raises UsageError for no time in s."""
+    if not (start is None or isinstance(start, int | float | np.number)):
+        raise UsageError(Problem(f"{asked_by}: start", f"a time in s is needed, not {shown(start)}", "start=5.0"))
+    return np.asarray(t >= (-np.inf if start is None else float(start)))
+
+
 def only_curve(solution: RecordedSolution, name: str, asked_by: str) -> PlottedCurve:
     """Return the one curve that a name means, energies without an offset.
 
@@ -187,6 +195,9 @@ def only_curve(solution: RecordedSolution, name: str, asked_by: str) -> PlottedC
     UsageError
         No curve of that name, or several.
     """
+    if not isinstance(name, str):
+        fault = f"the name of one column is needed, not {shown(name)}"
+        raise UsageError(Problem(asked_by, fault, f'solution.{asked_by}("tip[2]"), and a call for each column'))
     curves = chosen_curves(solution, [name], asked_by)
     if len(curves) != 1:
         fault = f"{ascii(name)[:64]} are {len(curves)} columns, and {asked_by} takes one"

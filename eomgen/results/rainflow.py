@@ -18,7 +18,7 @@ from eomgen.base.figures import axes_of_caller, pyplot_figure
 from eomgen.base.html import page, table
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
-from eomgen.results.plots import only_curve
+from eomgen.results.plots import only_curve, rows_from
 from eomgen.results.recorded import RecordedSolution
 
 #: Rows between which there may be a cycle.
@@ -220,7 +220,7 @@ def _check_positive(**given: float) -> None:
 def rainflow(solution: RecordedSolution, name: str, start: float | None) -> Rainflow:
     """Return the cycles of a column; see ``Solution.rainflow``."""
     curve = only_curve(solution, name, "rainflow")
-    used = solution.t >= (-np.inf if start is None else start)
+    used = rows_from(solution.t, start, "rainflow")
     t, x = solution.t[used], curve.values[used]
     if len(t) < _FEWEST:
         since = f" from {start:.6g} s on" if start is not None else ""

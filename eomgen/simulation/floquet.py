@@ -36,6 +36,8 @@ _ROUGH = 1e-4
 _SINGULAR = 1e-9
 #: Limit of the corrections of a start.
 _CORRECTIONS = 12
+#: Times, s, after which equations that are constant within a period are compared again: of other periods.
+_LATER = (0.0137, 0.137, 1.37, 13.7, 137.0)
 #: Part of the period at which the linear model is compared with the model one period later.
 _INNER = 0.375
 
@@ -269,25 +271,41 @@ def _periodic_start(orbit: _Orbit, initial: Any) -> tuple[Any, int]:
 
 def _check_equations(orbit: _Orbit, run: Solution, turns: Array) -> None:
     """Raise NumericalError if the equations differ one period later, in the states of a periodic motion."""
-    for k in (0, round(_INNER * (len(run.t) - 1))):
-        now = row_of(run, k)
+    rows = [row_of(run, k) for k in (0, round(_INNER * (len(run.t) - 1)))]
+    for now in rows:
         q = update(orbit.model.factors, now.q, turns)
-        try:
-            before = orbit.linear(run, now)
-            after = orbit.linear(run, StateArrays(now.t + orbit.period, q, now.v, now.a, now.z))
-        except ModelError:
-            raise
-        except EomgenError:  # a table that ends with the run
-            continue
-        for name, first, second in (
-            ("accelerations", before.reference.a, after.reference.a),
-            ("coefficients", before.state_space().A, after.state_space().A),
-        ):
-            size = 1.0 + float(np.abs(first).max(initial=0.0))
-            off = float(np.abs(second - first).max(initial=0.0)) / size
-            if off > 1e2 * _PERIODIC:
-                fault = (
-                    f"the equations do not have the period {orbit.period:.9g} s: the {name} at t = {now.t:.6g} s differ"
-                )
-                fault += f" by {off:.2g} one period later"
-                raise NumericalError(Problem("floquet", fault, "a common period of the motion and of all laws of time"))
+        changed = _change(orbit, run, now, StateArrays(now.t + orbit.period, q, now.v, now.a, now.z))
+        if changed is not None:
+            name, off = changed
+            fault = f"the equations do not have the period {orbit.period:.9g} s: the {name} at t = {now.t:.6g} s differ"
+            fault += f" by {off:.2g} one period later"
+            raise NumericalError(Problem("floquet", fault, "a common period of the motion and of all laws of time"))
+    now, then = rows
+    if _change(orbit, run, now, StateArrays(then.t, now.q, now.v, now.a, now.z)) is not None:
+        return
+    for later in _LATER:
+        changed = _change(orbit, run, now, StateArrays(now.t + later, now.q, now.v, now.a, now.z))
+        if changed is not None:
+            name, off = changed
+            fault = f"the equations do not change within {orbit.period:.9g} s, and later they do: the {name} differ by"
+            fault += f" {off:.2g} after {later:.6g} s"
+            raise NumericalError(Problem("floquet", fault, "a longer period, in s, of all laws of time"))
+
+
+def _change(orbit: _Orbit, run: Solution, now: StateArrays, then: StateArrays) -> tuple[str, float] | None:
+    """Return the quantity of the equations that differs at two times, and by which part; None for no difference."""
+    try:
+        before, after = orbit.linear(run, now), orbit.linear(run, then)
+    except ModelError:
+        raise
+    except EomgenError:  # a table that ends with the run
+        return None
+    for name, first, second in (
+        ("accelerations", before.reference.a, after.reference.a),
+        ("coefficients", before.state_space().A, after.state_space().A),
+    ):
+        size = 1.0 + float(np.abs(first).max(initial=0.0))
+        off = float(np.abs(second - first).max(initial=0.0)) / size
+        if off > 1e2 * _PERIODIC:
+            return name, off
+    return None

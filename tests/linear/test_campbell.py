@@ -183,7 +183,7 @@ def test_rays_and_crossings_fill_the_picture_where_modes_lie_far_above(overhung:
     assert above > 0
     assert f"{above} mode{'s' * (above > 1)} above {top:.3g} Hz" in {text.get_text() for text in axis.texts}
     chosen = Figure().subplots()
-    diagram.plot(chosen, frequencies=(5.0, 90.0), modes=[0])
+    diagram.plot(chosen, frequencies=(5.0, 90.0), modes=np.array([0]))
     assert chosen.get_ylim() == (5.0, 90.0)
     speeds = {f"{item.speed:.4g}" for item in diagram.crossings if item.mode == 0}
     assert {text.get_text() for text in chosen.texts} == {"1x", "2x", "mode 1", *speeds}
@@ -197,6 +197,14 @@ def test_rays_and_crossings_fill_the_picture_where_modes_lie_far_above(overhung:
         eomgen.UsageError, match=r"orders: the diagram has no order 4, its orders are 1 and 2; try: mod"
     ):
         diagram.plot(chosen, orders=[4])
+    for wrong, text in (
+        ({"orders": 1}, r"orders: several numbers are needed, not 1; try: orders=\(1, 2\)"),
+        ({"modes": "12"}, r"modes: several numbers are needed, not '12'; try: modes=\(0, 1\)"),
+        ({"frequencies": ("0 Hz", "9 Hz")}, r"frequencies: several numbers are needed, not \('0 Hz', '9 Hz'\)"),
+        ({"ylim": (0, 9)}, "plot: there is no argument 'ylim'; try: one of axes, frequencies, modes, orders"),
+    ):
+        with pytest.raises(eomgen.UsageError, match=text):
+            diagram.plot(chosen, **wrong)
     with pytest.raises(eomgen.UsageError, match=r"speed_unit: there is no unit 'Hz/s'; try: rad/s or rpm or Hz"):
         diagram.plot(chosen, speed_unit="Hz/s")
     with pytest.raises(eomgen.UsageError, match=r"speed_unit: damping has no unit, and a speed in rad/s is converted"):

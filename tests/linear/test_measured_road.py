@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -106,3 +107,14 @@ def test_points_of_a_road_at_a_speed_are_measured_and_other_curves_are_not() -> 
 def test_what_is_no_profile_is_refused(x: Any, y: Any, text: str) -> None:
     with pytest.raises(UsageError, match=text):
         MeasuredRoad.of_profile(x, y)
+
+
+def test_elevations_in_another_unit_are_noted() -> None:
+    x, y = profile(400.0, 0.1, 0)
+    with pytest.warns(
+        RuntimeWarning, match=r"the road is \S+ times as rough as class H, by the density at 0\.1 cycle/m;"
+    ):
+        MeasuredRoad.of_profile(x, 1e3 * y)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        MeasuredRoad.of_profile(x, 50.0 * y)

@@ -214,6 +214,7 @@ def test_the_written_scene_is_generated_as_c(plant: StateSpace, tmp_path: Path) 
         ({"limits": {"push": (-1.0, 1.0)}}, "limits of push: push is 3 at the reference of the linear model, and the"),
         ({"limits": {"push": (1.5, 3.9)}, "quantum": {"push": 2.0}}, "limits of push: push is 3 at the reference"),
         ({"limits": {"push": (2.9, 3.1)}, "quantum": {"push": 2.0}}, "quantum of push: no multiple of the quantum 2"),
+        ({"limits": {"push": (1.5, 5.9)}, "quantum": {"push": 3.0}}, "quantum of push: the quantum 3 leaves one value"),
         ({"delay": {"push": -0.001}}, "delay of push: the delay -0.001 s is negative; try: a time from zero on"),
         ({"delay": {"place": "3 kg"}}, "delay of place:"),
         ({"delay": {"place": None}}, ""),
@@ -231,6 +232,15 @@ def test_hardware_that_cannot_be_is_refused(hardware: dict[str, Any], message: s
     with pytest.raises(UsageError) as caught:
         with_controller(cart(), law, **hardware)
     assert message in str(caught.value), str(caught.value)
+
+
+def test_a_delay_of_many_samples_is_doubtful(plant: StateSpace) -> None:
+    law = lqr(plant, {"place": 4000.0}, {"push": 0.01}, sample=PERIOD)
+    with pytest.warns(
+        RuntimeWarning, match=r"^delay of push: \S+ s are 60 samples of \S+ s; try: \"\S+ ms\" if"
+    ) as caught:
+        with_controller(cart(), law, delay={"push": 60 * PERIOD})
+    assert [each.filename for each in caught] == [__file__]
 
 
 def test_quanta_and_delays_need_a_sampled_law(plant: StateSpace) -> None:

@@ -130,6 +130,11 @@ def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
     for call, text in (
         (lambda: run.rainflow("lode"), "rainflow: the solution has no curve 'lode'; try: load"),
         (lambda: run.rainflow("load", start=7.0), "the run has 2 rows from 7 s on, and a cycle needs 3"),
+        (
+            lambda: run.rainflow("load", start="7 s"),
+            "rainflow: start: a time in s is needed, not '7 s'; try: start=5.0",
+        ),
+        (lambda: run.rainflow(3), "rainflow: the name of one column is needed, not 3; try: solution.rainflow"),
         (lambda: broken.rainflow("load"), "load is not finite at t = 2 s; try: the part of the run before it"),
         (lambda: count.damage(0, 40.0), "slope: 0 is not a positive number"),
         (lambda: count.damage(5, 40.0, slope_below=-1), "slope_below: -1 is not a positive number"),

@@ -4,6 +4,7 @@ have none."""
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -133,9 +134,36 @@ def test_runs_without_a_weighted_rms() -> None:
         (lambda: _of_signal(t[:9], t[:9]).rms("seat", weighting="Wk"), "9 rows, and a weighting needs 16 and more"),
         (lambda: run.rms("seat", start=2.0), "the run has 0 rows from 2 s on, and a mean over time needs 2"),
         (lambda: run.rms("seats"), "rms: the solution has no curve 'seats'; try: seat"),
+        (lambda: run.rms("seat", start="1 s"), "rms: start: a time in s is needed, not '1 s'; try: start=5.0"),
+        (lambda: run.rms(["seat"]), r"the name of one column is needed, not \['seat'\]; try: solution.rms\("),
     ):
         with pytest.raises(UsageError, match=text):
             call()
+
+
+@pytest.mark.parametrize(
+    ("frequency", "distance", "step", "text"),
+    [
+        (
+            60.0,
+            0.05,
+            1e-3,
+            "rms of seat: rows every 0.05 s hold frequencies up to 10 Hz, and Wk counts up to 80 Hz; try:",
+        ),
+        (20.0, 0.02, 0.02, "rms of seat: every other row gives "),
+        (20.0, 1e-3, 1e-3, ""),
+        (0.5, 0.05, 0.05, ""),
+    ],
+)
+def test_rows_that_are_too_coarse_for_a_weighting(frequency: float, distance: float, step: float, text: str) -> None:
+    t = np.arange(0.0, 8.0, distance)
+    run = _of_signal(t, np.sin(2.0 * math.pi * frequency * t + 0.3))
+    run.metadata["step"] = step
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        run.rms("seat", weighting="Wk")
+    assert [str(each.message)[: len(text)] for each in caught] == [text] * bool(text)
+    assert all(each.filename == __file__ for each in caught)
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ one on each side of n0: Dodds and Robson (1973), J. Sound Vib. 31(2), 175-183.
 from __future__ import annotations
 
 import math
+import warnings
 from typing import Self
 
 import numpy as np
@@ -106,6 +107,8 @@ def _check(name: str, value: float, needed: str) -> None:
 _FEWEST = 32
 #: Number of lowest frequencies of a segment that are distorted by the window and the removal of the trend.
 _BENT = 2
+#: Densities of a measured road in parts of class H, from which on elevations are hardly in m.
+_ROUGHEST = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,6 +188,11 @@ class MeasuredRoad(Road):
         if np.count_nonzero(inside) < 2:
             fault = f"the widest gap of the profile, {gap:.4g} m, leaves no frequencies"
             raise UsageError(Problem("MeasuredRoad", fault, "points that are spread more evenly"))
+        ratio = float(np.interp(REFERENCE_FREQUENCY, n[inside], density[inside], 0.0, 0.0)) / ROUGHNESS["H"]
+        if ratio > _ROUGHEST:
+            text = f"MeasuredRoad: the road is {ratio:.3g} times as rough as class H, by the density at"
+            hint = "elevations in m"
+            warnings.warn(f"{text} {REFERENCE_FREQUENCY:g} cycle/m; try: {hint}", RuntimeWarning, stacklevel=2)
         words = f"{x[-1] - x[0]:.6g} m in {used} segments, {n[1]:.3g} cycle/m apart"
         return cls(frequencies=n[inside], density=density[inside], source=f"{source}, {words}")
 
