@@ -484,3 +484,17 @@ def test_a_barrier_of_any_width_is_seen_by_any_name_of_the_place(argument: str) 
         run = model.simulate(2.0, 0.1, method="rk4", parameters={"width": width})
         wrong = abs(float(run.q[-1, 0]) - 0.73 - after * (2.0 - 0.73 / 1.3)) > 0.1
         assert wrong == ("unseen_law" in [one.name for one in run.findings]), (width, run.q[-1], run.message)
+
+
+def test_a_held_force_is_no_law_between_the_steps() -> None:
+    """Sampled states keep their values between samples: a coarse converter makes no law of the slow gust beside it."""
+    scene = {
+        **{"format": 1, "name": "held", "gravity": [0, 0, 0]},
+        "bodies": {"cart": {"mass": 1.0}},
+        "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0]}},
+        "states": {"force": {"sample": 0.02, "delay": 0.01, "formula": "-400*q.rail - 30*v.rail", "quantum": 2.0}},
+        "inputs": {"gust": {"formula": "0.3*sin(2*t)"}},
+        "efforts": {"rail": {"joint": "rail", "effort": "force + gust"}},
+    }
+    solution = eomgen.build(scene).simulate(2.0, 0.005, initial={"rail": 0.1})
+    assert "unseen_law" not in {finding.name for finding in solution.findings}, solution.message

@@ -21,7 +21,7 @@ from eomgen.formula.nodes import ZERO_VECTOR, Formula, LoadSymbol, Symbol
 from eomgen.lie.groups import SO3
 from eomgen.lie.numeric import log, rotated
 from eomgen.results.dense_output import Rows, state_at
-from eomgen.simulation.accuracy.comparison_runs import Span, comparison_run
+from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, Span, comparison_run
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import states_of
 from eomgen.toolchain.library import Library
@@ -146,6 +146,11 @@ class StepPath:
         rise = z[steps + 1] - z[steps]
         bend, twist = 3.0 * rise - h * (2.0 * first + last), h * (first + last) - 2.0 * rise
         z_there = z[steps] + s * (h * first + s * (bend + s * twist))
+        for k, state in enumerate(model.description.states):
+            if state.sampling is not None:  # held between samples; a row at a sample has the value before it
+                begin, period, offset = t[steps], state.sampling.period, state.sampling.offset
+                last = offset + period * np.floor((times - offset) / period + SAME_TIME)
+                z_there[:, k] = np.where(last >= begin - SAME_TIME * h[:, 0], z[steps + 1, k], z[steps, k])
         return q_there, v_there, z_there
 
     def knows(self, formula: Formula) -> bool:
