@@ -147,7 +147,7 @@ def check_lasting(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: A
             f" t = {later.t:.6g} s {model.v_names[k]} would accelerate with {excess[k]:.3g} {unit}"
         )
         hint = off_axis_hint(model, measures, q, v) or (
-            "a scene that is symmetric about the driven axis (axes and masses)"
+            "a scene that is symmetric about the driven axis (axes and masses), with gravity along the axis or none"
         )
         raise NumericalError(Problem("equilibrium", fault, f"{hint}; {_AS_IT_MOVES}"))
 

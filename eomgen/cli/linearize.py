@@ -229,7 +229,8 @@ _POINTS = 600
 def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """Print the modes of a SCENE's linear model, by default about its equilibrium, and whether it is stable."""
     sweep = _sweep(options.pop("root_locus"))
-    pairs, band = [_pair(text) for text in options.pop("responses")], _band(options.pop("band"))
+    pairs, limits = [_pair(text) for text in options.pop("responses")], options.pop("band")
+    band = _band(limits, from_zero=options["diagram"] is not None and not (pairs or options["rides"]))
     ride = RideRequest.read(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
     campbell = CampbellRequest.read(
         _sweep(options.pop("diagram"), "--campbell"),
@@ -354,8 +355,7 @@ class _Request:
         from eomgen.results import linear_files  # noqa: PLC0415
 
         name, modes = self.model.name, lin.modes()
-        low, high = band or modes.band
-        frequencies = np.geomspace(low, high, _POINTS)
+        frequencies = np.geomspace(*(band or modes.band), _POINTS) if pairs else np.zeros(0)
         responses = {pair: lin.frequency_response(2.0 * math.pi * frequencies, *pair) for pair in pairs}
         locus = None
         if sweep:
@@ -513,15 +513,17 @@ def _pair(text: str) -> tuple[str, str]:
     return of_input.strip(), output.strip()
 
 
-def _band(text: str | None) -> tuple[float, float] | None:
+def _band(text: str | None, *, from_zero: bool) -> tuple[float, float] | None:
+    """Return the limits of ``--band`` in Hz; ``from_zero``: of a Campbell diagram alone, whose picture may begin at
+    0."""
     if text is None:
         return None
     try:
         low, high = (float(part) for part in text.split(":"))
     except ValueError:
         low = high = math.nan
-    if not 0.0 < low < high < math.inf:
-        raise UsageError(
-            Problem(f"--band {text}", "two positive frequencies in Hz are needed, the lower first", "--band 0.1:50")
-        )
+    least = "frequencies in Hz from 0 on" if from_zero else "positive frequencies in Hz"
+    if not (low > 0.0 or (from_zero and low == 0.0)) or not low < high < math.inf:
+        hint = "--band 0:5" if from_zero else "--band 0.1:50"
+        raise UsageError(Problem(f"--band {text}", f"two {least} are needed, the lower first", hint))
     return low, high

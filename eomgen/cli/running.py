@@ -49,7 +49,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     check_assigned(scene, changes, signals, robot=robot)
     options["parameters"] = in_units("--set", changes, scene.parameters)
     options["inputs"] = in_units("--input", signals, scene.inputs)
-    options["initial"] = starts_of(in_units("--initial", starts, scene.states), scene) or None
+    options["initial"] = starts_of(starts, scene) or None
     return scene
 
 

@@ -17,6 +17,7 @@ from eomgen.formula.units.labels import several_turns
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
+    from eomgen.lie.product import Factor
 
 _BLOCKS = ("q", "v", "z")
 
@@ -43,7 +44,7 @@ def initial_state(
     ----------
     initial : mapping
         ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": "30 deg", "velocity":
-        1.0}}``; or internal states: ``{"filtered": 0.2}``, ``{"z": {"filtered": 0.2}}``.
+        1.0}}``, or one coordinate of several, ``{"blade[2]": 0.1}``; or internal states: ``{"filtered": 0.2}``, ``{"z": {"filtered": 0.2}}``.
     parameters : (np,) array, optional
         Of the run; the scene's own state in absolute coordinates may depend on these parameters.
     asked : bool
@@ -140,17 +141,30 @@ def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState)
             meant = f'"{of}": {{"{"velocity" if block == "v" else "position"}": ...}}'
             fault = f"{shown(str(name))} is a component, and initial states are given by joints"
             raise UsageError(Problem("initial", fault, f"initial={{{meant}}}, or all of {block} as an array"))
-        check_name("joint or state" if model.states else "joint", name, [*factors, *model.states])
+        component = _component(factors, str(name))
+        if component is None:
+            check_name("joint or state" if model.states else "joint", name, [*factors, *model.states])
+            component = factors[name].q, factors[name].v
         parts = value if isinstance(value, Mapping) else {"position": value}
         for key, number in parts.items():
             if key not in ("position", "velocity"):
                 raise UsageError(Problem(f"initial {name}", f"{key!r} is not known here", "position or velocity"))
             target, part, units = (
-                (state.q, factors[name].q, model.q_units)
-                if key == "position"
-                else (state.v, factors[name].v, model.v_units)
+                (state.q, component[0], model.q_units) if key == "position" else (state.v, component[1], model.v_units)
             )
             _put(target, part, f"initial {key} of {name}", number, units)
+
+
+def _component(factors: Mapping[str, Factor], name: str) -> tuple[slice, slice] | None:
+    """Return the places in q and v of one coordinate of a joint or a beam, ``blade[2]``; None for any other name.
+
+    Components of quaternions do not stand alone.
+    """
+    joint, bracket, index = name.removesuffix("]").partition("[")
+    factor = factors.get(joint)
+    if not (bracket and index.isdecimal() and factor is not None and factor.group == "R" and factor.q_size > int(index)):
+        return None
+    return tuple(slice(start + int(index), start + int(index) + 1) for start in (factor.q_start, factor.v_start))
 
 
 def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]) -> None:

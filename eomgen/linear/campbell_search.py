@@ -85,7 +85,7 @@ def campbell(
         Errors of ``linearized`` if the call is wrong, or if fewer than two values have a linear model: with the first
         value that has one.
     """
-    search = _Search(parameter, linearized, pairs)
+    search = _Search(parameter, linearized, pairs, values)
     all_steps = (2 if orders else 1) * len(values)
     interrupted = False
     try:
@@ -127,9 +127,10 @@ class _Search:
         parameter: str,
         linearized: Callable[[float, Linearization | None], Linearization],
         pairs: Sequence[tuple[str, str]],
+        values: Sequence[float],
     ) -> None:
         self.parameter, self.linearized, self.pairs = parameter, linearized, pairs
-        self.doubts = MergedWarnings("Campbell diagram", parameter)
+        self.doubts = MergedWarnings("Campbell diagram", parameter, values)
         self.nodes: list[_Node] = []
         self.failures: dict[float, ModelError | NumericalError] = {}
 

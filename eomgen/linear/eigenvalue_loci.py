@@ -37,10 +37,12 @@ class MergedWarnings:
         First words of each warning.
     parameter : str
         Name of the varied parameter.
+    values : sequence of float
+        Values of the caller, which are counted; a search for crossings has linear models at others, too.
     """
 
-    def __init__(self, job: str, parameter: str) -> None:
-        self.job, self.parameter = job, parameter
+    def __init__(self, job: str, parameter: str, values: Sequence[float]) -> None:
+        self.job, self.parameter, self.values = job, parameter, frozenset(map(float, values))
         self.caught: dict[str, list[tuple[float, warnings.WarningMessage]]] = {}
 
     def add(self, value: float, caught: Sequence[warnings.WarningMessage]) -> None:
@@ -51,7 +53,8 @@ class MergedWarnings:
     def warn(self, stacklevel: int) -> None:
         """Warn once in the same words, with the range of values."""
         for kind in self.caught.values():
-            at = sorted({value for value, _ in kind})
+            every = {value for value, _ in kind}
+            at = sorted(every & self.values or every)
             among = f"at {len(at)} values of {self.parameter} from {at[0]:.6g} to {at[-1]:.6g}"
             first = f"at {self.parameter} = {kind[0][0]:.6g}"
             text = f"{self.job}: {among}, {first} for instance" if len(at) > 1 else f"{self.job}: {first}"
@@ -253,7 +256,7 @@ def root_locus(
     rows: list[Complex] = []
     stability: list[str] = []
     before: Linearization | None = None
-    doubts = MergedWarnings("root locus", parameter)
+    doubts = MergedWarnings("root locus", parameter, values)
     for value in values:
         try:
             with warnings.catch_warnings(record=True) as caught:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import eomgen
@@ -221,6 +222,37 @@ def test_the_command_line_prints_the_notes_of_a_run(tmp_path: Path, capsys: pyte
     said = capsys.readouterr()
     assert said.err.count("note: joints.shoulder.stiffness: the stiffness -5 is negative") == 1
     assert (said.err + said.out).count("the joint shoulder starts at 30 rad, 4.77 turns") == 1
+
+
+def test_starts_on_the_command_line_have_the_units_of_their_coordinates(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "arm.toml").write_text(SCENE)
+    words = ["simulate", str(tmp_path / "arm.toml"), "--out", str(tmp_path / "o"), "--no-plots", "--t-end", "0.01"]
+    assert main([*words, "--initial", "shoulder=5 m"]) == 2
+    said = "usage error: initial position of shoulder: '5 m' is a length, an angle in rad is expected; try: \"5 rad\""
+    assert said in capsys.readouterr().err
+    assert main([*words, "--initial", "shoulder=90 deg", "--initial", "v.shoulder=30 rpm"]) == 0
+    assert "corrected" not in capsys.readouterr().out
+    start = eomgen.Solution.load(tmp_path / "o" / "solution.npz")
+    assert (start["q.shoulder"][0], start["v.shoulder"][0]) == pytest.approx((np.pi / 2, np.pi))
+
+
+def test_one_elastic_coordinate_starts_where_it_is_told() -> None:
+    bent = {"modes": 2, "stiffness": 10.0}
+    beam = {"length": 2.0, "mass_per_length": 1.0, "bending_y": bent, "bending_z": bent}
+    model = eomgen.build(
+        {
+            **{"format": 1, "name": "mast", "beams": {"mast": beam}},
+            "joints": {"foot": {"type": "fixed", "parent": "base", "child": "mast"}},
+        }
+    )
+    run = model.simulate(1e-3, 1e-3, initial={"mast[2]": "3 mm", "mast[1]": {"velocity": 0.2}}, error_estimate=False)
+    assert run.q[0].tolist() == [0.0, 0.0, 0.003, 0.0] and run.v[0].tolist() == [0.0, 0.2, 0.0, 0.0]
+    for name, said in (("mast[4]", "there is no joint 'mast[4]'"), ("mast[1]", "'1 rad' is an angle, a length in m")):
+        with pytest.raises(eomgen.UsageError) as caught:
+            model.simulate(1e-3, 1e-3, initial={name: "1 rad"})
+        assert said in str(caught.value)
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------

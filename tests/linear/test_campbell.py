@@ -298,6 +298,23 @@ def test_warnings_in_the_same_words_are_one_with_a_count(
     assert said[0].startswith("Campbell diagram: at 7 values of spin from 10 to 100, at spin = 10 for instance: coeff")
 
 
+def test_warnings_count_the_values_of_the_caller(overhung: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Linear models between the values, for the crossings, are none of the caller's."""
+    linearize = campbell_module.linearize
+
+    def doubtful(*arguments: Any, **options: Any) -> Any:
+        warnings.warn("frozen", RuntimeWarning, stacklevel=2)
+        return linearize(*arguments, **options)
+
+    monkeypatch.setattr(campbell_module, "linearize", doubtful)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        diagram = overhung.campbell("spin", np.linspace(10.0, 300.0, 4), orders=(1, 2))
+    assert diagram.crossings
+    said = [str(item.message) for item in caught if "frozen" in str(item.message)]
+    assert said == ["Campbell diagram: at 4 values of spin from 10 to 300, at spin = 10 for instance: frozen"]
+
+
 def test_warnings_of_a_root_locus_are_one_with_a_count(overhung: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     linearize, shares = campbell_module.linearize, itertools.count(1)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import eomgen
@@ -71,6 +72,22 @@ def test_a_joint_and_a_beam_of_one_name_are_refused(tmp_path: Path) -> None:
         " one of"
     )
     assert said in str(caught.value)
+
+
+def test_a_fixed_joint_may_have_the_name_of_its_beam(tmp_path: Path) -> None:
+    """A fixed joint has no coordinates: q.blade is the beam's, here and in the included file."""
+    text = BLADE.replace("joints.hub", "joints.blade").replace('"revolute"', '"fixed"').replace("axis = [0, 0, 1]", "")
+    scene = loaded(tmp_path, "q.blade[2]", text)
+    assert scene.outputs[0].values == (Symbol("q", "blade", 2),)
+    model = eomgen.build(scene, terms=["outputs"], profile="instant")
+    q = [0.1, 0.2, 0.3]
+    assert model.outputs(q, np.zeros(3))["tip"] == pytest.approx(0.3)
+    (tmp_path / "two.toml").write_text(
+        'format = 1\nname = "two"\n[include.left]\nfile = "scene.toml"\n'
+        '[outputs]\nx = { formula = "q.left_blade[1]" }\n'
+    )
+    two = eomgen.build(tmp_path / "two.toml", terms=["outputs"], profile="instant")
+    assert two.outputs(q, np.zeros(3))["x"] == pytest.approx(0.2)
 
 
 def test_an_included_beam_is_called_by_its_name_there_and_by_its_prefix_outside(tmp_path: Path) -> None:

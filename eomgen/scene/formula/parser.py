@@ -575,7 +575,8 @@ class _FormulaReader:
         """Return the possible names of a kind of quantity, and the number of components of this quantity if known."""
         if kind in ("q", "v", "a"):
             row = JOINTS.get(self.names.joints.get(name, ""))
-            size = (row.q_size if kind == "q" else row.v_size) if row else self.names.beams.get(name) or None
+            size = (row.q_size if kind == "q" else row.v_size) if row else None
+            size = size or self.names.beams.get(name, size) or size  # a fixed joint may have the name of its beam
             return [*self.names.joints, *self.names.beams], size
         if kind in ("gravity", "tau"):
             row = JOINTS.get(self.names.joints.get(name, ""))

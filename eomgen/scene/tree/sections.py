@@ -117,7 +117,8 @@ class _Beams(Section):
         hint = "another name for one of them"
         if _reserved(name) == ("", "") and name in document.section("bodies"):
             return f"the name {name} is both a body and a beam", hint
-        if _reserved(name) == ("", "") and name in document.section("joints"):
+        joint = document.section("joints").get(name)
+        if _reserved(name) == ("", "") and joint is not None and joint.type != "fixed":
             return f"the name {name} is both a joint and a beam, and q.{name} would be both", hint
         return _reserved(name)
 

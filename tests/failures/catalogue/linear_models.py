@@ -98,6 +98,12 @@ FAILURES = [
         command="linearize scene.toml --out out --response motor:tip[0] --band 10",
     ),
     Failure(
+        "A Campbell diagram below 0 Hz",
+        2,
+        "usage error: --band -1:5: two frequencies in Hz from 0 on are needed, the lower first; try: --band 0:5",
+        command="linearize scene.toml --out out --campbell load=0.1:2:3 --band=-1:5",
+    ),
+    Failure(
         "Roots over no values",
         2,
         "usage error: --root-locus load=1:2: a parameter, two values and their number are needed; try: "
