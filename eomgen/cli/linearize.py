@@ -4,7 +4,7 @@ frequency responses, rides on random roads."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -229,8 +229,8 @@ _POINTS = 600
 def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """Print the modes of a SCENE's linear model, by default about its equilibrium, and whether it is stable."""
     sweep = _sweep(options.pop("root_locus"))
-    pairs, limits = [_pair(text) for text in options.pop("responses")], options.pop("band")
-    band = _band(limits, from_zero=options["diagram"] is not None and not (pairs or options["rides"]))
+    band = _band(options.pop("band"), options)
+    pairs = [_pair(text) for text in options.pop("responses")]
     ride = RideRequest.read(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
     campbell = CampbellRequest.read(
         _sweep(options.pop("diagram"), "--campbell"),
@@ -513,9 +513,9 @@ def _pair(text: str) -> tuple[str, str]:
     return of_input.strip(), output.strip()
 
 
-def _band(text: str | None, *, from_zero: bool) -> tuple[float, float] | None:
-    """Return the limits of ``--band`` in Hz; ``from_zero``: of a Campbell diagram alone, whose picture may begin at
-    0."""
+def _band(text: str | None, options: Mapping[str, Any]) -> tuple[float, float] | None:
+    """Return the limits of ``--band`` in Hz; the picture of a Campbell diagram alone may begin at 0."""
+    from_zero = options["diagram"] is not None and not (options["responses"] or options["rides"])
     if text is None:
         return None
     try:

@@ -363,7 +363,11 @@ def starts_of(starts: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
     an elastic coordinate."""
     joints = {joint.name for joint in scene.joints} | {body.name for body in scene.bodies if body.beam is not None}
     parts = {name: name.partition(".") for name in starts}
-    of_joints = {name: joint for name, (letter, _, joint) in parts.items() if letter in _PARTS and joint.partition("[")[0] in joints}
+    of_joints = {
+        name: joint
+        for name, (letter, _, joint) in parts.items()
+        if letter in _PARTS and joint.partition("[")[0] in joints
+    }
     result = {name: value for name, value in starts.items() if name not in of_joints}
     for name, joint in of_joints.items():
         whole = result.get(joint, {})

@@ -44,7 +44,8 @@ def initial_state(
     ----------
     initial : mapping
         ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": "30 deg", "velocity":
-        1.0}}``, or one coordinate of several, ``{"blade[2]": 0.1}``; or internal states: ``{"filtered": 0.2}``, ``{"z": {"filtered": 0.2}}``.
+        1.0}}``, or one coordinate of several, ``{"blade[2]": 0.1}``; or internal states: ``{"filtered": 0.2}``,
+        ``{"z": {"filtered": 0.2}}``.
     parameters : (np,) array, optional
         Of the run; the scene's own state in absolute coordinates may depend on these parameters.
     asked : bool
@@ -162,9 +163,12 @@ def _component(factors: Mapping[str, Factor], name: str) -> tuple[slice, slice] 
     """
     joint, bracket, index = name.removesuffix("]").partition("[")
     factor = factors.get(joint)
-    if not (bracket and index.isdecimal() and factor is not None and factor.group == "R" and factor.q_size > int(index)):
+    if not (
+        bracket and index.isdecimal() and factor is not None and factor.group == "R" and factor.q_size > int(index)
+    ):
         return None
-    return tuple(slice(start + int(index), start + int(index) + 1) for start in (factor.q_start, factor.v_start))
+    place, speed = factor.q_start + int(index), factor.v_start + int(index)
+    return slice(place, place + 1), slice(speed, speed + 1)
 
 
 def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]) -> None:

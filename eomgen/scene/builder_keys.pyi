@@ -406,6 +406,7 @@ class SectionMethods:
         force: Sequence[Value] | None = ...,
         torque: Sequence[Value] | None = ...,
         axes: str | None = ...,
+        given_in: str | None = ...,
     ) -> Self: ...
     def distributed_load(
         self,
@@ -502,6 +503,8 @@ class SectionMethods:
         rotation: Rotations | None = ...,
         axis: Sequence[Value] | None = ...,
         given_in: str | None = ...,
+        first: str | None = ...,
+        second: str | None = ...,
         size: Sequence[Value] | None = ...,
         radius: Value | None = ...,
         length: Value | None = ...,

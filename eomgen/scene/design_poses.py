@@ -7,6 +7,7 @@ on the way from the world to both.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -151,9 +152,30 @@ class DesignPoses:
         axes = snapped_rotation(carrier.axes.T @ frame.axes @ np.array(given.axes))
         return FramePlacement(body, (x, y, z), rows(axes))
 
+    def way(self, first: tuple[str, Vector], second: tuple[str, Vector]) -> Vector:
+        """Return the vector from one place on a body to another, m, in the axes of the base, formulas of parameters.
+        Raises UnknownPoseError."""
+        origins = []
+        for body, position in (first, second):
+            pose = self.pose(body)
+            origins.append([_plus(*pair) for pair in zip(pose.origin, _sums(pose.axes, position), strict=True)])
+        x, y, z = (_formula(_plus(end, start, -1.0)) for start, end in zip(*origins, strict=True))
+        return x, y, z
+
     def in_base(self, body: str, position: Vector) -> Vector:
         """Return the place in the base of a place on a body, m, formulas of parameters."""
         return self.placed(FramePlacement(body, position, rows(np.eye(3))), BASE).position
+
+
+def size_of(way: Vector) -> Formula:
+    """Return the length of a vector of formulas."""
+    parts = [part for part in way if part != ZERO]
+    if all(isinstance(part, Number) for part in parts):
+        return Number(math.hypot(*(part.value for part in parts if isinstance(part, Number))))
+    if len(parts) == 1:
+        return Operation("abs", (parts[0],))
+    squares = [part * part for part in parts]
+    return Operation("sqrt", (sum(squares[1:], squares[0]),))
 
 
 def _sums(axes: Array, position: Sequence[Formula]) -> tuple[Sum, Sum, Sum]:

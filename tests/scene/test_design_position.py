@@ -104,6 +104,38 @@ def test_formulas_of_parameters_stay_and_shared_parts_cancel() -> None:
         assert np.abs(numbers(scene.points[1].position, parameters) - [length, 0, 0]).max() < 1e-15
 
 
+def test_a_distance_without_a_length_is_the_one_of_the_design_position() -> None:
+    """The length follows tunable parameters, parts that both places share cancel, and a note gives the number."""
+    points = {"end": {"body": "lower", "position": [0.1, "3 * l", "h"], "in": "world"}}
+    tie = {"type": "distance", "first": {"body": "upper", "position": [0, 0, "l"]}, "second": "end"}
+    scene = scene_of(ARMS, parameters=LENGTHS, points=points, constraints={"tie": tie})
+    length = scene.constraints[0].length
+    assert {symbol.name for symbol in symbols(length)} == {"l"}
+    for value in (0.4, 3.0):
+        assert evaluate(length, lambda symbol, value=value: value) == pytest.approx(np.sqrt(10.0) * value, rel=1e-15)
+    assert scene.notes == (
+        "constraints.tie: the length is not given, so it is the distance at the design position, 1.26491 m",
+    )
+    run = eomgen.build(scene).simulate(0.01, 1e-3, parameters={"l": 0.5}, error_estimate=False)
+    assert not run.metadata["corrections"]
+
+
+def test_a_force_acts_at_a_place_of_the_world() -> None:
+    joints = {**ARMS, "lower": {**ARMS["lower"], "rotation": [{"axis": [0, 0, 1], "angle": "90 deg"}]}}
+    push = {"body": "lower", "point": [0.2, 0.3, 0.4], "force": [1, 2, 3], "in": "world"}
+    (force,) = scene_of(joints, parameters=LENGTHS, forces={"push": push}).elements
+    place = numbers(force.point, {"h": 0.7, "l": 0.4})
+    assert place == pytest.approx([0.3, 0.3, -0.3], abs=1e-15)
+    for change, said in (
+        ({"in": "wrld"}, "forces.push.in): there is no body 'wrld'; try: world"),
+        ({"point": None}, "forces.push.in): in needs a point, in the axes of world; try: point = [0, 0, 0]"),
+    ):
+        wrong = {key: value for key, value in {**push, **change}.items() if value is not None}
+        with pytest.raises(DescriptionError) as caught:
+            scene_of(joints, parameters=LENGTHS, forces={"push": wrong})
+        assert said in str(caught.value)
+
+
 def test_frames_of_constraints_and_bushings_turn_with_the_frame_they_are_given_in() -> None:
     quarter = [{"axis": [0, 0, 1], "angle": "90 deg"}]
     joints = {

@@ -220,8 +220,9 @@ def test_frames_about_an_axis(axis: np.ndarray) -> None:
             "(constraints.loop.drive): q.first cannot be used here",
         ),
         (
-            'type = "distance"\nfirst = "tip"\nsecond = { body = "base" }',
-            "scene.toml:20 (constraints.loop): a distance constraint needs a length; try: length = 1.0",
+            'type = "distance"\nfirst = { body = "crank" }\nsecond = { body = "base" }',
+            "(constraints.loop): a distance constraint needs a length, and the design position gives none:"
+            " both places are the same there; try: length = 1.0",
         ),
         (
             'type = "distance"\nfirst = "tip"\nsecond = { body = "base" }\nlength = "crank - 1"',
@@ -345,7 +346,9 @@ def test_builder() -> None:
     built, read_ = builder.build(), read(text=text)
     assert replace(built, source={}) == replace(read_, source={})
     builder.constraint("rod_length", "distance", "tip", {"body": "base", "rotation": [((0, 0, 1), 1.0)]}, radius=1)
-    with pytest.raises(DescriptionError, match=r"(?s)\.py:\d+ \(constraints\.rod_length\): a distance.*no radius"):
+    with pytest.raises(
+        DescriptionError, match=r"(?s)\.py:\d+ \(constraints\.rod_length\.radius\): a distance.*no radius"
+    ):
         builder.build()
 
 

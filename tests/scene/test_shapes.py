@@ -208,6 +208,34 @@ def refused(tmp_path: Path, text: str) -> str:
             "cart.toml:17 (shapes.part.in): in needs a position, in the axes of world; try: position = [0, 0, 0]",
         ),
         (
+            'type = "capsule"\nbody = "hull"\nradius = 0.1\nfirst = "a"\n[points.a]\nbody = "hull"',
+            "cart.toml:13 (shapes.part.second): the key second is missing; try: second = ...",
+        ),
+        (
+            'type = "capsule"\nbody = "hull"\nradius = 0.1\nfirst = "a"\nsecond = "b"\n[points.a]\nbody = "hull"',
+            "cart.toml:18 (shapes.part.second): there is no point 'b'; try: one of a",
+        ),
+        (
+            'type = "capsule"\nbody = "hull"\nradius = 0.1\nfirst = "a"\nsecond = "a"\n[points.a]\nbody = "hull"',
+            "cart.toml:13 (shapes.part): both points are at the same place at the design position; try: other points",
+        ),
+        (
+            'type = "cylinder"\nbody = "hull"\nlength = 1\nradius = 0.1\nfirst = "a"\nsecond = "b"\n'
+            '[points]\na = { body = "hull" }\nb = { body = "base", position = [0, 0, 1] }',
+            "cart.toml:16 (shapes.part.length): first and second give the length; try: no length",
+        ),
+        (
+            BOX + 'first = "a"\nsecond = "a"\n[points.a]\nbody = "hull"',
+            "cart.toml:13 (shapes.part): a box has no ends: first and second are for a cylinder or a capsule; try: type"
+            ' = "capsule"',
+        ),
+        (
+            'type = "cylinder"\nbody = "hull"\nradius = 0.1\nfirst = "a"\nsecond = "b"\n'
+            '[points]\na = { body = "hull" }\nb = { body = "base", position = [0, 1, "side"] }',
+            "cart.toml:13 (shapes.part): tunable parameters turn the line between both points, and axes of shapes are"
+            " fixed; try: fixed parameters in the points' positions",
+        ),
+        (
             'type = "mesh"\nbody = "hull"',
             'cart.toml:13 (shapes.part): a mesh needs file, and file is missing; try: file = "part.stl"',
         ),
@@ -467,6 +495,35 @@ def test_a_shape_is_where_its_body_is_at_the_design_position(tmp_path: Path) -> 
     turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
     there = np.array(part["vertices"]) @ turn.T + [0.1, 0.2, 0.3]
     np.testing.assert_allclose([there.min(axis=0), there.max(axis=0)], [[0.5, 1.5, 2.5], [1.5, 2.5, 3.5]], atol=1e-9)
+
+
+def test_a_capsule_reaches_from_one_point_to_another(tmp_path: Path) -> None:
+    """Ends on two bodies, one turned and one at rest: the capsule is their segment, a radius longer at each end."""
+    place = 'position = [0.1, 0.2, 0.3]\nrotation = [{ axis = [0, 0, 1], angle = "90 deg" }]\n'
+    text = CART.replace("axis = [1, 0, 0]\n", f"axis = [1, 0, 0]\n{place}")
+    ends = 'first = "a"\nsecond = "b"\n[points]\na = { body = "hull", position = [1, 0, 0.5] }\n'
+    ends += 'b = { body = "world", position = [0.5, -1, 2] }\n'
+    scene = eomgen.load(_written(tmp_path, text + 'type = "capsule"\nbody = "hull"\nradius = 0.05\n' + ends))
+    (part,) = scenery(describe(scene), {"side": 0.4})["shapes"]
+    turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    there = np.array(part["vertices"]) @ turn.T + [0.1, 0.2, 0.3]
+    first, second = np.array([0.1, 1.2, 0.8]), np.array([0.5, -1.0, 2.0])
+    way = second - first
+    along = np.clip((there - first) @ way / (way @ way), 0.0, 1.0)
+    np.testing.assert_allclose(np.linalg.norm(there - first - along[:, None] * way, axis=1), 0.05, atol=2e-6)
+    outward = 0.05 * way / np.linalg.norm(way)
+    for tip in (first - outward, second + outward):
+        assert np.linalg.norm(there - tip, axis=1).min() < 2e-6
+
+
+def test_a_cylinder_follows_a_tunable_length(tmp_path: Path) -> None:
+    ends = 'type = "cylinder"\nbody = "hull"\nradius = 0.05\nfirst = "a"\nsecond = "b"\n'
+    ends += '[points]\na = { body = "hull", position = [1, 2, 0] }\nb = { body = "hull", position = [1, 2, "-side"] }\n'
+    scene = eomgen.load(_written(tmp_path, CART + ends))
+    for side in (0.4, 1.5):
+        (part,) = scenery(describe(scene), {"side": side})["shapes"]
+        vertices = np.array(part["vertices"])
+        np.testing.assert_allclose([vertices[:, 2].min(), vertices[:, 2].max()], [-side, 0.0], atol=1e-9)
 
 
 def _written(folder: Path, text: str) -> Path:

@@ -13,8 +13,9 @@ from pydantic import Field
 from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.data import replace
 from eomgen.base.messages import key_of, listed, nearest, shown
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.bodies.mesh_files import MOST, MeshError, mesh_path, read_mesh
+from eomgen.scene.design_poses import size_of
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Finite, Rotations, Triple, Value
@@ -24,7 +25,7 @@ from eomgen.scene.reading.requirements import above_zero
 from eomgen.scene.reading.values import Values, read_orientation, read_placement
 from eomgen.scene.rotations import frame_about, rows
 from eomgen.scene.section import Reading, Section
-from eomgen.system.description import BASE, WORLD, Shape
+from eomgen.system.description import BASE, WORLD, Point, Shape
 
 #: Sizes that each type needs, and the axis of symmetry in the frame of the shape.
 _SIZES: Mapping[str, tuple[str, ...]] = {
@@ -52,6 +53,7 @@ COLORS = {
 }  # fmt: skip  # a table
 _HEXADECIMAL = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})")
 _ORIGIN = (0.0, 0.0, 0.0)
+_SAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _OF_TYPE = "required for {}"
 
 
@@ -74,6 +76,12 @@ class DrawnShape(Table):
     given_in: str | None = given_in(
         "frame in which position and axes are given, at the [design position](#design-position)"
     )
+    first: str | None = optional(
+        "of a cylinder or a capsule: one end of its axis, at the design position, in place of position, axes and"
+        " `length`",
+        refers="points",
+    )
+    second: str | None = optional("the other end", refers="points")
     size: Triple | None = optional(
         "sides of a box along its axes", unit="m", names=PARAMETERS, shown_default=_OF_TYPE.format("a box")
     )
@@ -129,6 +137,8 @@ class _Reader:
         entry, values = self.entry, self.values
         bodies = [BASE, WORLD, *self.reading.bodies]
         known = check_reference(f"{self.key}.body", entry.body, bodies, "body", self.report)
+        if entry.first is not None or entry.second is not None:
+            return self._between(known=known)
         self._check_keys()
         position = values.vector(f"{self.key}.position", entry.position, PARAMETERS)
         axes = self._axes()
@@ -140,6 +150,46 @@ class _Reader:
         sizes = self._sizes()
         shape = Shape(self.name, entry.body, entry.type, position, axes, sizes, self._color(), self._opacity())
         return self._meshed(shape) if entry.type == "mesh" and entry.file is not None else shape
+
+    def _between(self, *, known: bool) -> Shape | None:
+        """Return a cylinder or a capsule between two points, with the body; None for a reported fault."""
+        entry, values = self.entry, self.values
+        if entry.type not in ("cylinder", "capsule"):
+            fault = f"{_noun(entry.type)} has no ends: first and second are for a cylinder or a capsule"
+            self.report.add(self.key, fault, 'type = "capsule"')
+            return None
+        for name in ("position", "rotation", "axis", "in", "length"):
+            if ("given_in" if name == "in" else name) in entry.model_fields_set:
+                self.report.add(f"{self.key}.{name}", f"first and second give the {name}", f"no {name}")
+        if entry.radius is None:
+            self.report.add(self.key, f"{_noun(entry.type)} needs a radius", "radius = 0.1")
+        points: Mapping[str, Point] = self.reading.items["points"]
+        ends: list[Vector] = []
+        for side in ("first", "second"):
+            name = getattr(entry, side)
+            if name is None:
+                self.report.add(f"{self.key}.{side}", f"the key {side} is missing", f"{side} = ...")
+            elif values.point(f"{self.key}.{side}", name) and known and name in points:
+                point = points[name]
+                place = point.body, True, entry.body, point.position, _SAME
+                ends.append(read_placement(f"{self.key}.{side}", *place, values)[0])
+        if len(ends) < len(("first", "second")) or self.report.concerns(self.key):
+            return None
+        (x0, y0, z0), (x1, y1, z1) = ends
+        way, middle = (x1 - x0, y1 - y0, z1 - z0), (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (z0 + z1))
+        direction = np.array([values.value(part) for part in way])
+        size = float(np.linalg.norm(direction))
+        if not size > 0.0:
+            if size == 0.0:
+                self.report.add(self.key, "both points are at the same place at the design position", "other points")
+            return None
+        if np.count_nonzero(direction) > 1 and any(values.is_tunable(part) for part in way):
+            fault = "tunable parameters turn the line between both points, and axes of shapes are fixed"
+            self.report.add(self.key, fault, "fixed parameters in the points' positions")
+            return None
+        sizes = values.formula(f"{self.key}.radius", entry.radius or 0.0, PARAMETERS), size_of(way)
+        axes = rows(frame_about(direction / size))
+        return Shape(self.name, entry.body, entry.type, middle, axes, sizes, self._color(), self._opacity())
 
     def _check_keys(self) -> None:
         """Report missing sizes, and sizes of other types."""
@@ -282,5 +332,5 @@ SHAPES = _Shapes(
 
     Types and their sizes: box (``size``, three sides), cylinder and capsule (``radius``, ``length``), sphere
     (``radius``), wheel (``radius``, ``width``), ellipsoid (``semi_axes``), mesh (``file``, STL, OBJ or GLB, with
-    ``scale``).""",
+    ``scale``). A cylinder or a capsule between two points has ``first`` and ``second`` in place of its length.""",
 )

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import Field
 
 from eomgen.base.data import dataclass, replace
@@ -17,9 +18,11 @@ from eomgen.scene.forces.element import Attach, ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import LOAD, LOCAL_LOAD, PARAMETERS
 from eomgen.scene.joint_types import JOINTS, by_component
-from eomgen.scene.reading.key_metadata import Table, key
+from eomgen.scene.reading.key_metadata import Table, given_in, key
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.report import check_reference
+from eomgen.scene.reading.values import read_placement
+from eomgen.scene.rotations import rows
 from eomgen.system.description import BASE, WORLD
 
 _ZEROS = (0.0, 0.0, 0.0)
@@ -33,6 +36,9 @@ class ForceEntry(Table):
     force: Triple = key("through the point", _ZEROS, unit="N", names=LOCAL_LOAD)
     torque: Triple = key("couple, added to the moment of the force", _ZEROS, unit="N m", names=LOCAL_LOAD)
     axes: Literal["world", "body"] = key("axes of force and torque", "world")
+    given_in: str | None = given_in(
+        "frame in which the point, not the force, is given, at the [design position](#design-position)"
+    )
 
 
 @dataclass(frozen=True)
@@ -80,6 +86,9 @@ def read_force(name: str, force: ForceEntry, site: Site) -> Force:
     else:
         check_reference(f"{key}.body", force.body, site.bodies, "body", values.report)
     point = vector(f"{key}.point", force.point, PARAMETERS)
+    if force.body in site.bodies:
+        positioned = "point" in force.model_fields_set
+        point, _ = read_placement(key, force.given_in, positioned, force.body, point, rows(np.eye(3)), values, "point")
     force_vector = vector(f"{key}.force", force.force, LOCAL_LOAD)
     return Force(name, force.body, point, force_vector, vector(f"{key}.torque", force.torque, LOCAL_LOAD), force.axes)
 

@@ -7,6 +7,7 @@ along a motion, so curves that jump or bend and functions with a corner are refu
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from eomgen.base.messages import key_of
@@ -14,6 +15,7 @@ from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import changes
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Application, Formula, Operation, Symbol
+from eomgen.scene.design_poses import UnknownPoseError, size_of
 from eomgen.scene.formula.scope import BETWEEN_FRAMES, PARAMETERS, POSITIONS, SURFACE, VELOCITIES
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
 from eomgen.scene.joints import schema as written
@@ -59,7 +61,9 @@ _ROUGH = {"abs": "a corner", "min": "a corner", "max": "a corner", "sign": "a ju
 _COUNTS = {1: "one derivative", 2: "two derivatives", 3: "three derivatives"}
 #: Degree in velocities of formulas that are not linear.
 _NONLINEAR = 2
-_EXAMPLES = {"length": "1.0", "pitch": "0.01"}
+_EXAMPLES = {"pitch": "0.01"}
+#: Distances at the design position below this, m, are not taken for a length.
+_NO_LENGTH = 1e-9
 
 
 def _check_keys(key: str, entry: written.Constraint, report: Report) -> None:
@@ -99,7 +103,7 @@ def read_constraint(
         first=first,
         second=second,
         drive=None if entry.drive is None else read_law(f"{key}.drive", entry.drive, values, smooth),
-        length=ZERO if entry.length is None else read_length(f"{key}.length", entry.length, values, smooth),
+        length=_length(key, entry, first, second, smooth, values) if entry.type == "distance" else ZERO,
         radius=radius,
         shape=shape,
         pitch=_number(f"{key}.pitch", entry.pitch, values),
@@ -124,6 +128,30 @@ def _doubtful_contact(
     if shape == "torus" and (inner := values.value(tube)) >= (outer := values.value(radius)):
         fault = f"a tube of radius {inner:g} about a centre line of radius {outer:g} leaves no hole in the torus"
         yield f"{key}.tube_radius: {fault}; try: the smaller radius in tube_radius"
+
+
+def _length(
+    key: str, entry: written.Constraint, first: Frame, second: Frame, smooth: float | None, values: Values
+) -> Formula:
+    """Return the length of a distance, by default the distance of both places at the design position, with a note."""
+    if entry.length is not None:
+        return read_length(f"{key}.length", entry.length, values, smooth)
+    if values.report.concerns(f"{key}.first") or values.report.concerns(f"{key}.second"):
+        return UNKNOWN
+    why = "both places are the same there"
+    try:
+        length = size_of(values.design.way((first.body, first.position), (second.body, second.position)))
+    except UnknownPoseError as error:
+        length, why = ZERO, error.fault
+    number = values.value(length)
+    if math.isnan(number) or not why:  # other faults
+        return UNKNOWN
+    if number > _NO_LENGTH:
+        values.note([f"{key}: the length is not given, so it is the distance at the design position, {number:.6g} m"])
+        return length
+    fault = f"a distance constraint needs a length, and the design position gives none: {why}"
+    values.report.add(key, fault, "length = 1.0")
+    return UNKNOWN
 
 
 def _surface(key: str, text: float | str, values: Values) -> Formula | None:

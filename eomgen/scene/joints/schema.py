@@ -220,10 +220,10 @@ class Constraint(Table):
         names=TIME,
     )
     length: Value | None = optional(
-        "between the origins; a formula of time prescribes it",
+        "of `distance`, between the origins; a formula of time prescribes it",
         unit="m",
         names=TIME,
-        shown_default="required for `distance`",
+        shown_default="their distance at the [design position](#design-position), with a note",
     )
     smooth: Value | None = of_fixed_parameters(
         "of a drive, or of a length over time, as of [joints](#motion-laws-that-jump)",

@@ -227,7 +227,7 @@ class Values:
         bound = bound_of(key, self.bounds)
         if bound is not None:
             self.require(key, bound, [formula])
-        elif isinstance(formula, Operation) and self._tunable(formula):
+        elif isinstance(formula, Operation) and self.is_tunable(formula):
             self.requirements.append(Requirement(self.report.where(key), (formula,)))
 
     def require(self, key: str, rule: Rule, formulas: Sequence[Formula]) -> None:
@@ -242,10 +242,11 @@ class Values:
         if not any(math.isnan(number) for number in numbers) and rule.broken(numbers):
             fault, hint = rule.fault(numbers)
             self.report.add(key, f"at s = {self.place:.6g}, {fault}" if key in self.varied else fault, hint)
-        if any(self._tunable(formula) for formula in formulas):
+        if any(self.is_tunable(formula) for formula in formulas):
             self.requirements.append(Requirement(self.report.where(key), tuple(formulas), rule))
 
-    def _tunable(self, formula: Formula) -> bool:
+    def is_tunable(self, formula: Formula) -> bool:
+        """Return whether a formula has a tunable parameter."""
         return any(
             symbol.kind == "parameter" and self.names.parameters.get(symbol.name, False) for symbol in symbols(formula)
         )
@@ -348,7 +349,14 @@ def read_orientation(
 
 
 def read_placement(
-    key: str, given_in: str | None, positioned: bool, body: str, position: Vector, axes: Axes, values: Values
+    key: str,
+    given_in: str | None,
+    positioned: bool,
+    body: str,
+    position: Vector,
+    axes: Axes,
+    values: Values,
+    name: str = "position",
 ) -> tuple[Vector, Axes]:
     """Return position and axes in the frame of a body, of an entry whose key ``in`` may name another frame.
 
@@ -362,6 +370,8 @@ def read_placement(
         Whether the entry gives a position, which ``in`` needs.
     position, axes : (3,) formulas, m, and (3, 3)
         As given, own axes to the axes of this frame.
+    name : str
+        Key of the position.
 
     Returns
     -------
@@ -375,7 +385,7 @@ def read_placement(
         check_reference(f"{key}.in", given_in, every, "body", values.report)
         return position, axes
     if not positioned:
-        values.report.add(f"{key}.in", f"in needs a position, in the axes of {given_in}", "position = [0, 0, 0]")
+        values.report.add(f"{key}.in", f"in needs a {name}, in the axes of {given_in}", f"{name} = [0, 0, 0]")
         return position, axes
     try:
         _, position, axes = values.design.placed(FramePlacement(given_in, position, axes), body)

@@ -146,11 +146,11 @@ class StepPath:
         rise = z[steps + 1] - z[steps]
         bend, twist = 3.0 * rise - h * (2.0 * first + last), h * (first + last) - 2.0 * rise
         z_there = z[steps] + s * (h * first + s * (bend + s * twist))
-        for k, state in enumerate(model.description.states):
-            if state.sampling is not None:  # held between samples; a row at a sample has the value before it
-                begin, period, offset = t[steps], state.sampling.period, state.sampling.offset
-                last = offset + period * np.floor((times - offset) / period + SAME_TIME)
-                z_there[:, k] = np.where(last >= begin - SAME_TIME * h[:, 0], z[steps + 1, k], z[steps, k])
+        for k, held in enumerate(model.description.states):
+            if held.sampling is not None:  # held between samples; a row at a sample has the value before it
+                period, offset = held.sampling.period, held.sampling.offset
+                sampled = offset + period * np.floor((times - offset) / period + SAME_TIME)
+                z_there[:, k] = np.where(sampled >= t[steps] - SAME_TIME * h[:, 0], z[steps + 1, k], z[steps, k])
         return q_there, v_there, z_there
 
     def knows(self, formula: Formula) -> bool:
