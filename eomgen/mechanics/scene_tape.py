@@ -19,6 +19,7 @@ from eomgen.mechanics.constraints.joints import (
     following_rows,
     joint_constraint,
 )
+from eomgen.mechanics.constraints.loops import rows_of_loops
 from eomgen.mechanics.constraints.rows import ConstraintCalculus, ConstraintRow, constraint_rows, forces_at_points
 from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.elimination import loses_digits
@@ -106,7 +107,8 @@ class Derivation:
             items = [
                 as_constraint for joint in self.scene.joints if (as_constraint := joint_constraint(joint)) is not None
             ] + items
-        rows = constraint_rows(self.quantities, items)
+        alike = rows_of_loops(self.quantities, items, self._generalized) if self.absolute else {}
+        rows = constraint_rows(self.quantities, items, alike)
         rows.holonomic += [*driven_rows(self.quantities), *strain_rows(self.quantities, self._generalized)]
         if isinstance(self.quantities, AbsoluteQuantities):
             rows.holonomic[:0] = following_rows(self.quantities)

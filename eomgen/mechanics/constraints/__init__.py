@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.
-WITHIN = ["beam_strains", "joints", "rows"]
+WITHIN = ["beam_strains", "joints", "loops", "rows"]

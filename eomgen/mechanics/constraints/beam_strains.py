@@ -46,7 +46,7 @@ class ConstrainedStrains:
             for strain, value in zip(beam.constrained, gap, strict=True):
                 strain_name = STRAINS[strain].replace("_", " along ")
                 name = f"{beam.name}: no {strain_name} of element {number}"
-                result.append(ConstraintRow(name, value, "m", size, length, length, group=self, number=len(result)))
+                result.append(ConstraintRow(name, value, "m", size, length, length, group=self, in_group=len(result)))
         return result
 
     def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
@@ -78,7 +78,7 @@ def section_multipliers(quantities: Quantities, rows: ConstraintRows | None, bea
     result = [[quantities.algebra.zero] * count for _ in range(beam.elements)]
     for place, row in enumerate([] if rows is None else rows.all):
         if isinstance(row.group, ConstrainedStrains) and row.group.beam is beam:
-            element, strain = divmod(row.number, count)
+            element, strain = divmod(row.in_group, count)
             result[element][strain] = quantities.input("lam", place)
     return result
 

@@ -64,8 +64,8 @@ class ConstraintRow:
     owner, number : owner of the equation and the number of the equation, holonomic equations first: a constraint, or a
         joint with a drive for each coordinate; None for the equation of a joint that follows another
     driving : at velocity level, the part of ``value`` that time prescribes; None without one
-    group : source of the forces of several equations together, of which this equation is number ``number``; None if the
-        forces follow from B
+    group, in_group : source of the forces of several equations together, and the number of this equation among them;
+        None if the forces follow from B
     """
 
     name: str
@@ -77,6 +77,7 @@ class ConstraintRow:
     owner: Constraint | Joint | None = None
     number: int = 0
     group: RowGroup | None = None
+    in_group: int = 0
     driving: Scalar | None = None
 
 
@@ -113,17 +114,22 @@ class ConstraintRows:
         return ConstraintRows([row for k, row in enumerate(self.holonomic) if k not in left_out], at_velocity)
 
 
-def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -> ConstraintRows:
+def constraint_rows(
+    quantities: Quantities, constraints: Sequence[Constraint], known: Mapping[int, Sequence[ConstraintRow]]
+) -> ConstraintRows:
     """Return the equations of all constraints.
 
     Parameters
     ----------
     quantities : in joint or absolute coordinates, recorded on the same tape
+    known : equations that are recorded already, holonomic, by place among the constraints
     """
     rows = ConstraintRows()
-    for item in constraints:
+    for place, item in enumerate(constraints):
         with quantities.algebra.tape.block(f"constraint {item.name}"):
-            if item.framed:
+            if place in known:
+                own = ConstraintRows(list(known[place]))
+            elif item.framed:
                 own = rows_of_pair(quantities, item, frame_pair(quantities, item.first, item.second))
             else:
                 row = _formula_row(quantities, item)
@@ -590,7 +596,7 @@ class ConstraintCalculus:
             if group is None:
                 continue
             of_row = {
-                row.number: value for row, value in zip(self.rows.all, multipliers, strict=True) if row.group is group
+                row.in_group: value for row, value in zip(self.rows.all, multipliers, strict=True) if row.group is group
             }
             forces = group.forces([of_row.get(number, zero) for number in range(group.count)])
             total = [x + y for x, y in zip(total, forces, strict=True)]

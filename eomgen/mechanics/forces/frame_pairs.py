@@ -89,13 +89,13 @@ def frame_pair(quantities: Quantities, first: Frame, second: Frame) -> FramePair
         side.begin(quantities, shared, start, poses, twists)
     relative = LinkKinematics(quantities.tree, poses, twists)
     steps = [step for side in sides for step in side.beyond(quantities, shared)]
-    size = _lengths((minus(other_position, position), travel, other_travel, *steps))
+    size = lengths((minus(other_position, position), travel, other_travel, *steps))
     frames = [side.pose(quantities, shared, relative, start) for side, start in zip(sides, starts, strict=True)]
-    lever = _lengths(steps) if steps else algebra.zero
-    return FramePair(relative, frames[0], frames[1], size, lever, _lengths((apart, *steps)))
+    lever = lengths(steps) if steps else algebra.zero
+    return FramePair(relative, frames[0], frames[1], size, lever, lengths((apart, *steps)))
 
 
-def _lengths(steps: Sequence[Vector]) -> Scalar:
+def lengths(steps: Sequence[Vector]) -> Scalar:
     """Return the sum of the magnitudes of all components."""
     first, *others = (magnitude(part) for step in steps for part in step)
     return sum(others, first)

@@ -1,0 +1,284 @@
+"""Joints between absolute bodies, many alike as one loop: equations, scales, and forces.
+
+In absolute coordinates an equation of a joint depends on the poses of the two joined bodies alone. Joints of one type
+with frames that are alike but for numbers are one ``Map``: the numbers are columns, and derivatives of the equations
+are loops, too. Forces B^T lam are recorded as forces on the bodies for all joints together, so that their partials are
+a loop over the joints in place of products of all entries of B.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from itertools import chain
+
+from eomgen.base.data import dataclass
+from eomgen.formula.nodes import Formula
+from eomgen.mechanics.constraints.rows import ConstraintRow, rows_of_pair
+from eomgen.mechanics.forces.cosserat_beams import LoopInputs
+from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, lengths
+from eomgen.mechanics.forces.loads import add_wrench
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.fields import Wrench
+from eomgen.mechanics.kinematics.points import LinkKinematics
+from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.joints.model import Constraint, Frame
+from eomgen.symbolic.calculus.loops import Tangent, compact
+from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.map import Map, add_map
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.scalar import (
+    Algebra,
+    Matrix,
+    Scalar,
+    Vector,
+    apply,
+    minus,
+    multiply,
+    plus,
+    skew,
+    transpose,
+)
+from eomgen.symbolic.tape import ONE, Ref, Tape
+
+#: Least number of joints of a kind for a loop: code of fewer joints is shorter without it.
+FEWEST = 16
+_POSE, _FRAME = 12, 12
+#: Returns the generalized forces, (nv,), of a wrench for each link, None for links without one; takes a label, too.
+Generalized = Callable[[Sequence[Wrench | None], str], list[Scalar]]
+
+
+@dataclass(frozen=True)
+class _JointEnd:
+    """A frame of a joint: the link of the body, negative for base and world, and the frame in axes of the link."""
+
+    link: int
+    axes: Matrix
+    place: Vector
+
+    @classmethod
+    def of(cls, quantities: Quantities, frame: Frame) -> _JointEnd:
+        mount = quantities.mount(frame)
+        axes = multiply(mount.orientation, quantities.algebra.matrix(frame.orientation))
+        place = plus(mount.position, apply(mount.orientation, quantities.vector(frame.position)))
+        return cls(mount.link, axes, place)
+
+    @property
+    def numbers(self) -> list[Scalar]:
+        return [*chain.from_iterable(self.axes), *self.place]
+
+
+@dataclass(frozen=True)
+class _Member:
+    """A joint of a kind: its place among the constraints, its frames, and the formula of its length or pitch."""
+
+    place: int
+    item: Constraint
+    ends: tuple[_JointEnd, _JointEnd]
+    number: Scalar
+
+
+class _KernelSymbols(Quantities):
+    """The formula of a joint in a kernel: its length or its pitch."""
+
+    def __init__(self, algebra: Algebra, number: Scalar) -> None:
+        self.algebra, self.number = algebra, number
+
+    def formula(self, formula: Formula) -> Scalar:
+        return self.number
+
+
+def rows_of_loops(
+    quantities: Quantities, constraints: Sequence[Constraint], generalized: Generalized
+) -> dict[int, list[ConstraintRow]]:
+    """Return the equations of the constraints of all frequent kinds, by place among the constraints."""
+    kinds: dict[Hashable, list[_Member]] = {}
+    for place, item in enumerate(constraints):
+        if item.framed and item.equation is None and item.drive is None and not item.kind.rows[1]:
+            ends = _JointEnd.of(quantities, item.first), _JointEnd.of(quantities, item.second)
+            number = quantities.formula(item.length if item.type == "distance" else item.pitch)
+            member = _Member(place, item, ends, number)
+            if ends[0].link != ends[1].link:
+                kinds.setdefault(_kind(quantities, member), []).append(member)
+    result: dict[int, list[ConstraintRow]] = {}
+    for members in kinds.values():
+        if len(members) >= FEWEST:
+            result |= _JointKind(quantities, members, generalized).rows()
+    return result
+
+
+def _kind(quantities: Quantities, member: _Member) -> Hashable:
+    """Return the type of a joint, the kinds of its links, and which of its numbers the tape folds."""
+    links = [quantities.tree.links[end.link].kind if end.link >= 0 else end.link for end in member.ends]
+    numbers = [number.constant for end in member.ends for number in end.numbers]
+    return (member.item.type, *links, *(number if number in (0.0, 1.0, -1.0) else None for number in numbers))
+
+
+class _JointKind:
+    """Joints that differ in numbers alone; the source of their forces.
+
+    Attributes
+    ----------
+    count : how many equations there are
+    """
+
+    def __init__(self, quantities: Quantities, members: Sequence[_Member], generalized: Generalized) -> None:
+        self.quantities, self.members, self.generalized = quantities, members, generalized
+        kinematics = quantities.kinematics
+        columns: list[list[Scalar]] = []
+        for member in members:
+            poses = [kinematics.pose(end.link) for end in member.ends]
+            of_links = [number for R, x in poses for number in (*chain.from_iterable(R), *x)]
+            columns.append([*of_links, *member.ends[0].numbers, *member.ends[1].numbers, member.number])
+        self.numbers = columns
+        self.count = len(members) * len(self._recorded([])[1])
+
+    def _recorded(self, more: Sequence[Sequence[Scalar]]) -> tuple[LoopInputs, list[ConstraintRow], _Kernel]:
+        """Return the inputs of a new kernel, the equations of a joint in it, and the further ``more`` numbers of each
+        joint with the frames."""
+        algebra = Algebra(Tape())
+        inputs = LoopInputs(algebra, [])
+        further = more or [()] * len(self.members)
+        entries = zip(*[[*row, *others] for row, others in zip(self.numbers, further, strict=True)], strict=True)
+        numbers = [inputs.number(column) for column in entries]
+        first, second = (_pose(numbers[start : start + _POSE]) for start in (0, _POSE))
+        start = 2 * _POSE
+        frames = [_pose(numbers[start + k * _FRAME : start + (k + 1) * _FRAME]) for k in (0, 1)]
+        still = [member.link < 0 for member in self.members[0].ends]
+        pair = _pair(algebra, (first, second), frames, still)
+        end = start + 2 * _FRAME
+        rows = rows_of_pair(_KernelSymbols(algebra, numbers[end]), self.members[0].item, pair).holonomic
+        return inputs, rows, _Kernel(algebra, (first, second), still, numbers[end + 1 :])
+
+    def rows(self) -> dict[int, list[ConstraintRow]]:
+        """Return the equations of each joint, by place among the constraints."""
+        inputs, rows, _ = self._recorded([])
+        scales = [value for row in rows for value in (row.size, row.extent, row.path_length)]
+        values = self._stacked("equations", inputs, [row.value for row in rows])
+        sizes = self._stacked("scales of the equations", inputs, scales)
+        result: dict[int, list[ConstraintRow]] = {}
+        for position, (member, value, size) in enumerate(zip(self.members, values, sizes, strict=True)):
+            prefix, own = f"{self.members[0].item.name}: ", []
+            for number, row in enumerate(rows):
+                name = f"{member.item.name}: {row.name.removeprefix(prefix)}"
+                scale, extent, path = size[3 * number : 3 * number + 3]
+                place = position * len(rows) + number
+                own.append(
+                    ConstraintRow(name, value[number], row.unit, scale, extent, path, group=self, in_group=place)
+                )
+            result[member.place] = own
+        return result
+
+    def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
+        """Return the joints' part of B^T lam, (nv,)."""
+        each = self.count // len(self.members)
+        own = [multipliers[start : start + each] for start in range(0, self.count, each)]
+        inputs, rows, kernel = self._recorded(own)
+        zero = kernel.algebra.zero
+        work = sum((value * row.value for value, row in zip(kernel.more, rows, strict=True)), zero)
+        wrenches: list[Wrench | None] = [None] * len(self.quantities.tree.links)
+        for member, row in zip(self.members, self._stacked("forces", inputs, kernel.wrenches(work)), strict=True):
+            moving = [end.link for end in member.ends if end.link >= 0]
+            for link, (a, b, c, x, y, z) in zip(moving, (row[:6], row[6:]), strict=False):
+                add_wrench(wrenches, link, ((a, b, c), (x, y, z)))
+        return self.generalized(wrenches, self._label("forces"))
+
+    def _label(self, meaning: str) -> str:
+        first, last = self.members[0].item.name, self.members[-1].item.name
+        return f"{meaning} of {len(self.members)} joints, {first} to {last}"
+
+    def _stacked(self, meaning: str, inputs: LoopInputs, values: Sequence[Scalar]) -> list[list[Scalar]]:
+        """Return numbers of each joint, as a loop over the joints."""
+        kernel, outer = inputs.algebra.tape, self.quantities.algebra
+        varying = list(dict.fromkeys(abs(value.ref) for value in values if value.constant is None))
+        loop = Map(
+            kernel,
+            len(self.members),
+            tuple(inputs.elements),
+            tuple(inputs.shared),
+            tuple(inputs.gather),
+            stacked=tuple(varying),
+            label=self._label(meaning),
+        )
+        rows = add_map(outer.tape, compact(loop, ())).rows if varying else [()] * len(self.members)
+        fixed = {value.ref: outer.scalar(value.constant) for value in values if value.constant is not None}
+
+        def of_joint(row: Sequence[Ref]) -> list[Scalar]:
+            known = dict(zip(varying, row, strict=True))
+            return [
+                fixed[value.ref]
+                if value.ref in fixed
+                else Scalar(outer.tape, known[abs(value.ref)] * (1 if value.ref > 0 else -1))
+                for value in values
+            ]
+
+        return [of_joint(row) for row in rows]
+
+
+@dataclass(frozen=True)
+class _Kernel:
+    """The poses of two links, which links are base or world (``still``), and ``more`` numbers, in a kernel."""
+
+    algebra: Algebra
+    poses: tuple[tuple[Matrix, Vector], tuple[Matrix, Vector]]
+    still: Sequence[bool]
+    more: Sequence[Scalar]
+
+    def wrenches(self, work: Scalar) -> list[Scalar]:
+        """Return the wrench, moment first, on each moving link about its origin in its axes, of a virtual work."""
+        tape = self.algebra.tape
+        seeds: dict[Ref | InputSymbol, Tangent] = {}
+        for end, ((R, origin), still) in enumerate(zip(self.poses, self.still, strict=True)):
+            if still:
+                continue
+            turned = [multiply(R, skew(axis)) for axis in self.algebra.identity]
+            for i in range(3):
+                for j in range(3):
+                    seeds[R[i][j].ref] = {6 * end + k: turned[k][i][j].ref for k in range(3) if k != j}
+                seeds[origin[i].ref] = {6 * end + 3 + i: ONE}
+        (tangent,) = forward_partials(tape, [work.ref], seeds)
+        result: list[Scalar] = []
+        for end, ((R, _), still) in enumerate(zip(self.poses, self.still, strict=True)):
+            if not still:
+                a, b, c, x, y, z = (
+                    Scalar(tape, tangent[k]) if k in tangent else self.algebra.zero for k in range(6 * end, 6 * end + 6)
+                )
+                result += [a, b, c, *apply(transpose(R), (x, y, z))]
+        return result
+
+
+def _pose(numbers: Sequence[Scalar]) -> tuple[Matrix, Vector]:
+    """Return axes, (3, 3), and origin, (3,), of twelve numbers."""
+    x, y, z, origin = ((numbers[k], numbers[k + 1], numbers[k + 2]) for k in range(0, 12, 3))
+    return (x, y, z), origin
+
+
+def _pair(
+    algebra: Algebra,
+    links: Sequence[tuple[Matrix, Vector]],
+    frames: Sequence[tuple[Matrix, Vector]],
+    still: Sequence[bool],
+) -> FramePair:
+    """Return the poses of two frames on free bodies, as ``frame_pair`` does: from an origin near both frames.
+
+    Parameters
+    ----------
+    links, frames : pose of each link, and of its frame in the axes of the link
+    still : whether the link is the base or the world
+    """
+    zero = algebra.zero_vector
+    starts = [plus(x, apply(R, s)) if fixed else x for (R, x), (_, s), fixed in zip(links, frames, still, strict=True)]
+    apart = minus(starts[1], starts[0])
+    origins = [zero, apart]
+    if still[1] and not still[0]:
+        apart = minus(starts[0], starts[1])
+        origins = [apart, zero]
+    steps = [s for (_, s), fixed in zip(frames, still, strict=True) if not fixed]
+    poses: dict[int, tuple[Matrix, Vector]] = {}
+    ends: list[FramePose] = []
+    for number, ((R, _), (axes, s), fixed, origin) in enumerate(zip(links, frames, still, origins, strict=True)):
+        place = origin if fixed else plus(origin, apply(R, s))
+        poses[number] = (R, minus(origin, apply(R, s)) if fixed else origin)
+        ends.append(FramePose(number, multiply(R, axes), place))
+    kinematics = LinkKinematics(Tree(algebra, (), {}, {}, (), {}), poses, {})
+    size = lengths((*starts, *steps))
+    return FramePair(kinematics, ends[0], ends[1], size, lengths(steps), lengths((apart, *steps)))
