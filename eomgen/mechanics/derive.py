@@ -141,8 +141,8 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
     existing = [term for term in TERMS.values() if term.exists_with(facts)]
     if requested:
         return [term.name for term in existing if term.name in requested or term.of_events]
-    whole = not derivation.large or not derivation.sparse
-    return [term.name for term in existing if not term.on_request and (whole or not term.quadratic)]
+    whole = derivation.whole_matrices
+    return [term.name for term in existing if not term.on_request and (not term.quadratic or term.name in whole)]
 
 
 def _existence_facts(derivation: Derivation) -> set[str]:

@@ -48,9 +48,12 @@ from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Scalar, plus, scaled
 from eomgen.symbolic.tape import ONE, Tape
 from eomgen.system.system import Block
+from eomgen.system.terms import TERMS
 
 #: Up to so large a mean of the squared depths a tree counts as flat: bodies on the base have 15.
 FLAT = 48
+#: Largest number of velocity components of absolute bodies with joints for checks of runs by whole matrices.
+_WHOLE = 300
 
 
 class Derivation:
@@ -244,6 +247,17 @@ class Derivation:
         strains."""
         constraints = self.constraints
         return constraints is None or any(row.group is not None for row in constraints.rows.all)
+
+    @property
+    def whole_matrices(self) -> frozenset[str]:
+        """The terms of whole matrices that are recorded without a request."""
+        every = frozenset(term.name for term in TERMS.values() if term.quadratic)
+        if not self.large or not self.sparse:
+            return every
+        of_rows = frozenset({"constraint_jacobian", "velocity_partials"} if self.constrained else ())
+        if not self.absolute:
+            return of_rows
+        return of_rows | {"mass"} if of_rows and self.tree.nv <= _WHOLE else frozenset()
 
     @property
     def flat(self) -> bool:

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 #: Terms for finding a consistent state, and the redundant rows.
 NEEDED = PURPOSES["initial_assembly"]
+#: The same with the nonzeros of M and B.
+SPARSE = tuple({"mass": "mass_values", "constraint_jacobian": "jacobian_values"}.get(name, name) for name in NEEDED)
 #: Number and distance of other sets of parameters that are examined for dependences at the defaults alone.
 _NEIGHBOURS, _NEARBY = 2, 1e-3
 
@@ -35,6 +37,8 @@ def with_initial_assembly(
     derive: Callable[[Sequence[str] | None, Sequence[int]], System],
     terms: Sequence[str] | None = None,
     description: Description | None = None,
+    *,
+    whole: bool = True,
 ) -> System:
     """Return a System without redundant rows and with a consistent initial state, with notes.
 
@@ -46,6 +50,8 @@ def with_initial_assembly(
         The functions wanted.
     description : Description, optional
         Units of coordinates, for the note on changes, and the geometrically exact beams.
+    whole : bool
+        Whether M and B are whole matrices, else sparse ones, which large systems need.
 
     Raises
     ------
@@ -53,7 +59,8 @@ def with_initial_assembly(
         The constraints contradict each other.
     """
     beams = description is not None and bool(description.exact_beams)
-    system = derive((*NEEDED, *(("poses",) if beams else ())), ())
+    terms_of_state = NEEDED if beams or whole else SPARSE
+    system = derive((*terms_of_state, *(("poses",) if beams else ())), ())
     if not system.multipliers:
         return derive(terms, ())
     equations = constrained(system, description=description)
@@ -188,6 +195,23 @@ def constrained(
             return np.array(evaluation(function).on_arrays(inputs), dtype=float)
 
     rows, nv = len(system.multipliers), system.nv
+
+    def matrix(values: Array, name: str, shape: tuple[int, int]) -> Any:
+        from scipy.sparse import csr_matrix  # noqa: PLC0415  # small systems have whole matrices
+
+        places = np.array(system.patterns[name], dtype=np.int64).reshape(-1, 2).T
+        return csr_matrix((values, (places[0], places[1])), shape=shape)
+
+    def jacobian(q: Array, t: float) -> Any:
+        if "jacobian_values" in system.functions:
+            return matrix(at("jacobian_values", t, q=q), "B", (rows, nv))
+        return at("constraint_jacobian", t, q=q).reshape(rows, nv)
+
+    def mass(q: Array) -> Any:
+        if "mass_values" in system.functions:
+            return matrix(at("mass_values", 0.0, q=q), "M_values", (nv, nv))
+        return at("mass", 0.0, q=q).reshape(nv, nv)
+
     return ConstrainedSystem(
         factors=system.factors,
         names=system.multipliers,
@@ -196,8 +220,8 @@ def constrained(
         holonomic=system.holonomic,
         constraint=lambda q, t: at("constraint", t, q=q) if system.holonomic else np.zeros(0),
         velocity=lambda q, v, t: at("constraint_velocity", t, q=q, v=v),
-        jacobian=lambda q, t: at("constraint_jacobian", t, q=q).reshape(rows, nv),
-        mass=lambda q: at("mass", 0.0, q=q).reshape(nv, nv),
+        jacobian=jacobian,
+        mass=mass,
         sizes=lambda q, t: split_sizes(at("constraint_size", t, q=q)),
         elastic=elastic_components(system.factors, [item.name for item in system.slopes]),
         beams=_beams(system, description, defaults, lambda q: at("poses", 0.0, q=q).reshape(len(q), -1, 7)),

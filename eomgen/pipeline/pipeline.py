@@ -741,7 +741,12 @@ def _derived_program(
     called = chosen.calls(system).union(
         chosen.terms(bool(system.multipliers), bool(system.states), "mass" in system.functions)
     )
-    lacking = [name for name in TERMS if name in called - set(system.functions) and TERMS[name].on_request]
+    absent, steps = called - set(system.functions), chosen.calls(system)
+    lacking = [
+        name
+        for name in TERMS
+        if name in absent and (TERMS[name].on_request or (TERMS[name].quadratic and name in steps))
+    ]
     if lacking and selection.terms is None:
         system = derive(document, [*(name for name in system.functions if name in TERMS), *lacking])
     if target.steppers:

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 
+#: Largest number of absolute bodies for which the initial assembly has whole matrices.
+_WHOLE = 30
+
+
 def opened(document: Any) -> Any:
     """Return a document, or the scene of a record."""
     return document.scene if isinstance(document, StoredScene) else document
@@ -43,7 +47,8 @@ def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> Syste
     scene: Scene = opened(document)
     if not scene.constraints and (scene.coordinates != "absolute" or _unconnected(scene)):
         return mechanics.derive(scene, terms)
-    return with_initial_assembly(partial(mechanics.derive, scene), terms, _describe(scene))
+    whole = scene.coordinates != "absolute" or len(scene.bodies) <= _WHOLE
+    return with_initial_assembly(partial(mechanics.derive, scene), terms, _describe(scene), whole=whole)
 
 
 def _unconnected(scene: Scene) -> bool:

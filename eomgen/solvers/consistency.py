@@ -110,10 +110,10 @@ def assemble(system: ConstrainedSystem, q: Array, v: Array, t: float = 0.0) -> A
     rows = RowsInMetric(system, q, t)
     guess, rates = v, system.velocity(q, v, t)
     left = rates
-    if rigid is not None and np.any(rigid.free) and np.any(np.abs(rates) > REPORTED * (rows.possible @ np.abs(v))):
+    if rigid is not None and np.any(rigid.free) and np.any(np.abs(rates) > REPORTED * rows.possible_rates(np.abs(v))):
         v = v + _rigid_change(system, rigid, q, v, t)
         left = system.velocity(q, v, t)
-    elif system.elastic is not None and np.any(np.abs(rates) > REPORTED * (rows.possible @ np.abs(v))):
+    elif system.elastic is not None and np.any(np.abs(rates) > REPORTED * rows.possible_rates(np.abs(v))):
         change = np.zeros(len(v))
         change[~system.elastic] = -RowsInMetric(system.stiff(system.elastic), q, t).correction(rates)
         v = v + change
@@ -125,7 +125,7 @@ def assemble(system: ConstrainedSystem, q: Array, v: Array, t: float = 0.0) -> A
     if not np.all(np.abs(left) <= limits):
         raise _contradiction(rows, system.names, left, limits, "velocities", iterations)
     violations = _named(system.names, first, FITTED * start.scale)
-    changed = _named(system.names, rates, REPORTED * (rows.possible @ np.abs(guess)))
+    changed = _named(system.names, rates, REPORTED * rows.possible_rates(np.abs(guess)))
     off = _named(system.names, system.constraint(q, t), REPORTED * rows.scale)
     deviations = tuple(f"{name} stays off by {by:.3g}" for name, by in off.items())
     return Assembly(q, v, iterations, violations, changed, deviations, rows.machine, strained)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.beams import Beams
+from eomgen.solvers.sparse_rows import SparseRows
 
 EPSILON = float(np.finfo(float).eps)
 #: Rounding errors of a row, in units of the last place of the sum of the magnitudes of summands: upper bound.
@@ -59,6 +61,7 @@ class ConstrainedSystem:
     sizes(q, t) -> (rows,), (rows,)
         Sum of the magnitudes of the summands of each row, in the unit of the row (m at velocity level), and the extent
         of the joined bodies, m: the largest displacement by rotation.
+    Of large systems ``jacobian`` and ``mass`` both give ``scipy.sparse`` matrices.
     move(q, step) -> (nq,)
         Moves a configuration by a step (nv,); None: by the exponential of each factor.
     beams : geometrically exact beams, which corrections strain only if necessary; None if the system has none
@@ -72,8 +75,8 @@ class ConstrainedSystem:
     holonomic: int
     constraint: Callable[[Array, float], Array]
     velocity: Callable[[Array, Array, float], Array]
-    jacobian: Callable[[Array, float], Array]
-    mass: Callable[[Array], Array]
+    jacobian: Callable[[Array, float], Any]
+    mass: Callable[[Array], Any]
     sizes: Callable[[Array, float], tuple[Array, Array]]
     move: Callable[[Array, Array], Array] | None = None
     beams: Beams | None = None
@@ -155,7 +158,9 @@ class RowsInMetric:
 
     def __init__(self, system: ConstrainedSystem, q: Array, t: float) -> None:
         self.holonomic = system.holonomic
-        self.B = _jacobian(system, q, t)
+        B, mass = _jacobian(system, q, t), system.mass(q)
+        self._sparse = None if isinstance(B, np.ndarray) else SparseRows(B, mass)
+        self._whole = B, mass
         self.angular = system.angular
         self.size, extent = system.sizes(q, t)
         spread = _spread(system.factors, q)
@@ -166,7 +171,20 @@ class RowsInMetric:
         # the row.
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
         self.lengths = np.array([unit not in ("1", "1/s") for unit in system.units], dtype=bool)
-        self._mass = system.mass(q)
+
+    @cached_property
+    def B(self) -> Array:
+        """The constraint Jacobian, (rows, nv)."""
+        return self._whole[0] if self._sparse is None else np.asarray(self._sparse.B.toarray())
+
+    @cached_property
+    def _mass(self) -> Array:
+        return self._whole[1] if self._sparse is None else np.asarray(self._sparse.M.toarray())
+
+    @cached_property
+    def _in_blocks(self) -> SparseRows | None:
+        """The rows, if they are sparse and M has small blocks."""
+        return None if self._sparse is None or self._sparse.inverse is None else self._sparse
 
     @property
     def scale(self) -> Array:
@@ -183,8 +201,19 @@ class RowsInMetric:
     def rate_limits(self, speeds: Array) -> Array:
         """Return rates of rows, (rows,), above which a row is not met at components of v as large as ``speeds``."""
         return np.maximum(
-            CONTRADICTION * (self.possible @ speeds), WORST_ROUNDING * EPSILON * (self._of_summands @ speeds)
+            CONTRADICTION * self.possible_rates(speeds), WORST_ROUNDING * EPSILON * self._rates_of_summands(speeds)
         )
+
+    def possible_rates(self, speeds: Array) -> Array:
+        """Return the largest possible rates of rows, (rows,), at components of v as large as ``speeds``."""
+        if self._sparse is None:
+            return np.asarray(self.possible @ speeds)
+        return self._sparse.larger(*self._entries_of_row(self.scale), self.angular, speeds, 1)
+
+    def _rates_of_summands(self, speeds: Array) -> Array:
+        if self._sparse is None:
+            return np.asarray(self._of_summands @ speeds)
+        return self._sparse.larger(*self._entries_of_row(self._summands), self.angular, speeds, 1)
 
     def lever(self, row: int) -> float:
         """Return the change of a row by rotation, in m per rad; 0 for rows of angles."""
@@ -219,12 +248,22 @@ class RowsInMetric:
     @cached_property
     def speeds(self) -> Array:
         """Squares of the velocity components of unit kinetic energy, (nv,)."""
+        if self._in_blocks is not None:
+            return self._in_blocks.speeds
         return np.asarray(np.sum(np.linalg.inv(self.metric) ** 2, axis=0))
 
-    def _entries(self, scale: Array) -> Array:
-        """Return entries of B for a row with a scale: per radian; per metre, 1 or the lever of rotation."""
+    def _entries_of_row(self, scale: Array) -> tuple[Array, Array]:
+        """Return entries of B for a row with a scale, (rows,): per radian; per metre, 1 or the lever of rotation."""
         reach = np.where(self.extent > 0.0, self.extent, 1.0)
-        return np.where(self.angular, scale[:, np.newaxis], (np.where(self.lengths, 1.0, 1.0 / reach))[:, np.newaxis])
+        return scale, np.where(self.lengths, 1.0, 1.0 / reach)
+
+    def _entries(self, scale: Array) -> Array:
+        turning, straight = self._entries_of_row(scale)
+        return np.where(self.angular, turning[:, np.newaxis], straight[:, np.newaxis])
+
+    @property
+    def _summands(self) -> Array:
+        return np.maximum(self.scale, self.size)
 
     @cached_property
     def possible(self) -> Array:
@@ -234,11 +273,14 @@ class RowsInMetric:
     @cached_property
     def _of_summands(self) -> Array:
         """Largest sums of magnitudes of the summands of entries of B, (rows, nv)."""
-        return np.maximum(self._entries(np.maximum(self.scale, self.size)), np.abs(self.B))
+        return np.maximum(self._entries(self._summands), np.abs(self.B))
 
     @cached_property
     def vanishing(self) -> Array:
         """Lengths of weighed rows that are only rounding, (rows,)."""
+        if self._sparse is not None:
+            squares = self._sparse.larger(*self._entries_of_row(self._summands), self.angular, self.speeds, 2)
+            return VANISHING * EPSILON * np.sqrt(squares)
         return np.asarray(VANISHING * EPSILON * np.sqrt(self._of_summands**2 @ self.speeds))
 
     def hides(self, row: int, rest: Array) -> bool:
@@ -251,8 +293,27 @@ class RowsInMetric:
     def natural(self) -> Array:
         """Possible lengths of weighed rows: lengths of rows with the largest entries possible for their kind, if any,
         (rows,)."""
+        if self._sparse is not None:
+            row, column, magnitudes = self._sparse.row, self._sparse.column, self._sparse.magnitudes
+            possible, least = (
+                np.maximum(np.where(self.angular[column], turning[row], straight[row]), magnitudes)
+                for turning, straight in map(self._entries_of_row, (self.scale, self._summands))
+            )
+            squares = np.where(magnitudes > VANISHING * EPSILON * least, possible, 0.0) ** 2 * self.speeds[column]
+            return np.sqrt(np.bincount(row, squares, minlength=len(self.size)))
         there = np.abs(self.B) > VANISHING * EPSILON * self._of_summands
         return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self.speeds))
+
+    def all_new(self, least: float) -> bool | None:
+        """Return whether a part of each row of at least ``least``, relative to its possible length, is new next to
+        others; None if whole matrices have to show it."""
+        natural = self.natural
+        if self._in_blocks is None or not np.all(natural > 0.0):
+            return None
+        independent = self._in_blocks.independent(1.0 / natural, len(natural))
+        if independent is None:
+            return None
+        return bool(np.all(independent.new >= least)) and bool(np.all(independent.new * natural > self.vanishing))
 
     def correction(self, violation: Array) -> Array:
         """Return M^-1 B^T (B M^-1 B^T)^+ violation of the first rows; rows that vanish are left alone."""
@@ -260,7 +321,11 @@ class RowsInMetric:
         says = self.natural[:count] > self.vanishing[:count]
         weights = 1.0 / self.natural[:count][says]
         if not np.any(says):
-            return np.zeros(self.B.shape[1])
+            return np.zeros(len(self.angular))
+        if np.all(says) and self._in_blocks is not None:
+            independent = self._in_blocks.independent(weights, count)
+            if independent is not None:
+                return independent.correction(violation * weights)
         rows = self.weighed[:count][says] * weights[:, np.newaxis]
         along = np.linalg.lstsq(rows, violation[says] * weights, rcond=SINGULAR)[0]
         return np.asarray(np.linalg.solve(self.metric.T, along))
@@ -271,10 +336,11 @@ def _positive(extent: float) -> float:
     return extent if extent > _NO_EXTENT else 0.0
 
 
-def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Array:
-    """Return B. Raises ModelError with the names of rows that are not finite."""
+def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Any:
+    """Return B, sparse in large systems. Raises ModelError with the names of rows that are not finite."""
     B = system.jacobian(q, t)
-    undefined = [name for name, finite in zip(system.names, np.all(np.isfinite(B), axis=1), strict=True) if not finite]
+    finite = np.all(np.isfinite(B), axis=1) if isinstance(B, np.ndarray) else np.isfinite(B @ np.ones(B.shape[1]))
+    undefined = [name for name, there in zip(system.names, finite, strict=True) if not there]
     if undefined:
         listed = ", ".join(undefined[:LISTED]) + (
             f" and {len(undefined) - LISTED} more" if len(undefined) > LISTED else ""

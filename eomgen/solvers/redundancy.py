@@ -162,6 +162,8 @@ def _too_far_away(system: ConstrainedSystem, here: RowsInMetric, rows: Sequence[
 
 def _all_new(here: RowsInMetric, rows: Sequence[int]) -> bool:
     """Return whether much of each row is new at one configuration already."""
+    if len(rows) == len(here.size) and (shown := here.all_new(LITTLE)) is not None:
+        return shown
     natural = here.natural[list(rows)]
     if len(rows) > here.B.shape[1] or not np.all(natural > 0.0):
         return False

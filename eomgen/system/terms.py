@@ -111,6 +111,7 @@ _CENTROIDAL = (
 
 _PLAIN = (
     Term("mass", ("p", "q"), "inertia matrix M(q), symmetric, full", quadratic=True),
+    Term("mass_values", ("p", "q"), "nonzeros of M(q)", on_request=True),
     Term("coupling", ("p", "q", "v"), "nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest"),
     Term("force", _STATE, "generalized force Q: gravity, springs, dampers, actuators, formulas"),
     Term(
@@ -153,6 +154,7 @@ _PLAIN = (
         _KINEMATIC,
         "B: derivative of the constraints along w is B w, left-trivialised",
         exists=_CONSTRAINED,
+        quadratic=True,
     ),
     Term(
         "constraint_size",
@@ -165,6 +167,7 @@ _PLAIN = (
         ("p", "t", "q", "v", "base"),
         "left-trivialised partials in q of the constraints' rates",
         exists=_CONSTRAINED,
+        quadratic=True,
     ),
     Term("equations", _ALL, "residual, constraints and their rates together", exists=("constraints", "states")),
     Term(

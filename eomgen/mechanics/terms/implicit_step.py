@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
+from eomgen.mechanics.dynamics.separated import carried_loads, mass_rows, net_wrenches
 from eomgen.mechanics.forces.internal_states import InternalStates
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.fields import Wrench, angular_velocities, total_fields
@@ -176,6 +176,15 @@ def jacobian_values(derivation: Derivation) -> list[Block]:
     rows = derivation.calculus().tangents
     entries = {(row, column): ref for row, tangent in enumerate(rows) for column, ref in tangent.items()}
     return [_nonzeros(derivation, "B", entries, "B: constraint Jacobian, left-trivialised")]
+
+
+def mass_values(derivation: Derivation) -> list[Block]:
+    """Return the nonzeros of M."""
+    entries: Entries = {}
+    for row, along in enumerate(mass_rows(derivation.grouped, derivation.composites)):
+        for column, value in along.items():
+            entries[row, column] = entries[column, row] = value.ref
+    return [_nonzeros(derivation, "M_values", entries, "M: inertia matrix")]
 
 
 def _nonzeros(derivation: Derivation, name: str, entries: Entries, description: str) -> Block:

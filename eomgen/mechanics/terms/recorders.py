@@ -10,7 +10,7 @@ from eomgen.mechanics.terms.centroidal import CENTROIDAL_RECORDERS, momenta
 from eomgen.mechanics.terms.events import event_actions, event_impulse, events, samples
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks
 from eomgen.mechanics.terms.frames import FRAME_RECORDERS
-from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values
+from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values, mass_values
 from eomgen.mechanics.terms.linearization import (
     acceleration_partials,
     joint_velocity_partials,
@@ -50,6 +50,7 @@ def section_loads(derivation: Derivation) -> list[Block]:
 
 RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "mass": Derivation.mass,
+    "mass_values": mass_values,
     "coupling": Derivation.coupling,
     "force": Derivation.force,
     "base_motion": Derivation.base_motion,
