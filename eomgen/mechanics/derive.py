@@ -102,7 +102,36 @@ _DISTURBED = frozenset({"linearization", "output_partials"})
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
 
-def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Sequence[int] = ()) -> System:
+class SharedTape:
+    """Derivations of one scene, on one tape as long as they leave out the same rows: operations of one serve the next.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.known: dict[tuple[tuple[int, ...], bool], Derivation] = {}
+
+    def derive(self, terms: Sequence[str] | None = None, without_rows: Sequence[int] = ()) -> System:
+        """Derive the equations as the function ``derive`` does."""
+        return derive(self.scene, terms, without_rows, self)
+
+    def derivation(self, without_rows: Sequence[int], *, disturbed: bool) -> Derivation:
+        """Return the derivation without some rows."""
+        key = tuple(without_rows), disturbed
+        if key not in self.known:
+            self.known[key] = Derivation(self.scene, without_rows, disturbed=disturbed)
+        return self.known[key]
+
+
+def derive(
+    scene: Scene,
+    terms: Sequence[str] | None = None,
+    without_rows: Sequence[int] = (),
+    shared: SharedTape | None = None,
+) -> System:
     """Derive the separated equations of motion of a scene.
 
     Parameters
@@ -111,6 +140,8 @@ def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Seque
         Names from ``TERMS``; the scene's own list, or all that the scene can use, when omitted.
     without_rows : sequence of int
         Constraint rows to leave out, because they follow from other rows.
+    shared : SharedTape, optional
+        Earlier derivations of the scene.
 
     Raises
     ------
@@ -119,7 +150,7 @@ def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Seque
     """
     try:
         disturbed = not _DISTURBED.isdisjoint(scene.terms if terms is None else terms)
-        derivation = Derivation(scene, without_rows, disturbed=disturbed)
+        derivation = (shared or SharedTape(scene)).derivation(without_rows, disturbed=disturbed)
         return _assembled(derivation, _chosen(derivation, terms))
     except (ZeroDivisionError, OverflowError):
         if cause := next((note for note in scene.notes if note.startswith(UNRESISTED)), None):
@@ -198,10 +229,9 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
     kept, dropped = kept_and_dropped(scene, tree, functions, facts)
     sizes = extent(scene, derivation.algebra, derivation.constant)
     rows = derivation.constraints.rows if derivation.constraints is not None else None
-    if derivation.absolute:
-        initial_q, initial_v = absolute_start(derivation)
-    else:
-        initial_q, initial_v = joint_start(derivation)
+    if derivation.start is None:
+        derivation.start = (absolute_start if derivation.absolute else joint_start)(derivation)
+    initial_q, initial_v = derivation.start
     return System(
         name=scene.name,
         tape=tape,

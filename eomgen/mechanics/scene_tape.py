@@ -103,6 +103,8 @@ class Derivation:
         self.patterns: dict[str, tuple[tuple[int, int], ...]] = {}
         self.inner_owners: tuple[int, ...] = ()
         self.composites = separated.composites(self.grouped)
+        #: q and v at the start, as soon as they are known.
+        self.start: tuple[tuple[float, ...], tuple[float, ...]] | None = None
 
     def _constraint_calculus(self) -> ConstraintCalculus | None:
         items = list(self.scene.constraints)

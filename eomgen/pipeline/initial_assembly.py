@@ -195,6 +195,7 @@ def constrained(
             return np.array(evaluation(function).on_arrays(inputs), dtype=float)
 
     rows, nv = len(system.multipliers), system.nv
+    sparse = "mass_values" in system.functions
 
     def matrix(values: Array, name: str, shape: tuple[int, int]) -> Any:
         from scipy.sparse import csr_matrix  # noqa: PLC0415  # small systems have whole matrices
@@ -203,12 +204,12 @@ def constrained(
         return csr_matrix((values, (places[0], places[1])), shape=shape)
 
     def jacobian(q: Array, t: float) -> Any:
-        if "jacobian_values" in system.functions:
+        if sparse:
             return matrix(at("jacobian_values", t, q=q), "B", (rows, nv))
         return at("constraint_jacobian", t, q=q).reshape(rows, nv)
 
     def mass(q: Array) -> Any:
-        if "mass_values" in system.functions:
+        if sparse:
             return matrix(at("mass_values", 0.0, q=q), "M_values", (nv, nv))
         return at("mass", 0.0, q=q).reshape(nv, nv)
 

@@ -48,7 +48,8 @@ def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> Syste
     if not scene.constraints and (scene.coordinates != "absolute" or _unconnected(scene)):
         return mechanics.derive(scene, terms)
     whole = scene.coordinates != "absolute" or len(scene.bodies) <= _WHOLE
-    return with_initial_assembly(partial(mechanics.derive, scene), terms, _describe(scene), whole=whole)
+    derive = partial(mechanics.derive, scene) if whole else mechanics.SharedTape(scene).derive
+    return with_initial_assembly(derive, terms, _describe(scene), whole=whole)
 
 
 def _unconnected(scene: Scene) -> bool:

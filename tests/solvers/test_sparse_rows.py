@@ -7,12 +7,13 @@ import pytest
 from scipy.sparse import csr_matrix
 
 import eomgen
-from eomgen.mechanics.derive import derive
+from eomgen.mechanics.derive import SharedTape, derive
 from eomgen.pipeline.initial_assembly import NEEDED, SPARSE, constrained, with_initial_assembly
 from eomgen.solvers.consistency import assemble
 from eomgen.solvers.constraint_rows import ConstrainedSystem, RowsInMetric
 from eomgen.solvers.redundancy import redundancy
 from eomgen.solvers.sparse_rows import SparseRows
+from eomgen.symbolic.evaluate import evaluate
 
 
 def chain(count: int, *, closed: bool = False) -> eomgen.Scene:
@@ -61,6 +62,25 @@ def test_assemblies_are_equal(closed: bool) -> None:
     assert len(whole.multipliers) == (42 if closed else 40)
     np.testing.assert_allclose(sparse.initial_q, whole.initial_q, atol=1e-12)
     np.testing.assert_allclose(sparse.initial_v, whole.initial_v, atol=1e-12)
+
+
+def test_derivations_on_one_tape_have_the_equations_of_separate_ones() -> None:
+    scene = chain(40)
+    shared = SharedTape(scene)
+    first = shared.derive(SPARSE)
+    second, alone = shared.derive(["residual", "constraint"]), derive(scene, ["residual", "constraint"])
+    assert second.tape is first.tape
+    assert shared.derive(SPARSE, (3,)).tape is not first.tape
+    random = np.random.default_rng(4)
+    inputs = {"v": random.normal(size=240), "a": random.normal(size=240), "lam": random.normal(size=200)}
+    for name, block in (("residual", "r"), ("constraint", "Phi")):
+        found, expected = (
+            evaluate(system.tape, system.functions[name].outputs[0].refs, inputs | {"q": np.array(system.initial_q)})
+            for system in (second, alone)
+        )
+        assert second.functions[name].outputs[0].name == block
+        np.testing.assert_array_equal(found, expected)
+    assert (second.initial_q, second.initial_v) == (alone.initial_q, alone.initial_v)
 
 
 def test_rows_that_follow_from_others_are_found_by_whole_matrices() -> None:
