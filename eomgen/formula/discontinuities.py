@@ -33,6 +33,22 @@ def applications(formula: Formula) -> Sequence[Application]:
     return []
 
 
+def rough_curves(formula: Formula, derivatives: int) -> dict[str, str]:
+    """Return the curves in a formula with fewer derivatives than asked for: name, and how and at which argument.
+
+    The curves of a map along an axis count as one.
+    """
+    result: dict[str, str] = {}
+    for used in applications(formula):
+        name = used.curve.name.partition(", line ")[0]
+        name = name if not used.derivative else f"a derivative of {name}"
+        for at, order in used.curve.kinks():
+            if order - used.derivative < derivatives:
+                result.setdefault(name, f"{'jumps' if order <= used.derivative else 'bends'} at {at:.6g}")
+                break
+    return result
+
+
 def affine(formula: Formula, value_of: Callable[[Symbol], float | None]) -> tuple[float, float] | None:
     """Return a, b of a formula a t + b; ``value_of`` gives numbers of fixed parameters, None for other symbols."""
     if isinstance(formula, Number):

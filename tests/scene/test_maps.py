@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
+import netCDF4
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -273,6 +275,92 @@ def test_netcdf_files_are_scaled_turned_and_without_missing_values(tmp_path: Pat
     with pytest.raises(DescriptionError) as raised:
         eomgen.load(_file(tmp_path, table))
     assert "the file cannot be read as NetCDF" in str(raised.value)
+
+
+def test_files_of_netcdf_4_and_their_units(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Packed with y first, as netCDF4 writes it; the attribute of a unit is noted."""
+    x, y = np.arange(3.0), np.arange(4.0)
+    z = 10.0 * x[:, None] + y
+    with netCDF4.Dataset(tmp_path / "grid.nc", "w") as file:
+        for name, data in (("x", x), ("y", y)):
+            file.createDimension(name, len(data))
+            file.createVariable(name, "f8", (name,))[:] = data
+        packed = file.createVariable("z", "i2", ("y", "x"), fill_value=-1)
+        packed.scale_factor, packed.add_offset = 0.5, 1.0
+        packed[:] = z.T
+        file["x"].units, file["y"].units = "rpm", "V"
+    table = {"file": "grid.nc", "x": "x", "y": "y", "value": "z"}
+    read = eomgen.load(_file(tmp_path, table))
+    assert np.array_equal(read.parts["maps"][0].z, z)
+    (note,) = (note for note in read.notes if "taken in SI" in note)
+    assert note == (
+        "maps.torque.table.x: the numbers of the column 'x [rpm]' are taken in SI without a conversion; try:"
+        ' x_unit = "rpm"'
+    )
+    monkeypatch.setitem(sys.modules, "netCDF4", None)
+    (tmp_path / "scene.toml").touch()
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(_file(tmp_path, {**table, "x_unit": "rpm"}))
+    assert str(raised.value).endswith(
+        "files of NetCDF 4 are read by the package netCDF4, which is not installed; try: pip install 'eomgen[netcdf]',"
+        " or the classic format (nccopy -k classic)"
+    )
+
+
+def test_units_of_lists_beside_a_table_are_refused(tmp_path: Path) -> None:
+    write(tmp_path / "grid.csv", SMALL)
+    text = (
+        'format = 1\nname = "rig"\n[maps.m]\nx_unit = "rpm"\ntable = { file = "grid.csv" }\n'
+        '[bodies.a]\nmass = 1\n[joints.a]\ntype = "prismatic"\nparent = "base"\nchild = "a"\naxis = [1, 0, 0]\n'
+    )
+    (tmp_path / "scene.toml").write_text(text)
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(tmp_path / "scene.toml")
+    assert str(raised.value) == (
+        "description error: scene.toml:4 (maps.m.x_unit): x_unit is the unit of a list, and a table has its own; try:"
+        ' table = { file = ..., x_unit = "rpm" }'
+    )
+
+
+def test_lists_have_units() -> None:
+    entry = {
+        "x": [0, 30],
+        "x_unit": "rpm",
+        "y": [0, 90],
+        "y_unit": "deg",
+        "values": [[0, 1], [2, 3]],
+        "value_unit": "kN m",
+    }
+    (surface,) = eomgen.load(scene({**entry, "interpolation": "linear", "outside": "hold"})).parts["maps"]
+    np.testing.assert_allclose([surface.x[1], surface.y[1], surface.z[1, 1]], [np.pi, np.pi / 2, 3000.0], rtol=1e-15)
+    assert surface.units == ("rad/s", "rad", "N m")
+
+
+def test_units_of_titles_above_the_folder_of_the_scene_are_noted(tmp_path: Path) -> None:
+    """Of such files units alone are quoted."""
+    (tmp_path / "sub").mkdir()
+    write(tmp_path / "grid.csv", GRID)
+    text = (tmp_path / "grid.csv").read_text().replace("speed,angle", "speed [rpm],angle")
+    (tmp_path / "grid.csv").write_text(text)
+    note = "maps.torque.table.x: the numbers of the column '[rpm]' are taken in SI without a conversion"
+    assert any(line.startswith(note) for line in eomgen.load(_file(tmp_path / "sub", {"file": "../grid.csv"})).notes)
+
+
+@pytest.mark.parametrize("section", ["constraint", "drive"])
+def test_a_linear_map_in_a_motion_is_one_fault(section: str) -> None:
+    """Of all lines of the grid."""
+    many = {"x": [0.0, 1.0, 2.0], "y": [0.0, 1.0, 2.0], "values": [[0.0] * 3] * 3, "interpolation": "linear"}
+    data = scene(many)
+    if section == "drive":
+        data["joints"]["axle"]["drive"] = "map.torque(t, 1)"
+        fault = "(joints.axle.drive): a motion cannot follow map.torque along y, which bends at 1"
+    else:
+        data["constraints"] = {"c": {"type": "formula", "equation": "map.torque(q.axle, 1)", "unit": "m"}}
+        fault = "a constraint needs two derivatives of its equation, and map.torque along y bends at 1"
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(data)
+    (problem,) = (problem for problem in raised.value.problems if "bends" in str(problem))
+    assert fault in str(problem)
 
 
 def test_constant_arguments_beyond_the_grid_are_refused() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from importlib import import_module
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -27,13 +28,17 @@ MOST_NODES, MOST_LINES = 100_000, 200
 _COLUMN = "title or number from 0"
 #: Distance of nodes, relative to the axis, below which a grid with holes has one node written in two ways.
 _SAME = 1e-6
+#: First bytes of a file of NetCDF 4.
+_HDF5 = b"\x89HDF"
+#: Arrays x (n,), y (m,) and z (n, m), with the title of each.
+_TitledGrid = tuple[tuple[Array, Array, Array], tuple[str, str, str]]
 
 
 class MapFile(Table):
     """A grid in a file: three columns of a CSV file with one row for each node, or three variables of a NetCDF file."""
 
     file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
-        "path of a CSV file, or of a NetCDF file (`.nc`, classic format), from the folder of the scene file",
+        "path of a CSV file, or of a NetCDF file (`.nc`), from the folder of the scene file",
         kind="text",
         path=True,
     )
@@ -53,11 +58,14 @@ class Map(Table):
     """A function of two arguments through a grid of values, which formulas ask for by `map.NAME(x, y)`."""
 
     table: MapFile | None = optional("the grid from a file, in place of `x`, `y` and `values`")
-    x: Numbers | None = optional("nodes of the first argument, increasing", kind="list of numbers, in SI")
-    y: Numbers | None = optional("nodes of the second argument, increasing", kind="list of numbers, in SI")
+    x: Numbers | None = optional("nodes of the first argument, increasing", kind="list of numbers")
+    y: Numbers | None = optional("nodes of the second argument, increasing", kind="list of numbers")
     values: Annotated[tuple[Numbers, ...], Field(strict=False)] | None = optional(
-        "one list for each node of `x`, with one value for each node of `y`", kind="list of lists of numbers, in SI"
+        "one list for each node of `x`, with one value for each node of `y`", kind="list of lists of numbers"
     )
+    x_unit: Unit = key("unit that the list `x` is in, to be brought to SI: `rpm`", "")
+    y_unit: Unit = key("unit that the list `y` is in, to be brought to SI: `deg`", "")
+    value_unit: Unit = key("unit that the list `values` is in, to be brought to SI", "")
     interpolation: Literal["quintic", "linear"] = key("between nodes", "quintic", kind="`quintic` or `linear`")
     outside: Literal["error", "hold", "periodic"] = key(
         "beyond the grid, along both axes, as of [curves](#curves)", "error", kind="`error`, `hold` or `periodic`"
@@ -72,6 +80,7 @@ class _Grid:
     def __init__(self, where: str, name: str, entry: Map, values: Values, folder: Path) -> None:
         self.key, self.name, self.entry, self.values, self.folder = where, name, entry, values, folder
         self.report = values.report
+        self.units: MapFile | Map = entry if entry.table is None else entry.table
 
     def surface(self) -> Surface | None:
         """Return the surface; None for a reported fault."""
@@ -111,11 +120,10 @@ class _Grid:
     def _units(self) -> tuple[str, str, str]:
         """Return the units in SI of the arguments and of the value, which the entry may label; empty without a unit of
         the column."""
-        table = self.entry.table
-        units = [table.x_unit, table.y_unit, table.value_unit] if table is not None else [""] * 3
+        units = [self.units.x_unit, self.units.y_unit, self.units.value_unit]
         if not any(unit.strip() for unit in units):
             return "", "", self.entry.unit
-        from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # pint comes with it
+        from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # imports pint
 
         x, y, value = (coherent(read_unit(unit)) if unit.strip() else "" for unit in units)
         return x, y, value or self.entry.unit
@@ -136,7 +144,19 @@ class _Grid:
                 text = f"{counted(len(row), 'value')} for {counted(len(y), 'node')} of y"
                 self.report.add(f"{self.key}.values[{place}]", text, "one value for each node of y")
                 return None
-        return x, y, np.array(rows)
+        return self._in_si(self.key, (x, y, np.array(rows)))
+
+    def _in_si(self, key: str, grid: tuple[Array, Array, Array]) -> tuple[Array, Array, Array] | None:
+        """Return a grid converted by the units of nodes and values, whose keys stand below ``key``."""
+        before = len(self.report.noted)
+        factors = [
+            unit_factor(f"{key}.{name}", getattr(self.units, name), self.report)
+            for name in ("x_unit", "y_unit", "value_unit")
+        ]
+        if len(self.report.noted) > before:
+            return None
+        x, y, z = (factor * part for factor, part in zip(factors, grid, strict=True))
+        return x, y, z
 
     def _from_file(self, table: MapFile) -> tuple[Array, Array, Array] | None:
         given = [name for name in ("x", "y", "values") if getattr(self.entry, name) is not None]
@@ -145,24 +165,27 @@ class _Grid:
                 f"{self.key}.table", f"table and {listed(given)} are both given", "either the table or lists"
             )
             return None
+        for name in ("x_unit", "y_unit", "value_unit"):
+            if unit := getattr(self.entry, name):
+                hint = f'table = {{ file = ..., {name} = "{unit}" }}'
+                self.report.add(f"{self.key}.{name}", f"{name} is the unit of a list, and a table has its own", hint)
+                return None
         columns = (table.x, table.y, table.value)
         path = self.folder / table.file
         try:
-            grid = _netcdf(path, columns) if path.suffix == ".nc" else self._csv(path, table, columns)
+            grid, titles = _netcdf(path, columns) if path.suffix == ".nc" else self._csv(path, table, columns)
         except TableError as error:
             place = f"{error.problem.where} ({self.key}.table)"
             self.report.add_problem(f"{self.key}.table", replace(error.problem, where=place))
             return None
-        keys = [f"{self.key}.table.{name}" for name in ("x_unit", "y_unit", "value_unit")]
-        units = (table.x_unit, table.y_unit, table.value_unit)
-        before = len(self.report.noted)
-        factors = [unit_factor(key, unit, self.report) for key, unit in zip(keys, units, strict=True)]
-        if len(self.report.noted) > before:
-            return None
-        x, y, z = (factor * part for factor, part in zip(factors, grid, strict=True))
-        return x, y, z
+        for name, title in zip(("x", "y", "value"), titles, strict=True):
+            unit = "" if getattr(table, f"{name}_unit").strip() else unit_of_title(title)
+            if unit and not is_in_si(unit):
+                note = f"the numbers of the column {shown(title)} are taken in SI without a conversion"
+                self.values.note([f'{self.key}.table.{name}: {note}; try: {name}_unit = "{unit}"'])
+        return self._in_si(f"{self.key}.table", grid)
 
-    def _csv(self, path: Path, table: MapFile, columns: Sequence[str | int]) -> tuple[Array, Array, Array]:
+    def _csv(self, path: Path, table: MapFile, columns: Sequence[str | int]) -> _TitledGrid:
         """Return a grid from rows of x, y and value in any order."""
         options: dict[str, Any] = {"delimiter": table.delimiter, "decimal": table.decimal}
         options["quotes"] = path.resolve().is_relative_to(self.folder.resolve())
@@ -170,11 +193,6 @@ class _Grid:
         third = read_columns(path, columns[0], columns[2], **options)
         values = third.value
         titles = (*first.titles, third.titles[1])
-        for name, title in zip(("x", "y", "value"), titles, strict=True):
-            unit = "" if getattr(table, f"{name}_unit").strip() else unit_of_title(title)
-            if unit and not is_in_si(unit):
-                note = f"the numbers of the column {shown(title)} are taken in SI without a conversion"
-                self.values.note([f'{self.key}.table.{name}: {note}; try: {name}_unit = "{unit}"'])
         if table.x == table.y:
             raise TableError(
                 path.name, f"x and y are the same column {shown(str(table.x))}", "a column for each argument"
@@ -202,7 +220,7 @@ class _Grid:
             raise TableError(path.name, text, hint)
         z = np.zeros(count.shape)
         z[rows, places] = values
-        return x, y, z
+        return (x, y, z), titles
 
 
 def _closes(z: Array) -> bool:
@@ -211,12 +229,26 @@ def _closes(z: Array) -> bool:
     return bool(np.max(np.abs(z[0] - z[-1])) <= rounding and np.max(np.abs(z[:, 0] - z[:, -1])) <= rounding)
 
 
-def _netcdf(path: Path, columns: Sequence[str | int]) -> tuple[Array, Array, Array]:
-    """Return a grid from three variables of a NetCDF file of the classic format."""
+def _opened(path: Path) -> Any:
+    """Return an open NetCDF file, with scaled and masked variables."""
+    with path.open("rb") as file:
+        start = file.read(len(_HDF5))
+    if start == _HDF5:
+        try:
+            return import_module("netCDF4").Dataset(path)
+        except ImportError:
+            fault = "files of NetCDF 4 are read by the package netCDF4, which is not installed"
+            hint = "pip install 'eomgen[netcdf]', or the classic format (nccopy -k classic)"
+            raise TableError(path.name, fault, hint) from None
     from scipy.io import netcdf_file  # noqa: PLC0415  # few maps are NetCDF
 
+    return netcdf_file(path, mmap=False, maskandscale=True)
+
+
+def _netcdf(path: Path, columns: Sequence[str | int]) -> _TitledGrid:
+    """Return a grid from three variables of a NetCDF file."""
     try:
-        with netcdf_file(path, mmap=False, maskandscale=True) as file:
+        with _opened(path) as file:
             names = list(file.variables)
             for column in columns:
                 if column not in names:
@@ -224,8 +256,9 @@ def _netcdf(path: Path, columns: Sequence[str | int]) -> tuple[Array, Array, Arr
             variables = [file.variables[str(column)] for column in columns]
             x, y, z = (np.ma.filled(np.ma.asarray(item[:], np.float64), np.nan) for item in variables)
             turned = variables[2].dimensions == (*variables[1].dimensions, *variables[0].dimensions)
+            units = [getattr(item, "units", "") for item in variables]
     except (OSError, TypeError, ValueError, IndexError, KeyError) as error:
-        hint = "the classic format of NetCDF (nccopy -k classic), or a CSV file"
+        hint = "a NetCDF file as written by xarray or netCDF4, or a CSV file"
         raise TableError(path.name, f"the file cannot be read as NetCDF: {error}", hint) from None
     z = z.T if turned and x.ndim == y.ndim == 1 else z
     if x.ndim != 1 or y.ndim != 1 or z.shape != (len(x), len(y)):
@@ -238,7 +271,9 @@ def _netcdf(path: Path, columns: Sequence[str | int]) -> tuple[Array, Array, Arr
         raise TableError(
             path.name, f"the value at x = {x[i]:.9g}, y = {y[j]:.9g} is not a number", "a grid without holes"
         )
-    return x, y, z
+    texts = (unit.decode("ascii", "replace") if isinstance(unit, bytes) else str(unit) for unit in units)
+    named = [f"{column} [{unit}]" for column, unit in zip(columns, texts, strict=True)]
+    return (x, y, z), (named[0], named[1], named[2])
 
 
 class _Maps(Section):
@@ -250,8 +285,8 @@ class _Maps(Section):
         for name, entry in reading.document.section("maps").items():
             read = _Grid(key_of("maps", name), name, entry, reading.values, reading.folder).surface()
             surfaces[name] = read or _flat(name)
-            if entry.table is None or not entry.table.value_unit.strip():
-                remedy = f'value_unit = "{entry.unit}" in a table, or a factor in the formula'
+            if not (entry.table or entry).value_unit.strip():
+                remedy = f'value_unit = "{entry.unit}", which converts the values'
                 reading.values.note(note_of_label(key_of("maps", name), entry.unit, remedy))
         surfaces |= {name: _flat(name) for name in sorted(reading.refused["maps"])}
         return {name: surfaces[name] for name in reading.document.section("maps")}

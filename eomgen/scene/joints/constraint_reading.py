@@ -11,7 +11,7 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from eomgen.base.messages import key_of
-from eomgen.formula.discontinuities import applications
+from eomgen.formula.discontinuities import rough_curves
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import changes
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Application, Formula, Operation, Symbol
@@ -291,16 +291,8 @@ def _check_smooth(place: str, formula: Formula, values: Values, derivatives: int
     fit."""
     noun = "surface" if place.endswith(".surface") else "equation"
     needs = f"a constraint needs {_COUNTS[derivatives]} of its {noun}"
-    for used in applications(formula):
-        rough = [
-            (at, order - used.derivative) for at, order in used.curve.kinks() if order - used.derivative < derivatives
-        ]
-        if rough:
-            at, order = rough[0]
-            does = "jumps" if order <= 0 else "bends"
-            name = used.curve.name if not used.derivative else f"a derivative of {used.curve.name}"
-            fault = f"{needs}, and {name} {does} at {at:.6g}"
-            values.report.add(place, fault, 'interpolation = "quintic"')
+    for name, does in rough_curves(formula, derivatives).items():
+        values.report.add(place, f"{needs}, and {name} {does}", 'interpolation = "quintic"')
     for name in dict.fromkeys(_rough(formula)):
         if derivatives == 1 and _ROUGH[name] == "a corner":
             continue

@@ -14,7 +14,7 @@ from eomgen.base.messages import shown
 from eomgen.base.random_inputs import FARTHEST, FASTEST, Harmonic, road_harmonics
 from eomgen.errors import Problem
 from eomgen.formula.curves import AnyCurve, Bump, Curve, Interpolation, Outside, Waves
-from eomgen.formula.discontinuities import applications
+from eomgen.formula.discontinuities import rough_curves
 from eomgen.formula.nodes import Application, Formula, Symbol
 from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.reading.report import Report
@@ -69,13 +69,9 @@ def check_twice_differentiable(
     key: str, formulas: Iterable[Formula], report: Report, hint: str = 'interpolation = "quintic"'
 ) -> None:
     """Report a curve in a prescribed motion that jumps or bends: such a motion requires an infinite force."""
-    for used in (application for formula in formulas for application in applications(formula)):
-        rough = [(place, order - used.derivative) for place, order in used.curve.kinks() if order - used.derivative < 2]
-        if rough:
-            place, order = rough[0]
-            does = "jumps" if order <= 0 else "bends"
-            name = used.curve.name if not used.derivative else f"a derivative of {used.curve.name}"
-            report.add(key, f"a motion cannot follow {name}, which {does} at {place:.6g}", hint)
+    for formula in formulas:
+        for name, does in rough_curves(formula, 2).items():
+            report.add(key, f"a motion cannot follow {name}, which {does}", hint)
 
 
 KINDS = ("table", "points", "wave", "bump", "road")

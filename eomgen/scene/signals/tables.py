@@ -48,7 +48,7 @@ class Columns(NamedTuple):
     lines : (n,) array
         The line of each row.
     titles : tuple of str
-        Of both columns, empty without any.
+        Of both columns, empty without any; of files whose text must not be quoted the unit in brackets alone.
     width : int
         Number of columns in the first row.
     """
@@ -112,8 +112,10 @@ def read_columns(
     _check_lengths(body, count, name)
     x, y = (np.array([_number(row, place, words, name, decimal) for row in body]) for place in places)
     _check_index(chosen, titles, x, f"{name}:{head[0]}", quotes=quotes)
-    of_both = (titles[places[0]], titles[places[1]]) if titles and quotes else ("", "")
-    return Columns(x, y, np.array([line for line, _ in body]), of_both, count)
+    of_both = [titles[place] if titles else "" for place in places]
+    if not quotes:
+        of_both = [f"[{unit}]" if (unit := unit_of_title(title)) else "" for title in of_both]
+    return Columns(x, y, np.array([line for line, _ in body]), (of_both[0], of_both[1]), count)
 
 
 def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, quotes: bool) -> None:
