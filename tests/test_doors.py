@@ -411,6 +411,7 @@ LATE: dict[str, dict[str, str]] = {
         "products.fields.documents.field_reading": "most scenes are mechanical",
         "toolchain.builder": "reading needs no compiler",
     },
+    "pipeline.front_end": {"scene.scene": "the class of scenes; a cached model needs none"},
     "pipeline.content": {"integrators.families": "methods are looked up with the library; loading a scene needs none"},
     "pipeline.pipeline": {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
@@ -459,6 +460,7 @@ LATE: dict[str, dict[str, str]] = {
         "results.scenery": "pictures are drawn on request",
     },
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
+    "toolchain.library": {"toolchain.python_functions": "few models call functions in Python"},
 }
 SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.waves"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}

@@ -20,6 +20,20 @@ SLOW = (
     *("concurrent", "csv", "difflib", "email", "html", "importlib.metadata", "logging", "subprocess"),
     *("statistics", "tempfile", "tomllib", "zipfile"),
 )
+#: Reading leaves three notes.
+ARM_URDF = """
+<robot name="arm">
+  <link name="ground"/>
+  <link name="arm">
+    <inertial>
+      <origin xyz="0 0 -0.5"/><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.01" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+  </link>
+  <joint name="hinge" type="revolute">
+    <parent link="ground"/><child link="arm"/><axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/>
+  </joint>
+</robot>
+"""
 _PROGRAM = """
 import json, sys, dataclasses
 before, compiled, process = set(sys.modules), [], dataclasses._process_class
@@ -65,6 +79,19 @@ def test_a_scene_that_was_read_before_needs_no_reader(tmp_path: Path) -> None:
     assert first[0] > 180
 
 
+def test_a_model_of_a_loaded_scene_is_the_one_of_its_record(tmp_path: Path) -> None:
+    """A Scene made from a record keeps description and key, and a build asks for none of its force elements."""
+    (tmp_path / "scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
+    start('eomgen.load("scene.toml")', tmp_path / "cache")
+    look = """
+from eomgen.pipeline.readings import record_of
+scene = eomgen.load("scene.toml")
+assert record_of(scene).scene is scene and record_of(scene).content == scene.digest
+assert "elements" not in vars(scene)
+"""
+    assert start(look, tmp_path / "cache")[2] == []
+
+
 @pytest.mark.slow
 def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
@@ -73,3 +100,13 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
     start(step, tmp_path / "cache")
     check(start(work, tmp_path / "cache"), 124, 23, [])
     check(start(step, tmp_path / "cache"), 160, 47, [])
+    loaded = step.replace('build("scene.toml"', 'build(eomgen.load("scene.toml")')
+    check(start(loaded, tmp_path / "cache"), 168, 53, [])
+
+
+@pytest.mark.slow
+def test_a_cached_model_with_notes_needs_no_scene(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(ARM_URDF, encoding="utf-8")
+    work = 'model = eomgen.build("arm.urdf", profile="quick"); assert len(model.library.layout["notes"]) == 3'
+    start(work, tmp_path / "cache")
+    assert start(work, tmp_path / "cache")[2] == []

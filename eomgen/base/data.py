@@ -110,6 +110,9 @@ def without_search_for_circles() -> Iterator[None]:
     Modules and tapes are up to millions of objects without circles. The search looks at all objects each time that the
     number of objects has grown by a quarter, which was a quarter to a third of the time of a model of thousands of
     bodies, and a tenth of the way to a first step. Objects without references are freed as ever.
+
+    All objects are counted as old afterwards: else the next search, for young objects, would look at all that were made
+    meanwhile.
     """
     was_on = gc.isenabled()
     gc.disable()
@@ -117,4 +120,7 @@ def without_search_for_circles() -> Iterator[None]:
         yield
     finally:
         if was_on:
+            if not gc.get_freeze_count():  # else a caller has objects frozen, which stay so
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()

@@ -22,13 +22,12 @@ from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
 from eomgen.scene.bodies.model import KINDS, Beam
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
-from eomgen.scene.joints.unresisted import UNRESISTED
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.external import HighDerivativeError
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape
 from eomgen.system.system import BASE_SIZE, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
-from eomgen.system.terms import TERMS
+from eomgen.system.terms import TERMS, UNRESISTED
 
 
 def kept_and_dropped(

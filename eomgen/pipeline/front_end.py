@@ -8,6 +8,7 @@ points of the group ``eomgen.front_ends``. A document may also name the front en
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
@@ -106,6 +107,15 @@ def file_kinds() -> tuple[FileKind, ...]:
     return rows_of(KINDS, FileKind)
 
 
+def is_scene(described: object) -> bool:
+    """Return whether a description is a Scene."""
+    if isinstance(described, str | os.PathLike | Mapping):
+        return False
+    from eomgen.scene.scene import Scene  # noqa: PLC0415  # a stored scene needs no classes of scenes
+
+    return isinstance(described, Scene)
+
+
 def other_document(described: object, options: Mapping[str, Any] | None = None) -> tuple[FileKind, Any] | None:
     """Return kind and document of a description that is not a mechanical scene; None for mechanical scenes.
 
@@ -116,6 +126,8 @@ def other_document(described: object, options: Mapping[str, Any] | None = None) 
     UsageError
         An option of mechanical scenes.
     """
+    if is_scene(described):
+        return None
     for kind in file_kinds():
         document = kind.read(described, options)
         if document is not None:

@@ -17,11 +17,11 @@ from eomgen.base.extensions import extensions, loaded
 from eomgen.base.messages import Log, shown
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
 from eomgen.pipeline.content import fingerprint, library_content
-from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, other_document
-from eomgen.pipeline.readings import StoredScene, store, stored_scene
+from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, is_scene, other_document
+from eomgen.pipeline.readings import StoredScene, record_of, store, stored_scene
 from eomgen.pipeline.scenes import SCENES, opened
 from eomgen.scene.sources.register import all_options, checked_options
-from eomgen.system.terms import TERMS, Selection, nearest_term
+from eomgen.system.terms import TERMS, UNRESISTED, Selection, nearest_term
 from eomgen.toolchain.profiles import COMPILED_PROFILE, STANDARD_PROFILE
 
 if TYPE_CHECKING:
@@ -384,7 +384,7 @@ def build(
     (3, ('rocker_pin: origins meet along x', 'rocker_pin: origins meet along y'))
     """
     _check_terms(terms)
-    stored = stored_scene(scene, _DEFAULTS)
+    stored = record_of(scene) or stored_scene(scene, _DEFAULTS)
     other = None if stored else other_document(scene, {"terms": terms, "real": real not in (None, "double")})
     if other is not None:
         return cast("Model", other[0].build(other[1], method, profile))
@@ -463,8 +463,6 @@ def built_in(
         return _library(document, front_end, _selected(others), _method_name(described, method), of_complex)
 
     for note in library.layout["notes"] if "forward_dynamics" in there else ():
-        from eomgen.scene.joints.unresisted import UNRESISTED  # noqa: PLC0415
-
         if note.startswith(UNRESISTED):
             warnings.warn(f"{described.name}: {note}", RuntimeWarning, stacklevel=3)
 
@@ -550,6 +548,8 @@ def as_document(described: Described) -> tuple[Document, FrontEnd]:
     if isinstance(described, StoredScene):
         return described, SCENES
     if not isinstance(described, str | os.PathLike | Mapping):
+        if is_scene(described):
+            return described, SCENES
         if isinstance(own := getattr(described, "front_end", None), FrontEnd):
             return described, own
         for row in (loaded(entry, FrontEnd) for entry in extensions("eomgen.front_ends")):

@@ -76,8 +76,10 @@ class StoredScene:
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene itself."""
-        return _scene_of(self.text, self.elements)
+        """The scene itself, which knows its record and its digest."""
+        scene = _scene_of(self.text, self.elements)
+        vars(scene).update(_record=self, digest=self.content)
+        return scene
 
 
 def _scene_of(text: str, elements: str) -> Scene:
@@ -86,6 +88,12 @@ def _scene_of(text: str, elements: str) -> Scene:
     vars(scene)["_elements"] = partial(from_text, elements)
     del vars(scene)["elements"]
     return scene
+
+
+def record_of(scene: object) -> StoredScene | None:
+    """Return the record that a scene was made from; None for any other scene, such as a changed copy."""
+    record = getattr(scene, "__dict__", {}).get("_record")
+    return record if isinstance(record, StoredScene) else None
 
 
 def stored_scene(path: object, options: Mapping[str, Any]) -> StoredScene | None:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import importlib.machinery
 import importlib.util
 import re
-import sysconfig
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -23,15 +23,18 @@ from typing import Any
 from eomgen.errors import ToolchainError
 
 MODULE = "_eomgen_model"
+_ABI_FLAGS = getattr(sys, "abiflags", "")  # not on Windows
 
 
 def python_headers() -> Path | None:
     """Return the folder of Python.h, or None."""
-    for key in ("include", "platinclude"):
-        folder = Path(sysconfig.get_paths()[key])
-        if (folder / "Python.h").is_file():
-            return folder
-    return None
+    usual = Path(sys.base_prefix, "include", f"python{sys.version_info.major}.{sys.version_info.minor}{_ABI_FLAGS}")
+    if (usual / "Python.h").is_file():
+        return usual
+    import sysconfig  # noqa: PLC0415  # executes the whole configuration of Python
+
+    folders = (Path(sysconfig.get_path(key)) for key in ("include", "platinclude"))
+    return next((folder for folder in folders if (folder / "Python.h").is_file()), None)
 
 
 def wrapper_source(cdef: str, header: str) -> str:

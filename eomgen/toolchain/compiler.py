@@ -6,13 +6,13 @@ from __future__ import annotations
 import atexit
 import contextlib
 import hashlib
+import importlib.machinery
 import os
 import platform
 import re
 import shlex
 import shutil
 import sys
-import sysconfig
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -415,7 +415,7 @@ def faults_in(output: str, written: Mapping[str, str]) -> list[Problem]:
 
 def library_suffix() -> str:
     """Return the suffix of an extension module of this Python."""
-    return str(sysconfig.get_config_var("EXT_SUFFIX") or ".so")
+    return importlib.machinery.EXTENSION_SUFFIXES[0]
 
 
 def _run(command: Sequence[str], made: Path, deadline: float, running: RunningCompilers | None = None) -> None:

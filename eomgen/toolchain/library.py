@@ -17,11 +17,20 @@ from eomgen.errors import EomgenError, ToolchainError, UsageError
 from eomgen.toolchain.cffi_build import load_abi
 from eomgen.toolchain.compiler import RunningCompilers, in_background
 from eomgen.toolchain.large_stack import with_stack
-from eomgen.toolchain.python_functions import raising, set_functions
 
 Array = NDArray[Any]
 #: Seconds before the compiler of a successor begins: the first step goes first.
 _DELAY = 0.3
+
+
+def _called(lib: Any, layout: Mapping[str, Any], file: Path, lanes: int = 1) -> Any:
+    """Return the functions of a library for calls: with enough stack, and raising errors of functions in Python."""
+    if layout.get("python"):
+        from eomgen.toolchain.python_functions import Raising, set_functions  # noqa: PLC0415  # few models have any
+
+        lib = Raising(lib)
+        set_functions(file, layout)
+    return with_stack(lib, lanes * int(layout.get("stack", 0)))
 
 
 class BoundCall:
@@ -88,8 +97,7 @@ class Library:
 
     def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path) -> None:
         self.ffi, self._interface = ffi, lib
-        self.lib = with_stack(raising(lib, layout), int(layout.get("stack", 0)))
-        set_functions(file, layout)
+        self.lib = _called(lib, layout, file)
         self.layout = layout
         self.mode = mode
         self.kept: dict[str, Any] = {}
@@ -230,7 +238,6 @@ class LaneLibrary:
         self.ffi, lib = load_abi(path, cdef)
         self.lanes = int(lib.eomgen_lanes_size(0))
         self.state_size, self.workspace_size = (int(lib.eomgen_lanes_size(k)) // 8 for k in (1, 2))
-        self.lib = with_stack(raising(lib, layout), self.lanes * int(layout.get("stack", 0)))
-        set_functions(path, layout)
+        self.lib = _called(lib, layout, path, self.lanes)
         self.layout = layout
         self.path = path

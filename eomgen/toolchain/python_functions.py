@@ -202,8 +202,3 @@ class Raising:
         if error is not None:
             raise error
         return result
-
-
-def raising(lib: Any, layout: Mapping[str, Any]) -> Any:
-    """Return the functions of a library, which raise errors of functions in Python if the library calls any."""
-    return Raising(lib) if layout.get("python") else lib

@@ -11,9 +11,9 @@ import pytest
 import eomgen
 from eomgen.errors import DescriptionError, ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.joints.unresisted import UNRESISTED
 from eomgen.scene.load import from_data, load_urdf
 from eomgen.scene.scene import Scene
+from eomgen.system.terms import UNRESISTED
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.states import random_states
 

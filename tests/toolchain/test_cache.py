@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import platformdirs
 import pytest
 
 from eomgen.toolchain.cache import Cache, default_folder
@@ -179,6 +180,22 @@ def test_a_folder_that_cannot_be_written_is_replaced_with_a_warning(tmp_path: Pa
 def test_the_environment_chooses_the_folder(tmp_path: Path) -> None:
     assert default_folder({"EOMGEN_CACHE": str(tmp_path)}) == tmp_path
     assert default_folder({}).name == "eomgen"
+
+
+@pytest.mark.parametrize("given", ["", " ", "/tmp/somewhere", "/tmp/somewhere ", "somewhere", "~/somewhere", None])
+def test_the_default_folder_is_the_one_of_platformdirs(given: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    if given is None:
+        monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    else:
+        monkeypatch.setenv("XDG_CACHE_HOME", given)
+    assert default_folder({}) == Path(platformdirs.user_cache_dir("eomgen"))
+
+
+def test_the_default_folder_needs_no_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    for home in ("", "relative"):
+        monkeypatch.setenv("HOME", home)
+        assert default_folder({}) == Path(platformdirs.user_cache_dir("eomgen"))
 
 
 def test_clearing_counts_entries(tmp_path: Path) -> None:

@@ -1,5 +1,5 @@
 """Joints, their frames, limits and mimic joints, and constraints: schema, reading, model."""
 
-__all__ = ["model", "reaction_model", "tree", "unresisted"]
+__all__ = ["model", "reaction_model", "tree"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["constraint_reading", "frames", "moved_inertia", "reading", "schema", "tree"]
+WITHIN = ["constraint_reading", "frames", "moved_inertia", "reading", "schema", "tree", "unresisted"]

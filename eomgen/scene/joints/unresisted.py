@@ -20,9 +20,8 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.moved_inertia import coupled_by_mimic
 from eomgen.scene.joints.tree import displaced, twist_transform
 from eomgen.scene.reading.values import Values
+from eomgen.system.terms import UNRESISTED
 
-#: Beginning of the notes, by which a build recognises the notes.
-UNRESISTED = "no inertia resists "
 #: An inertia counts as zero below this part of its value with the outer joints held.
 _NOTHING = 1e-11
 #: A body resists every motion if no principal value is below this part of the largest principal value.

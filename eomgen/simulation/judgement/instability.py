@@ -277,7 +277,7 @@ def _grown(run: Run, growth: Array, size: Array, least: float) -> Components:
         return grown
     names = zip(run.model.z_names, run.model.z_units, strict=True)
     units = np.array([*run.model.v_units, *(f"{unit} of {name}" for name, unit in names)])
-    largest = {unit: size[units == unit].max() for unit in np.unique(units[grown])}
+    largest = {unit: size[units == unit].max() for unit in set(units[grown].tolist())}
     return grown[size[grown] > _ROUNDING * np.array([largest[unit] for unit in units[grown]])]
 
 
