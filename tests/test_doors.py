@@ -411,7 +411,10 @@ LATE: dict[str, dict[str, str]] = {
         "products.fields.documents.field_reading": "most scenes are mechanical",
         "toolchain.builder": "reading needs no compiler",
     },
-    "pipeline.front_end": {"scene.scene": "the class of scenes; a cached model needs none"},
+    "pipeline.front_end": {
+        "scene.scene": "the class of scenes; a cached model needs none",
+        "scene.sources.register": "the sources; a scene of a record is not read",
+    },
     "pipeline.content": {"integrators.families": "methods are looked up with the library; loading a scene needs none"},
     "pipeline.pipeline": {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
@@ -443,6 +446,8 @@ LATE: dict[str, dict[str, str]] = {
         "scene.repeat": "likewise",
     },
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are not URDF"},
+    "compiled.terms": {"system.system": "the class of systems; few calls give a motion of the base"},
+    "simulation.automatic_method": {"system.system": "the class of systems; few runs choose a method"},
     "simulation.simulate": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.checkpoint": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.outcome": {"simulation.judgement": "a run is judged when its solution is asked for it"},

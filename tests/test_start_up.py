@@ -75,7 +75,7 @@ def test_a_scene_that_was_read_before_needs_no_reader(tmp_path: Path) -> None:
     work = 'eomgen.load("scene.toml")'
     first = start(work, tmp_path / "cache")
     assert {"pydantic", "tomllib"} < set(first[2])
-    check(start(work, tmp_path / "cache"), 77, 13, [])
+    check(start(work, tmp_path / "cache"), 69, 11, [])
     assert first[0] > 180
 
 
@@ -98,10 +98,10 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
     work = 'model = eomgen.build("scene.toml", profile="quick")'
     step = f"{work}; model.simulate(1e-3, 1e-3)"
     start(step, tmp_path / "cache")
-    check(start(work, tmp_path / "cache"), 124, 23, [])
-    check(start(step, tmp_path / "cache"), 160, 47, [])
+    check(start(work, tmp_path / "cache"), 114, 19, [])
+    check(start(step, tmp_path / "cache"), 156, 39, [])
     loaded = step.replace('build("scene.toml"', 'build(eomgen.load("scene.toml")')
-    check(start(loaded, tmp_path / "cache"), 168, 53, [])
+    check(start(loaded, tmp_path / "cache"), 164, 40, [])
 
 
 @pytest.mark.slow

@@ -283,7 +283,9 @@ class Defaults(ReadOnly[T]):
     why = "these are the defaults, which do not change"
 
 
-def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+def checked_call(
+    what_to_try: str = "", others: Callable[[], Mapping[str, str]] = dict, /, **meant: str
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Return a decorator under which a call that does not fit the function raises UsageError in place of TypeError.
 
     A call that fits takes no additional time; errors from within the function pass.
@@ -292,6 +294,8 @@ def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R
     ----------
     what_to_try : str
         Hint for arguments that are missing.
+    others : callable
+        Gives further names as of ``meant``, when a call does not fit.
     meant : str
         Names of arguments in other tools, and the names here; or a call in place of an argument, with brackets.
     """
@@ -302,7 +306,7 @@ def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R
             try:
                 return function(*args, **kwargs)
             except TypeError:
-                problem = _misfit(function, args, kwargs, what_to_try, meant)
+                problem = _misfit(function, args, kwargs, what_to_try, {**others(), **meant})
                 if problem is None:
                     raise
             raise UsageError(problem)

@@ -83,8 +83,7 @@ def placed(
     result, waiting = list(rows), list(added)
     while waiting:
         names = [name(row) for row in result]
-        row = next((row for row in waiting if behind(row) in names), waiting[0])
-        waiting.remove(row)
+        row = waiting.pop(next((place for place, row in enumerate(waiting) if behind(row) in names), 0))
         result.insert(names.index(behind(row)) + 1 if behind(row) in names else len(result), row)
     return tuple(result)
 

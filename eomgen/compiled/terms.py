@@ -26,7 +26,6 @@ from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.lie.product import Factor
 from eomgen.system.description import Description, FixedFrame
-from eomgen.system.system import base_component, base_place
 from eomgen.toolchain.library import Library
 
 Parameters = Mapping[str, ArrayLike | str] | ArrayLike | None
@@ -277,6 +276,8 @@ class Terms:
             )
         size = self.functions.sizes["base_rates"]
         given = _flat("base_rates", rates, (size // 6, 6), size)
+        from eomgen.system.system import base_place  # noqa: PLC0415  # few calls give a motion of the base
+
         first = base_place("omega_dot")
         of_twist = [component for component in self._base_zeros if component >= first]
         places = [(6 * row + component - first, component) for row in range(size // 6) for component in of_twist]
@@ -289,6 +290,8 @@ class Terms:
         for place, component in places:
             wrong = given[..., place][given[..., place] != 0.0]
             if wrong.size:
+                from eomgen.system.system import base_component  # noqa: PLC0415  # for a mistake only
+
                 of_base = base_component(component)
                 fault = (
                     f"component {place} is {wrong[0]:.6g}, but {of_base} of the base is 0 at all times by the scene's"

@@ -12,6 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -191,7 +192,10 @@ class Transitions(Curve):
         return [(float(x), 3) for x in (self.x[:-1] if self.outside == "periodic" else self.x)]
 
 
-STEP = Transitions("smooth step", np.array([0.0, 1.0]), np.array([0.0, 1.0]), "quintic", "hold", np.array([_W]))
+@cache
+def _smooth_step() -> Transitions:
+    ends = np.array([0.0, 1.0])
+    return Transitions("smooth step", ends, ends, "quintic", "hold", np.array([_W]))
 
 
 def smoothed(formula: Formula, duration: float, value_of: Callable[[Symbol], float | None]) -> Formula:
@@ -246,7 +250,7 @@ def _switch(formula: Operation, duration: float, value_of: Callable[[Symbol], fl
     if slope == 0.0:
         return formula
     # for positive x: after the crossing, or before the crossing
-    step: Formula = Application(STEP, (Symbol("time") - -offset / slope) / Number(duration))
+    step: Formula = Application(_smooth_step(), (Symbol("time") - -offset / slope) / Number(duration))
     positive = step if slope > 0.0 else ONE - step
     match formula.name:
         case "lt" | "le":

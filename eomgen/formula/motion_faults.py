@@ -24,7 +24,8 @@ from eomgen.errors import Problem
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import evaluate_batch, values_of_parameters
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
-from eomgen.formula.prescribed_motion import Law, law_and_rate
+from eomgen.formula.prescribed_motion import Law
+from eomgen.formula.recording import law_and_rate
 
 #: Times of the grid.
 _GRID = 1025

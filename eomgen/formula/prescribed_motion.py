@@ -1,43 +1,13 @@
-"""Prescribed motions as formulas of time: their values and rates, and which of them must not jump."""
+"""Prescribed motions as formulas of time, and which of them must not jump."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from functools import cached_property
 
-import numpy as np
-
-from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol
-from eomgen.formula.recording import record
-from eomgen.symbolic.evaluate import evaluate
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity
 from eomgen.symbolic.operations import ELEMENTARY, NAMES
-from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Tape
-
-_STEP = 1e-30  # of the complex step
-
-
-def law_and_rate(formula: Formula, known: Mapping[str, float]) -> Callable[[Array], tuple[Array, Array]]:
-    """Return a function that gives a law and the rate of the law at times."""
-    tape = Tape()
-    algebra = Algebra(tape)
-    time = Scalar(tape, tape.input("t", 0))
-
-    def resolved(symbol: Symbol) -> Scalar:
-        return time if symbol.kind == "time" else algebra.scalar(known[symbol.name])
-
-    law = record(algebra, formula, resolved)
-
-    def values(t: Array) -> tuple[Array, Array]:
-        with np.errstate(all="ignore"):
-            result = evaluate(tape, [law.ref], {"t": t[:, np.newaxis] + 1j * _STEP})[:, 0]
-        return result.real, result.imag / _STEP
-
-    return values
-
 
 #: Operations that are as smooth as their operands.
 _SMOOTH = frozenset({"add", "sub", "mul", "neg"} | {NAMES[op] for op, row in ELEMENTARY.items() if row.smooth})

@@ -14,10 +14,14 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
+from eomgen.base.arrays import Array
 from eomgen.base.products import named
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import AnyCurve, Bump, Waves
 from eomgen.formula.nodes import Application, Formula, Number, Quantity, Symbol
+from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import add_map
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.periodic import harmonic_sum
@@ -28,6 +32,7 @@ from eomgen.symbolic.tape import Ref, Tape
 _DIGITS = 192
 #: pi / 4 = 4 arctan(1/5) - arctan(1/239) (Machin 1706).
 _MACHIN = ((16, 5), (-4, 239))
+_STEP = 1e-30  # of the complex step
 
 
 def unit_circle(angle: float, quarter_turns: int = 0) -> tuple[float, float]:
@@ -192,3 +197,22 @@ def _bump(algebra: Algebra, bump: Bump, argument: Scalar, derivative: int) -> Sc
         size = -0.5 * bump.height * (rate / bump.length) ** derivative
         value = size * algebra.call(Op.COS, rate * along + derivative * math.pi / 2)
     return algebra.select(off_it, algebra.zero, value)
+
+
+def law_and_rate(formula: Formula, known: Mapping[str, float]) -> Callable[[Array], tuple[Array, Array]]:
+    """Return a function that gives a law and the rate of the law at times."""
+    tape = Tape()
+    algebra = Algebra(tape)
+    time = Scalar(tape, tape.input("t", 0))
+
+    def resolved(symbol: Symbol) -> Scalar:
+        return time if symbol.kind == "time" else algebra.scalar(known[symbol.name])
+
+    law = record(algebra, formula, resolved)
+
+    def values(t: Array) -> tuple[Array, Array]:
+        with np.errstate(all="ignore"):
+            result = evaluate(tape, [law.ref], {"t": t[:, np.newaxis] + 1j * _STEP})[:, 0]
+        return result.real, result.imag / _STEP
+
+    return values

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from fractions import Fraction
 
 from eomgen.lie.algebra import Algebra, Value
 
@@ -27,17 +26,21 @@ TAYLOR_LIMIT = math.pi**2
 POLES = (4.0 * math.pi**2, 16.0 * math.pi**2)
 
 
-def _derivative(coefficients: Sequence[Fraction]) -> list[Fraction]:
-    return [power * value for power, value in enumerate(coefficients)][1:]
+#: Numerator and denominator: Python rounds the quotient of two integers once, and ``fractions`` takes time to import.
+Ratio = tuple[int, int]
 
 
-def _floats(coefficients: Sequence[Fraction]) -> Coefficients:
-    return tuple(float(value) for value in coefficients)
+def _derivative(coefficients: Sequence[Ratio]) -> list[Ratio]:
+    return [(power * above, below) for power, (above, below) in enumerate(coefficients)][1:]
 
 
-def _alternating(offset: int, terms: int) -> list[Fraction]:
+def _floats(coefficients: Sequence[Ratio], factor: int = 1) -> Coefficients:
+    return tuple(factor * above / below for above, below in coefficients)
+
+
+def _alternating(offset: int, terms: int) -> list[Ratio]:
     """Return (-1)^k / (2 k + offset)! for k = 0, 1, ..."""
-    return [Fraction((-1) ** k, math.factorial(2 * k + offset)) for k in range(terms)]
+    return [((-1) ** k, math.factorial(2 * k + offset)) for k in range(terms)]
 
 
 def _tail(exponent: int) -> float:
@@ -51,7 +54,7 @@ def _tail(exponent: int) -> float:
     return direct + rest
 
 
-_F2 = [-value for value in _alternating(2, TAYLOR_TERMS + 1)]
+_F2 = [(-above, below) for above, below in _alternating(2, TAYLOR_TERMS + 1)]
 _F3 = _alternating(3, TAYLOR_TERMS + 1)
 
 #: Few terms suffice for these two: they are used for y <= 1/4 only; sin and cos are accurate elsewhere.
@@ -59,8 +62,8 @@ SINC = _floats(_alternating(1, 8))
 COS = _floats(_alternating(0, 8))
 SMALL_LIMIT = 0.25
 F3 = _floats(_F3[:TAYLOR_TERMS])
-F4 = _floats([2 * value for value in _derivative(_F2)])
-F5 = _floats([-2 * value for value in _derivative(_F3)])
+F4 = _floats(_derivative(_F2), 2)
+F5 = _floats(_derivative(_F3), -2)
 
 _TAILS = [_tail(2 * k) for k in range(1, POLE_TERMS + 1)]
 #: f6 without its first two poles, in powers of y / (4 pi^2); the constant factor is included.

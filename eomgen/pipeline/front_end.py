@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.products import rows_of
-from eomgen.scene.sources.register import KINDS, OtherFileKind, all_options
+from eomgen.scene.sources.source import KINDS, OtherFileKind
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
@@ -137,5 +137,7 @@ def other_document(described: object, options: Mapping[str, Any] | None = None) 
 
 def given_options(options: Mapping[str, Any]) -> list[str]:
     """Return the options that are neither empty nor the defaults of a source of scenes."""
+    from eomgen.scene.sources.register import all_options  # noqa: PLC0415  # for options of mechanical scenes alone
+
     defaults = {name: option.default for name, (_, option) in all_options().items()}
     return sorted(name for name, value in options.items() if value and value != defaults.get(name))

@@ -20,7 +20,6 @@ from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, is_scene, other_document
 from eomgen.pipeline.readings import StoredScene, record_of, store, stored_scene
 from eomgen.pipeline.scenes import SCENES, opened
-from eomgen.scene.sources.register import all_options, checked_options
 from eomgen.system.terms import TERMS, UNRESISTED, Selection, nearest_term
 from eomgen.toolchain.profiles import COMPILED_PROFILE, STANDARD_PROFILE
 
@@ -127,6 +126,8 @@ def load_scene(
         _check_method(scene)
         store(path, given, scene, SCENES.describe(scene), files)
         return scene
+    from eomgen.scene.sources.register import checked_options  # noqa: PLC0415
+
     checked_options(None, options)
     if not task_frames:
         return _given_scene(path, coordinates)
@@ -323,8 +324,16 @@ def _check_folder(folder: str | Path) -> None:
         raise UsageError(Problem(str(folder), fault, f"the folder {path.with_suffix('').name}"))
 
 
+def _options_of_load() -> dict[str, str]:
+    """Return the remedy for each option of ``load`` that is given to ``build``."""
+    from eomgen.scene.sources.register import all_options  # noqa: PLC0415
+
+    return {name: f"eomgen.build(eomgen.load(path, {name}=...))" for name in all_options()}
+
+
 @checked_call(
     "a scene or the path of one",
+    _options_of_load,
     path="scene",
     dtype="real",
     precision="real",
@@ -332,7 +341,6 @@ def _check_folder(folder: str | Path) -> None:
     task_frames="eomgen.build(eomgen.load(path, task_frames=...))",
     strict="eomgen.build(eomgen.load(path, strict=...))",
     parameters="tunable = true in the scene, and eomgen.build(scene).simulate(parameters=...)",
-    **{name: f"eomgen.build(eomgen.load(path, {name}=...))" for name in all_options()},
     **dict.fromkeys(("optimize", "optimise", "optimization", "flags"), "profile"),
     **{name: f"eomgen.build(scene).simulate({name}=...)" for name in ("step", "tolerance", "t_end", "dt", "inputs")},
 )
@@ -420,7 +428,7 @@ def built_in(
 
     document, front_end = as_document(scene)
     described = front_end.describe(document)
-    if method is not None:
+    if method is not None and method != described.simulation.method:
         described = replace(described, simulation=replace(described.simulation, method=method))
     _check_real(real)
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415

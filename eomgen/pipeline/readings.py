@@ -12,7 +12,6 @@ import json
 import os
 import sys
 from collections.abc import Callable, Mapping
-from fractions import Fraction
 from functools import cached_property, partial
 from importlib import import_module
 from inspect import getattr_static
@@ -192,7 +191,7 @@ def to_text(value: Any) -> str:
             return {"map": [[written(key), written(part)] for key, part in item.items()]}
         if kind is bytes:
             return {"bytes": item.hex()}
-        if kind is Fraction:
+        if kind.__module__ == "fractions":
             return {"fraction": str(item)}
         if kind is np.ndarray and item.dtype.kind in "fiubc":
             return {"array": [item.dtype.str, item.shape, item.tobytes().hex(), bool(item.flags.writeable)]}
@@ -254,6 +253,12 @@ def _array(value: Any) -> Any:
     return array
 
 
+def _fraction(text: str) -> Any:
+    from fractions import Fraction  # noqa: PLC0415  # few scenes have any
+
+    return Fraction(text)
+
+
 def _function(name: str) -> Any:
     value = _object(name)
     if type(value) not in _FUNCTIONS:
@@ -264,7 +269,7 @@ def _function(name: str) -> Any:
 _READ: Mapping[str, Callable[[Any, Callable[[Any], Any]], Any]] = {
     "map": lambda value, read: {read(key): read(part) for key, part in value},
     "bytes": lambda value, _: bytes.fromhex(value),
-    "fraction": lambda value, _: Fraction(value),
+    "fraction": lambda value, _: _fraction(value),
     "array": lambda value, _: _array(value),
     "function": lambda value, _: _function(value),
 }

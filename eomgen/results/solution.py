@@ -131,7 +131,7 @@ class Solution:
     metadata: Mapping[str, Any] = field(default_factory=dict)
     model: ModelOfRun | None = None
     error: ErrorEstimate = field(default_factory=lambda: ErrorEstimate.missing("no estimate was made"))
-    events: Events = NO_EVENTS
+    events: Events = field(default_factory=lambda: NO_EVENTS)
 
     def __post_init__(self) -> None:
         if self.events is None:  # as of files

@@ -11,8 +11,8 @@ from eomgen.errors import Problem, UsageError
 from eomgen.scene.formula.namespaces import FileData
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
-from eomgen.scene.sources.register import TOML, checked_options, fault_of_kind, readable, source_of
-from eomgen.scene.sources.source import ConvertedScene, read_text, shown_file
+from eomgen.scene.sources.register import TOML, checked_options, readable, source_of
+from eomgen.scene.sources.source import ConvertedScene, fault_of_kind, read_text, shown_file
 from eomgen.scene.sources.urdf.source import URDF
 
 

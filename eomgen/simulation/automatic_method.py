@@ -16,10 +16,10 @@ from eomgen.compiled.equations import accelerations, has_residual_partials, resi
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.integrators.families.register import AUTO, BUILT_IN, STANDARD, check_needs, method_named
-from eomgen.system.system import Facts
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
+    from eomgen.system.system import Facts
 
 #: Step times largest eigenvalue up to which an explicit method of order 4 resolves the fastest motion: a twelfth of its
 #: period.
@@ -73,6 +73,8 @@ def automatic(
     step : s
     """
     facts = model.library.layout["facts"]
+    from eomgen.system.system import Facts  # noqa: PLC0415  # few runs choose a method
+
     explicit = _explicit(Facts(**{name: bool(value) for name, value in facts.items()}))
     if explicit is None:
         return _chosen(STANDARD, "no explicit method runs on this scene")

@@ -15,7 +15,7 @@ import eomgen
 from eomgen.cli import main
 from eomgen.errors import DescriptionError
 from eomgen.formula.curves import Curve
-from eomgen.formula.prescribed_motion import law_and_rate
+from eomgen.formula.recording import law_and_rate
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene

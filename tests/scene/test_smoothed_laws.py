@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.formula.prescribed_motion import law_and_rate
+from eomgen.formula.recording import law_and_rate
 
 T = 0.2
 Function = Callable[[np.ndarray], np.ndarray]

@@ -12,7 +12,7 @@ from eomgen.base.messages import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.integration import Integration, IntegrationError, SecondIntegral
 from eomgen.formula.nodes import Application, Formula
-from eomgen.formula.prescribed_motion import law_and_rate
+from eomgen.formula.recording import law_and_rate
 from eomgen.formula.substitution import total
 from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.bodies import schema as written

@@ -11,7 +11,8 @@ from eomgen.errors import ModelError
 from eomgen.formula.discontinuities import SmoothingError, smoothed
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.formula.prescribed_motion import constant, law_and_rate
+from eomgen.formula.prescribed_motion import constant
+from eomgen.formula.recording import law_and_rate
 from eomgen.scene.formula.scope import MOTION, PARAMETERS
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints import schema as written

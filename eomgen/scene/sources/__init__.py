@@ -1,5 +1,5 @@
 """Sources of descriptions: TOML, XML, URDF, and sources of other distributions."""
 
-__all__ = ["other_kinds", "register", "source", "text", "toml"]
+__all__ = ["register", "source", "text", "toml"]
 #: Open to the other parts of ``scene`` as well.
 WITHIN = ["register", "source", "urdf"]

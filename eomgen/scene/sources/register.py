@@ -1,6 +1,4 @@
-"""The register of sources, eomgen's own and sources of other distributions, and of other kinds of files: files with a
-key ``kind``, which products read.
-"""
+"""The register of sources, eomgen's own and sources of other distributions."""
 
 from __future__ import annotations
 
@@ -9,10 +7,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.data import dataclass
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.messages import nearest, shown
-from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.sources.source import ConvertedScene, Option, Source
 from eomgen.scene.sources.urdf.source import URDF
@@ -131,31 +127,3 @@ def _is_file(path: Path, ending: str) -> bool:
 def _differs(value: object, default: object) -> bool:
     """Return whether an option was specified; an empty list of any type counts as unspecified."""
     return bool(value) if default == () else value != default
-
-
-KINDS = "eomgen.file_kinds"
-
-
-@dataclass(frozen=True)
-class OtherFileKind:
-    """A kind of file other than mechanical scenes.
-
-    Attributes
-    ----------
-    kind : value of the key
-    noun : for messages, "a Hamiltonian system"
-    remedy : uses of such a file, for messages
-    """
-
-    kind: str
-    noun: str
-    remedy: str
-
-
-def fault_of_kind(kind: object) -> tuple[str, str] | None:
-    """Return the fault of a key ``kind`` in a mechanical scene, and a remedy; None if the value means no other kind."""
-    for row in rows_of(KINDS, OtherFileKind):
-        if row.kind == kind:
-            return f"this is {row.noun}, and this command or function is for mechanical scenes", row.remedy
-    absent = fault_of_absent(str(kind))
-    return absent and (f"there is no kind of file {shown(str(kind))}: {absent[0]}", absent[1])

@@ -1,4 +1,5 @@
-"""Source: one row of the register of sources; user text files: bounded in size, UTF-8, and their names in messages."""
+"""Source: one row of the register of sources; the register of other kinds of files; user text files: bounded in size,
+UTF-8, and their names in messages."""
 
 from __future__ import annotations
 
@@ -8,6 +9,8 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.files import nearby, read_bytes
+from eomgen.base.messages import shown
+from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.errors import DescriptionError, FileError, Problem, UsageError
 
 
@@ -136,3 +139,32 @@ def read_text(path: Path) -> str:
         line = data.count(b"\n", 0, error.start) + 1
         problem = Problem(f"{shown_file(path)}:{line}", f"byte {error.start} is not UTF-8", "the file saved as UTF-8")
         raise DescriptionError(problem) from None
+
+
+#: The register of other kinds of files, which products read.
+KINDS = "eomgen.file_kinds"
+
+
+@dataclass(frozen=True)
+class OtherFileKind:
+    """A kind of file other than mechanical scenes.
+
+    Attributes
+    ----------
+    kind : value of the key
+    noun : for messages, "a Hamiltonian system"
+    remedy : uses of such a file, for messages
+    """
+
+    kind: str
+    noun: str
+    remedy: str
+
+
+def fault_of_kind(kind: object) -> tuple[str, str] | None:
+    """Return the fault of a key ``kind`` in a mechanical scene, and a remedy; None if the value means no other kind."""
+    for row in rows_of(KINDS, OtherFileKind):
+        if row.kind == kind:
+            return f"this is {row.noun}, and this command or function is for mechanical scenes", row.remedy
+    absent = fault_of_absent(str(kind))
+    return absent and (f"there is no kind of file {shown(str(kind))}: {absent[0]}", absent[1])

@@ -196,7 +196,7 @@ class ChosenStepper:
     settings: Mapping[str, float]
     left_to_stepper: bool
     finds_bound: bool
-    _cleared: dict[TimeGrid, bool] = field(default_factory=dict)
+    _cleared: dict[tuple[float, ...], bool] = field(default_factory=dict)
     _starts: dict[Hashable, Any] = field(default_factory=dict)
 
     def settings_at(self, step: float) -> dict[str, float]:
@@ -223,12 +223,12 @@ class ChosenStepper:
         p : (np,) parameters of the run, None for the scene's own
         given : inputs from the caller, empty for the scene's own
         """
-        own = p is None and not given
-        if own and grid in self._cleared:
+        own, key = p is None and not given, (grid.start, grid.end, grid.step)
+        if own and key in self._cleared:
             return
         check_span(model, self.library, self.method, model.parameter_array() if p is None else p, given, grid)
         if own:
-            _keep(self._cleared, grid, True)
+            _keep(self._cleared, key, True)
 
 
 def _keep(kept: dict[K, T], key: K, value: T) -> None:
