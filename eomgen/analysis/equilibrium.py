@@ -322,8 +322,13 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
 
     whole = "partials" in model.functions  # else the nonzeros of large scenes are there
 
+    last: list[tuple[bytes, SparsePartials]] = []  # a point asks for the mass, the stiffness and the couplings
+
     def nonzeros(q: Array, lam: Array, z: Array) -> SparsePartials:
-        return sparse_partials(model, q, v, rest, z, lam, forces)
+        key = b"".join(part.tobytes() for part in (q, lam, z))
+        if not last or last[0][0] != key:
+            last[:] = [(key, sparse_partials(model, q, v, rest, z, lam, forces))]
+        return last[0][1]
 
     def mass(q: Array) -> Array:
         if "mass" in model.functions:

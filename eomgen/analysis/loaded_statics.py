@@ -64,7 +64,15 @@ class ElementStrains:
         self.stiffness = np.concatenate([np.zeros((0, 6, 6)), *(beam.matrices(values) for beam in beams)])
         self._own = {factor.name: factor.v_start for factor in model.factors if factor.group == "SE3"}
         self._nodes = sorted({*self._first.tolist(), *self._second.tolist()})
-        self._held = _fixed_to_base(model)
+        self._ends = [np.searchsorted(self._nodes, nodes) for nodes in (self._first, self._second)]
+        held = _fixed_to_base(model)
+        own = [self._own.get(model.bodies[node]) for node in self._nodes]
+        self._free = [(place, start) for place, start in enumerate(own) if start is not None]
+        self._carried = [
+            (place, node)
+            for place, node in enumerate(self._nodes)
+            if own[place] is None and model.bodies[node] not in held
+        ]
         self._last: tuple[Array, Matrix] | None = None  # q and twists: a correction asks twice
         self._by_d: tuple[Array, Array, Array] | None = None  # d and derivatives along twists
 
@@ -116,42 +124,38 @@ class ElementStrains:
         twists = self._twists(q)
         if not isinstance(twists, np.ndarray):
             return csc_array(self._of_nodes(blocks) @ twists)
-        of_nodes = twists.reshape(len(self._nodes), 6, -1)
-        ends = [of_nodes[np.searchsorted(self._nodes, nodes)] for nodes in (self._first, self._second)]
-        return np.asarray(blocks @ np.concatenate(ends, axis=1)).reshape(6 * len(self), -1)
+        return np.asarray(blocks @ twists).reshape(6 * len(self), -1)
 
     def _of_nodes(self, blocks: Array) -> csr_array:
         """Return blocks (elements, 6, 12) of the elements' two nodes as (6 elements, 6 nodes)."""
         rows = 6 * np.arange(len(self))[:, np.newaxis, np.newaxis] + np.arange(6)[:, np.newaxis]
-        first, second = (6 * np.searchsorted(self._nodes, nodes) for nodes in (self._first, self._second))
+        first, second = (6 * places for places in self._ends)
         columns = np.concatenate([first[:, np.newaxis] + np.arange(6), second[:, np.newaxis] + np.arange(6)], axis=1)
         rows, columns = np.broadcast_arrays(rows, columns[:, np.newaxis, :])
         shape = (6 * len(self), 6 * len(self._nodes))
         return csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
     def _twists(self, q: Array) -> Matrix:
-        """Return the body twists of all nodes by v, (6 nodes, nv): for free nodes six components of v, else from
-        joints."""
-        if self._last is None or not np.array_equal(self._last[0], q):
-            self._last = np.array(q), self._twists_at(q)
+        """Return the body twists of nodes by v: for free nodes six components of v, else from joints; up to ``WHOLE``
+        components of both nodes of each element, (elements, 12, nv), else of all nodes, (6 nodes, nv)."""
+        if self._last is None or (self._carried and not np.array_equal(self._last[0], q)):
+            twists = self._twists_at(q)
+            if isinstance(twists, np.ndarray):
+                of_nodes = twists.reshape(len(self._nodes), 6, -1)
+                twists = np.concatenate([of_nodes[places] for places in self._ends], axis=1)
+            self._last = np.array(q), twists
         return self._last[1]
 
     def _twists_at(self, q: Array) -> Matrix:
         rows, columns = [np.zeros(0, int)], [np.zeros(0, int)]
         entries = [np.zeros(0)]
-        carried = []
-        for place, node in enumerate(self._nodes):
-            start = self._own.get(self._model.bodies[node])
-            if start is None:
-                if self._model.bodies[node] not in self._held:
-                    carried.append((place, node))
-                continue
+        for place, start in self._free:
             rows.append(6 * place + np.arange(6))
             columns.append(start + np.arange(6))
             entries.append(np.ones(6))
-        if carried and self._model.nv:
-            twists = self._twists_of([node for _, node in carried], q)
-            for number, (place, _) in enumerate(carried):
+        if self._carried and self._model.nv:
+            twists = self._twists_of([node for _, node in self._carried], q)
+            for number, (place, _) in enumerate(self._carried):
                 column, row = np.nonzero(twists[:, number])
                 rows.append(6 * place + row)
                 columns.append(column)

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 #: Fractions of a turn of the base for the check of constant forces, and the largest displacement of the rest by changed
 #: forces, in rad or scene lengths.
 _LATER, _STEADY = (0.11, 0.37, 1.0, 2.6), 1e-7
-#: Largest load steps.
-_STEPS = StepLimits(factor=0.5)
+#: Largest load steps: all loads at once if few and small corrections suffice.
+_STEPS = StepLimits(factor=1.0)
 #: Slices of a base's state: angular velocity and angular acceleration.
 _TURNING, _CHANGING = slice(7, 10), slice(13, 16)
 #: Largest angular acceleration of an evenly turning base, relative to the squared rate.
@@ -81,14 +81,14 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
         raise NumericalError(Problem("steady motion", fault, "steady_motion with velocities"))
     rate = float(np.linalg.norm(base[_TURNING]))
     now = statics.balance(rest).residual
-    for share in _LATER:
-        seconds = share * 2.0 * np.pi / rate
-        moved = flexible(_residual_later(model, rest, u, p, t + seconds) - now) / statics.sizes
-        k = int(np.argmax(np.abs(moved)))
-        if abs(moved[k]) > _STEADY:
+    later = t + np.array(_LATER) * 2.0 * np.pi / rate
+    moved = np.abs(flexible((_residuals_later(model, rest, u, p, later) - now).T).T) / statics.sizes
+    for time, ways in zip(later.tolist(), moved, strict=True):
+        k = int(np.argmax(ways))
+        if ways[k] > _STEADY:
             fault = (
-                f"forces change as the base turns: at t = {t + seconds:.6g} s they would move"
-                f" {model.v_names[k].removeprefix('v.')} by {abs(moved[k]):.3g} of a rad or of the scene's length"
+                f"forces change as the base turns: at t = {time:.6g} s they would move"
+                f" {model.v_names[k].removeprefix('v.')} by {ways[k]:.3g} of a rad or of the scene's length"
             )
             hint = "gravity along the axis of the base, or none, and loads that turn with the base; or simulate"
             raise NumericalError(Problem("steady motion", fault, hint))
@@ -96,11 +96,12 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
     return SteadyMotion(rest.q, still, rest.z, rest.multipliers, t, 0.0, len(path) - 1, (), (), message, None, still)
 
 
-def _residual_later(model: CompiledModel, rest: LoadedState, u: Inputs, p: Array, later: float) -> Array:
-    """Return the residual of the equilibrium equations at a rest, (nv,), at another time."""
-    measures = SceneMeasures(model, p, later, model.base(later, parameters=p))
-    then = loaded_statics(model, measures, rest.q, u, np.zeros(model.nv))
-    return then.balance(rest).residual
+def _residuals_later(model: CompiledModel, rest: LoadedState, u: Inputs, p: Array, later: Array) -> Array:
+    """Return the residuals of the equilibrium equations at a rest, (n, nv), at other times (n,)."""
+    still, q = np.zeros(model.nv), np.tile(rest.q, (len(later), 1))
+    where: dict[str, Any] = {"t": later, "parameters": p, "base": model.base(later, parameters=p), "u": u}
+    (residual,) = model.evaluate("residual", q, still, still, z=rest.z, multipliers=rest.multipliers, **where).values()
+    return np.asarray(residual)
 
 
 #: Limit of the violation of constraints in a given state, in the units of the constraints.

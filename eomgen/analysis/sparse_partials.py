@@ -16,6 +16,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import block_array, csc_array
 from scipy.sparse.linalg import splu
 
@@ -205,7 +206,7 @@ def _of_iteration(
     for name, entries in values.items():
         rows, columns = shapes.get(name, (nz if name == "Fx" else nv, inner))
         whole = (rows + inner if name in ("K", "C", "M", "Rz", "X") else rows, columns)
-        result[name] = csc_array((entries, tuple(places[name])), shape=whole)
+        result[name] = _by_columns(model.library.layout["patterns"][name], whole, entries)
     if not inner:
         return result
     X, Fx = result.pop("X"), result.pop("Fx", None)
@@ -220,6 +221,22 @@ def _of_iteration(
             before = result.get(of_rates, csc_array(shapes[of_rates]))
             result[of_rates] = csc_array(before - Fx @ along)
     return result
+
+
+@lru_cache(maxsize=64)
+def _structure(text: str, rows: int, columns: int) -> tuple[NDArray[np.intp], NDArray[np.int32], NDArray[np.int32]]:
+    """Return the places in the data of a matrix by columns of all entries of a pattern, row indices, and ends of
+    columns."""
+    row, column = _unpacked(text)
+    kept, places = np.unique(column * rows + row, return_inverse=True)
+    ends = np.searchsorted(kept, rows * np.arange(columns + 1))
+    return places, (kept % max(rows, 1)).astype(np.int32), ends.astype(np.int32)
+
+
+def _by_columns(text: str, shape: tuple[int, int], entries: Array) -> csc_array:
+    """Return the matrix of a pattern's entries, entries at one place summed."""
+    places, indices, ends = _structure(text, *shape)
+    return csc_array((np.bincount(places, entries, len(indices)), indices, ends), shape=shape)
 
 
 def dense(matrix: csc_array) -> Array:

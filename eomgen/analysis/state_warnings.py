@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.compiled.terms import Inputs
@@ -100,28 +101,35 @@ def equilibrium_notes(measures: SceneMeasures, path: Sequence[Array], u: Inputs)
 
 def _positions(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[str, Array]]:
     """Return body and world position (rows, 3) of each point."""
-    points = {}
-    for point in measures.model.description.drawing.points:
-        turn, origin = poses[point.body]
-        points[point.name] = point.body, origin + rotated(turn, measures.vector(point.position))
-    return points
+    points = measures.model.description.drawing.points
+    if not points:
+        return {}
+    turns, origins = (np.array([poses[point.body][part] for point in points]) for part in (0, 1))
+    local = np.array([measures.vector(point.position) for point in points])
+    positions = origins + rotated(turns, local[:, np.newaxis])
+    return {point.name: (point.body, position) for point, position in zip(points, positions, strict=True)}
 
 
 def _springs(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
     """Return a note on springs that are inside out, and a note on springs whose ends have moved farther than their
     distance."""
+    springs = measures.model.description.drawing.lines
+    if not springs:
+        return []
     points = _positions(measures, poses)
-    passed: list[str] = []
-    moved: list[str] = []
-    for spring in measures.model.description.drawing.lines:
-        (first, start), (second, end) = points[spring.first], points[spring.second]
-        in_bodies = [rotated(poses[body][0] * _BACK, end - start) for body in (first, second)]
-        apart = float(np.linalg.norm(in_bodies[0][0]))
-        travel = min(float(np.linalg.norm(vectors[-1] - vectors[0])) for vectors in in_bodies)
-        if all(_passed_one_another(vectors) for vectors in in_bodies):
-            passed.append(spring.name)
-        elif travel > apart > 0.0:
-            moved.append(f"{spring.name} ({travel:.4g} m, {apart:.4g} m apart)")
+    ends = [[points[name] for name in (spring.first, spring.second)] for spring in springs]
+    turns = np.array([[poses[body][0] * _BACK for body, _ in pair] for pair in ends])
+    vectors = np.array([end - start for (_, start), (_, end) in ends])
+    in_bodies = rotated(turns, vectors[:, np.newaxis])  # (springs, 2, rows, 3)
+    apart = np.linalg.norm(in_bodies[:, 0, 0], axis=-1)
+    travel = np.min(np.linalg.norm(in_bodies[:, :, -1] - in_bodies[:, :, 0], axis=-1), axis=1)
+    turned = np.all(_passed_one_another(in_bodies), axis=1)
+    passed = [spring.name for spring, inside_out in zip(springs, turned, strict=True) if inside_out]
+    moved = [
+        f"{spring.name} ({far:.4g} m, {near:.4g} m apart)"
+        for spring, inside_out, far, near in zip(springs, turned, travel.tolist(), apart.tolist(), strict=True)
+        if far > near > 0.0 and not inside_out
+    ]
     notes = []
     if passed:
         notes.append(
@@ -138,15 +146,17 @@ def _few(items: Sequence[str]) -> str:
     return ", ".join(items[:_LISTED]) + (f" and {len(items) - _LISTED} more" if len(items) > _LISTED else "")
 
 
-def _passed_one_another(vectors: Array) -> bool:
-    """Return whether a spring, from end to end (rows, 3) along the path, has turned round by way of next to no
-    length."""
-    before, way = vectors[:-1], np.diff(vectors, axis=0)
-    square = np.sum(way * way, axis=1)
-    share = np.clip(-np.sum(before * way, axis=1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
-    shortest = float(np.min(np.linalg.norm(before + share[:, np.newaxis] * way, axis=1)))
-    ends = min(float(np.linalg.norm(vectors[0])), float(np.linalg.norm(vectors[-1])))
-    return bool(vectors[0] @ vectors[-1] < 0.0 and shortest < _PASSED * ends)
+def _passed_one_another(vectors: Array) -> NDArray[np.bool_]:
+    """Return whether springs, from end to end (..., rows, 3) along the path, have turned round by way of next to no
+    length, (...)."""
+    before, way = vectors[..., :-1, :], np.diff(vectors, axis=-2)
+    square = np.sum(way * way, axis=-1)
+    share = np.clip(-np.sum(before * way, axis=-1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    shortest = np.min(np.linalg.norm(before + share[..., np.newaxis] * way, axis=-1), axis=-1)
+    first, last = vectors[..., 0, :], vectors[..., -1, :]
+    ends = np.minimum(np.linalg.norm(first, axis=-1), np.linalg.norm(last, axis=-1))
+    turned: NDArray[np.bool_] = (np.sum(first * last, axis=-1) < 0.0) & (shortest < _PASSED * ends)
+    return turned
 
 
 def _tyres(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]], u: Inputs) -> list[str]:

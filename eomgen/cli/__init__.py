@@ -93,6 +93,12 @@ def _called(words: Sequence[str]) -> object:
         raise
 
 
+def _notes(error: BaseException) -> list[str]:
+    """Return the notes of interrupted work, each with the progress of the work."""
+    notes: list[str] = getattr(error.__cause__ or error, "__notes__", [])  # click.Abort is raised from Ctrl-C's
+    return notes
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit code; messages go to stderr, without a traceback unless ``--debug`` is
     given."""
@@ -117,8 +123,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             UsageError(Problem(path, text[:1].lower() + text[1:], of_usage(error, path, words))).report(), err=True
         )
         return error.exit_code
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted", err=True)
+    except (click.Abort, KeyboardInterrupt) as stop:
+        click.echo(": ".join(["interrupted", *_notes(stop)[:1]]), err=True)
         return INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone, which is not an error of eomgen
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -100,7 +100,12 @@ def _split(x: Array) -> list[Array]:
 
 
 def _join(values: Sequence[Any]) -> Array:
-    return np.stack(np.broadcast_arrays(*values), axis=-1) if values else np.zeros(0)
+    if not values:
+        return np.zeros(0)
+    result = np.empty((*np.broadcast_shapes(*map(np.shape, values)), len(values)), np.result_type(*values))
+    for index, value in enumerate(values):
+        result[..., index] = value
+    return result
 
 
 def _matrix(rows: Rows, of: Array) -> Array:

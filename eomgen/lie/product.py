@@ -10,6 +10,8 @@ group by exp and T: Iserles, Munthe-Kaas, Norsett and Zanna, Acta Numerica 9 (20
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from eomgen.lie import numeric
 from eomgen.lie.groups import Group, group_named
 
 Array = NDArray[Any]
+Places = slice | NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ def update(factors: Sequence[Factor], q: Array, theta: Array) -> Array:
     (..., nq), with the broadcast leading axes of q and theta
     """
     result = np.array(q, dtype=np.result_type(q, theta, float))
-    for group, of_q, of_v in _runs(factors, together=True):
+    for group, of_q, of_v in _by_group(tuple(factors)):
         first, step = q[..., of_q], theta[..., of_v]
         if group is None:
             result[..., of_q] = first + step
@@ -80,7 +83,7 @@ def difference(factors: Sequence[Factor], first: Array, second: Array) -> Array:
     """
     batch = np.broadcast_shapes(np.shape(first)[:-1], np.shape(second)[:-1])
     result = np.zeros((*batch, sum(factor.v_size for factor in factors)), dtype=np.result_type(first, second, float))
-    for group, of_q, of_v in _runs(factors, together=True):
+    for group, of_q, of_v in _by_group(tuple(factors)):
         begin, end = first[..., of_q], second[..., of_q]
         if group is None:
             result[..., of_v] = end - begin
@@ -128,16 +131,36 @@ def _elements(x: Array, size: int) -> Array:
     return x.reshape(*x.shape[:-1], x.shape[-1] // size, size)
 
 
-def _runs(factors: Sequence[Factor], *, together: bool = False) -> list[tuple[Group | None, slice, slice]]:
-    """Return groups with their parts of q and v; None: numbers.
+@lru_cache(maxsize=64)
+def _by_group(factors: tuple[Factor, ...]) -> list[tuple[Group | None, Places, Places]]:
+    """Return each group once, with the places of all its elements in q and v, side by side; None: numbers."""
+    members: dict[str, list[Factor]] = {}
+    for factor in factors:
+        members.setdefault(factor.group, []).append(factor)
+    return [
+        (
+            None if name == "R" else group_named(name),
+            _places([factor.q for factor in own]),
+            _places([factor.v for factor in own]),
+        )
+        for name, own in members.items()
+    ]
 
-    Numbers side by side have one part, and with ``together`` elements of one group side by side, too.
-    """
+
+def _places(parts: Sequence[slice]) -> Places:
+    """Return the places in several slices, as one slice if all follow each other."""
+    if all(before.stop == after.start for before, after in pairwise(parts)):
+        return slice(parts[0].start, parts[-1].stop)
+    return np.concatenate([np.arange(part.start, part.stop) for part in parts])
+
+
+def _runs(factors: Sequence[Factor]) -> list[tuple[Group | None, slice, slice]]:
+    """Return groups with their parts of q and v; None: numbers, which have one part if they are side by side."""
     result: list[tuple[Group | None, slice, slice]] = []
     for factor in factors:
         of_q, of_v = factor.q, factor.v
         group = None if factor.group == "R" else group_named(factor.group, factor.v_size)
-        joins = bool(result) and (group is None or together) and result[-1][0] == group
+        joins = bool(result) and group is None and result[-1][0] is None
         if joins and result[-1][1].stop == of_q.start and result[-1][2].stop == of_v.start:
             result[-1] = group, slice(result[-1][1].start, of_q.stop), slice(result[-1][2].start, of_v.stop)
         else:

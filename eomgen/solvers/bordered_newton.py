@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import block_array, coo_array, csc_array, diags_array
 from scipy.sparse.linalg import splu
 
@@ -220,6 +221,8 @@ def _extrapolated(strains: StiffStrains | None, q: Array, change: Array) -> Arra
     if strains is None:
         return np.zeros((0, 0))
     d = strains.values(q)
+    if not np.any(change):
+        return d
     extrapolated: Array = d + (strains.derivative(q, d) @ change).reshape(d.shape)
     return extrapolated
 
@@ -245,7 +248,7 @@ def _solved(
         bordered[:nv, :nv], bordered[nv:inner, :nv], bordered[:nv, nv:inner] = K, B, B.T
         bordered[:nv, inner:end], bordered[inner:end, :nv], bordered[inner:end, inner:end] = Rz, Fq, Fz
         bordered[:end, end], bordered[end] = by_factor, row
-        return solve_scaled(csc_array(bordered), right)
+        return solve_scaled(_nonzeros(bordered), right)
     parts = [slice(0, nv), slice(nv, nv + len(rest.multipliers)), slice(nv + len(rest.multipliers), end)]
     of_q, by_q, of_z, rate_q, rate_z = (sparse(block) for block in blocks)
     last_column = [coo_array(by_factor[part, np.newaxis]) for part in parts]
@@ -263,13 +266,13 @@ def _solved(
 
 def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
     """Return the solution of sparse equations, rows and columns scaled alike; None if the equations are singular."""
-    sizes, of_column = np.abs(matrix.data), np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
+    sizes, of_column = np.abs(matrix.data), columns_of(matrix)
     largest_of_row, largest_of_column = np.zeros(matrix.shape[0]), np.zeros(matrix.shape[1])
     np.maximum.at(largest_of_row, matrix.indices, sizes)
     np.maximum.at(largest_of_column, of_column, sizes)
     rows, columns = _inverse_roots(largest_of_row), _inverse_roots(largest_of_column)
-    scaled = matrix.copy()
-    scaled.data = rows[matrix.indices] * matrix.data * columns[of_column]
+    data = rows[matrix.indices] * matrix.data * columns[of_column]
+    scaled = csc_array((data, matrix.indices, matrix.indptr), shape=matrix.shape)
     for shift in (0.0, _SHIFT):
         shifted = csc_array(scaled + shift * diags_array(np.ones(len(rows)))) if shift else scaled
         try:
@@ -279,6 +282,18 @@ def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
         if np.all(np.isfinite(result)):
             return result
     return None
+
+
+def columns_of(matrix: csc_array) -> NDArray[np.intp]:
+    """Return the columns of the stored entries of a matrix, (count,)."""
+    return np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
+
+
+def _nonzeros(matrix: Array) -> csc_array:
+    """Return a whole matrix as a sparse one, without SciPy's way by triples, which takes longer than the solution."""
+    columns, rows = np.nonzero(matrix.T)
+    ends = np.searchsorted(columns, np.arange(matrix.shape[1] + 1)).astype(np.int32)
+    return csc_array((matrix[rows, columns], rows.astype(np.int32), ends), shape=matrix.shape)
 
 
 def _inverse_roots(sizes: Array) -> Array:

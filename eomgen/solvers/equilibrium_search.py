@@ -30,7 +30,9 @@ from eomgen.solvers.statics import (
     moved,
     newton_step,
     share_of_turn,
+    told_if_interrupted,
     unbalanced,
+    uncoupled_blocks,
 )
 from eomgen.solvers.tangent_stiffness import canonical_direction
 
@@ -66,19 +68,20 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
         M is not positive definite at the start.
     """
     trail, pace = SearchTrail(statics, q, z), _MotionProgress()
-    while True:
-        if trail.arrived():
-            nudged = _nudged(statics, trail.point)
-            if nudged is None:
-                return trail.end(balanced=True)
-            pace.time = 0.0
-            trail.move(nudged)
-        if not trail.point.finite or trail.steps == MAX_MOTION_STEPS or pace.way > _FAR:
-            return trail.end(balanced=False)
-        reached = _step(statics, trail.point, pace, slower)
-        if reached is None:
-            return trail.end()
-        trail.step(reached)
+    with told_if_interrupted(trail, "a damped motion"):
+        while True:
+            if trail.arrived():
+                nudged = _nudged(statics, trail.point)
+                if nudged is None:
+                    return trail.end(balanced=True)
+                pace.time = 0.0
+                trail.move(nudged)
+            if not trail.point.finite or trail.steps == MAX_MOTION_STEPS or pace.way > _FAR:
+                return trail.end(balanced=False)
+            reached = _step(statics, trail.point, pace, slower)
+            if reached is None:
+                return trail.end()
+            trail.step(reached)
 
 
 @dataclass
@@ -122,7 +125,13 @@ class _LinearMotion:
         """Eigenvalues and eigenvectors of J; None if J is not symmetric (internal states, follower forces)."""
         if np.max(np.abs(self.J - self.J.T), initial=0.0) > _ASYMMETRY * np.max(np.abs(self.J), initial=0.0):
             return None
-        values, vectors = np.linalg.eigh(self.J)
+        blocks = uncoupled_blocks(self.J)
+        if not blocks:
+            values, vectors = np.linalg.eigh(self.J)
+            return values, vectors
+        values, vectors = np.zeros(len(self.J)), np.zeros(self.J.shape)
+        for block in blocks:
+            values[block[1][:, 0]], vectors[block] = np.linalg.eigh(self.J[block])
         return values, vectors
 
     def _phi(self, f: Array, time: float, order: int) -> Array:
@@ -265,16 +274,17 @@ def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
         M is not positive definite at the start.
     """
     trail, share = SearchTrail(statics, q, z), 1.0
-    while not trail.arrived():
-        point = trail.point
-        if not point.finite or trail.steps == MAX_STEPS:
-            return trail.end(balanced=False)
-        change = newton_step(point, unbalanced(point))
-        nearer, share = _part(statics, point, change, min(1.0, 4.0 * share, share_of_turn(statics, point, change)))
-        if nearer is None:
-            return trail.end(balanced=False)
-        trail.step(nearer)
-    return trail.end(balanced=True)
+    with told_if_interrupted(trail, "Newton's steps"):
+        while not trail.arrived():
+            point = trail.point
+            if not point.finite or trail.steps == MAX_STEPS:
+                return trail.end(balanced=False)
+            change = newton_step(point, unbalanced(point))
+            nearer, share = _part(statics, point, change, min(1.0, 4.0 * share, share_of_turn(statics, point, change)))
+            if nearer is None:
+                return trail.end(balanced=False)
+            trail.step(nearer)
+        return trail.end(balanced=True)
 
 
 def _part(statics: Statics, point: SearchPoint, change: Array, share: float) -> tuple[SearchPoint | None, float]:

@@ -269,20 +269,24 @@ def by_load_steps(statics: LoadedStatics, start: LoadedState, limits: StepLimits
     held = _held(statics, start)
     point = first_point(held, replace(start, s=0.0), 1.0)
     path, left_along, part = [point.rest.q], None, np.inf
-    while point.rest.s != 1.0:
-        for reached in follow(held, point, 1.0, limits, part):
-            before, point = point, reached
-            path.append(point.rest.q)
-            if point.way > _FAR:
-                raise PathEndError("displacements grow without more load: nothing opposes them", point)
-            if len(path) > MAX_STEPS:
-                raise PathEndError(f"{MAX_STEPS} steps are not enough", point)
-            branch = stable_branch(held, point.rest, before.direction) if stable else None
-            if branch is not None:
-                left_along = branch.left_along if left_along is None else left_along
-                path += branch.path
-                point, part = replace(first_point(held, branch.rest, 1.0), way=point.way), _CLOSE
-                break
+    try:
+        while point.rest.s != 1.0:
+            for reached in follow(held, point, 1.0, limits, part):
+                before, point = point, reached
+                path.append(point.rest.q)
+                if point.way > _FAR:
+                    raise PathEndError("displacements grow without more load: nothing opposes them", point)
+                if len(path) > MAX_STEPS:
+                    raise PathEndError(f"{MAX_STEPS} steps are not enough", point)
+                branch = stable_branch(held, point.rest, before.direction) if stable else None
+                if branch is not None:
+                    left_along = branch.left_along if left_along is None else left_along
+                    path += branch.path
+                    point, part = replace(first_point(held, branch.rest, 1.0), way=point.way), _CLOSE
+                    break
+    except KeyboardInterrupt as stop:
+        stop.add_note(f"load steps had come to {100.0 * point.rest.s:.3g} % of the loads, in {len(path) - 1} steps")
+        raise
     return LoadSteps(point.rest, path, left_along)
 
 

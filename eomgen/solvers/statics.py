@@ -11,14 +11,19 @@ on the way.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array, csr_array
+from scipy.sparse.csgraph import connected_components
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.lie.product import Factor, update
+from eomgen.solvers.bordered_newton import Matrix, whole
 
 #: Largest turn of a step, rad.
 LARGEST_TURN = 0.5
@@ -32,6 +37,8 @@ SOFT = 1e-11
 #: scene's length.
 _POLISHES, _POLISH = 5, 1e-3
 _EPSILON = float(np.finfo(float).eps)
+#: Part of nonzeros of an inertia matrix, and number of components, up to which the matrix counts as whole.
+_SPARSE, _FEW = 0.1, 64
 
 
 @dataclass(frozen=True)
@@ -231,16 +238,30 @@ class SearchTrail:
         return Search(last, self._largest.balanced(last) if balanced is None else balanced, self.steps, self._path)
 
 
+@contextlib.contextmanager
+def told_if_interrupted(trail: SearchTrail, way: str) -> Iterator[None]:
+    """Add to a KeyboardInterrupt how far a search has come, as a note."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        left = float(np.max(np.abs(trail.point.acceleration), initial=0.0))
+        stop.add_note(
+            f"the search for an equilibrium by {way} had {trail.steps} steps; the largest unbalanced acceleration there"
+            f" is {left:.3g} m/s^2 or rad/s^2"
+        )
+        raise
+
+
 def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
     """Return forces and stiffness at rest at q, z. Raises numpy.linalg.LinAlgError if M is not positive definite."""
     q = statics.followed(q)
     M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
-    L = np.linalg.cholesky(M)
-    inverse: Array = np.linalg.inv(L)
+    inverse = inverse_root(M)
     B = B0 @ inverse.T
     violation = statics.constraint(q)
     r0 = statics.residual(q, np.zeros(len(B)), z)
-    free, spread = np.eye(len(L)), np.zeros((len(L), 0))
+    free: Array | None = None
+    spread = np.zeros((len(M), 0))
     lam = np.zeros(len(B))
     if len(B):
         U, sigma, Vt = np.linalg.svd(B)
@@ -248,7 +269,8 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
         free, spread = Vt[rank:].T, (Vt[:rank].T / sigma[:rank]) @ U[:, :rank].T
         lam = -spread.T @ (inverse @ r0)
     residual = r0 + B0.T @ lam
-    basis = inverse.T @ free
+    across: Any = inverse.T if free is None else np.asarray(inverse.T @ free)
+    basis = whole(across)
     K = statics.stiffness(q, lam, z)
     by_z, rate_q, rate_z = statics.couplings(q, z)
     aimed = np.zeros(len(B))
@@ -261,17 +283,52 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
         lam,
         residual,
         basis,
-        basis.T @ M,
+        np.asarray(across.T @ M),
         basis.T @ residual,
-        basis.T @ K @ basis,
+        np.asarray(across.T @ K @ across),
         violation,
         inverse.T @ (spread @ aimed),
         statics.rates(q, z),
         (basis.T @ by_z, rate_q @ basis, rate_z),
-        few * float(np.linalg.norm(np.abs(inverse) @ (np.abs(K) @ sizes + np.abs(by_z) @ np.abs(z)))),
+        few * float(np.linalg.norm(abs(inverse) @ (np.abs(K) @ sizes + np.abs(by_z) @ np.abs(z)))),
         few * (np.abs(rate_q) @ sizes + np.abs(rate_z) @ np.abs(z)),
         np.where(row_sizes > 0.0, row_sizes, statics.length),
     )
+
+
+def inverse_root(M: Array) -> Matrix:
+    """Return L^-1 of M = L L^T, sparse if M has many blocks that are not coupled, as of bodies without joints.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        M is not positive definite.
+    """
+    blocks = uncoupled_blocks(M)
+    if not blocks:
+        inverse: Array = np.linalg.inv(np.linalg.cholesky(M))
+        return inverse
+    data = np.concatenate([np.linalg.inv(np.linalg.cholesky(M[block])).ravel() for block in blocks])
+    rows, columns = (
+        np.concatenate([np.broadcast_to(block[side], M[block].shape).ravel() for block in blocks]) for side in (0, 1)
+    )
+    return csc_array((data, (rows, columns)), shape=M.shape)
+
+
+def uncoupled_blocks(M: Array) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Return the places of all diagonal blocks of a matrix that are not coupled, rows (blocks, size, 1) and columns
+    (blocks, 1, size) by size; none if the matrix is small, or one block."""
+    n = len(M)
+    if n <= _FEW or np.count_nonzero(M) > _SPARSE * n * n:
+        return []
+    count, labels = connected_components(csr_array(M), directed=False)
+    if count == 1:
+        return []
+    order = np.argsort(labels, kind="stable")
+    sizes = np.bincount(labels)
+    starts = np.cumsum(sizes) - sizes
+    every = [order[starts[sizes == size][:, np.newaxis] + np.arange(size)] for size in sorted(set(sizes.tolist()))]
+    return [(members[:, :, np.newaxis], members[:, np.newaxis, :]) for members in every]
 
 
 def newton_step(point: SearchPoint, right: Array) -> Array:

@@ -20,7 +20,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, sparse
+from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, columns_of, sparse
 
 #: Largest number of rows for a dense factorization.
 _WHOLE = 600
@@ -80,12 +80,14 @@ class TangentStiffness:
     def bordered(self) -> csc_array:
         """[[K, B^T], [B, 0]] after a symmetric positive scaling, which keeps the signs of the eigenvalues."""
         matrix = csc_array(block_array([[self.K, self.B.T], [self.B, None]], format="csc"))
-        scale = np.ones(matrix.shape[0])
-        size = abs(matrix)
+        scale, rows, columns = np.ones(matrix.shape[0]), matrix.indices, columns_of(matrix)
+        size = np.abs(matrix.data)
         for _ in range(_SWEEPS):
-            largest = np.asarray((diags_array(scale) @ size @ diags_array(scale)).max(axis=1).toarray()).ravel()
+            largest = np.zeros(len(scale))
+            np.maximum.at(largest, rows, scale[rows] * size * scale[columns])
             scale = scale / np.sqrt(np.where(largest > 0.0, largest, 1.0))
-        return csc_array(diags_array(scale) @ matrix @ diags_array(scale))
+        matrix.data = scale[rows] * matrix.data * scale[columns]
+        return matrix
 
     @cached_property
     def negative(self) -> int:

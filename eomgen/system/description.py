@@ -7,11 +7,10 @@ evaluated when a run starts or fails, and geometry to draw. The back end does no
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass, field
@@ -185,12 +184,7 @@ class ElementStiffness:
         Strains are changes of the logarithm of the relative pose. Forces and moments vary along an element: see
         ``mechanics.forces.cosserat_beams``; the flexibility is S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape.
         """
-        result = []
-        for kept, flexibility, within, length in self._flexibilities(values):
-            stiffness = np.zeros((6, 6))
-            stiffness[kept] = np.linalg.inv((flexibility + within)[kept]) / length
-            result.append(stiffness)
-        return np.array(result)
+        return np.array([stiffness for stiffness, _ in self._of_elements(values)])
 
     def bending_within(self, values: Mapping[str, float], forces: Array) -> Array:
         """Return deflections within elements, (elements,), relative to the lengths of elements: Q l^2 / 12 EI for a
@@ -202,20 +196,33 @@ class ElementStiffness:
         ----------
         forces : (elements, 6) section forces by the matrices
         """
-        bends = [within @ force for (_, _, within, _), force in zip(self._flexibilities(values), forces, strict=True)]
+        bends = [within @ force for (_, within), force in zip(self._of_elements(values), forces, strict=True)]
         return np.asarray(np.linalg.norm(np.array(bends)[:, 3:], axis=1))
 
-    def _flexibilities(
-        self, values: Mapping[str, float]
-    ) -> Iterator[tuple[tuple[NDArray[np.intp], ...], Array, Array, float]]:
-        """Yield for each element the entries of strains that the beam has, S^-1, l^2/12 ad S^-1 ad^T and l."""
+    def _of_elements(self, values: Mapping[str, float]) -> list[tuple[Array, Array]]:
+        """Return of each element the stiffness and l^2/12 ad S^-1 ad^T, evaluated once for equal elements."""
+        made: dict[object, tuple[Array, Array]] = {}
+        result = []
         for rows, length, twist in zip(self.stiffness, self.lengths, self.twists, strict=True):
-            section = np.array([[evaluate(entry, lambda symbol: values[symbol.name]) for entry in row] for row in rows])
-            kept = np.ix_(*2 * [np.flatnonzero(np.any(section != 0.0, axis=1))])
-            flexibility = np.zeros((6, 6))
-            flexibility[kept] = np.linalg.inv(section[kept])
-            along = numeric.bracket_matrix(SE3, np.array(twist) / length)
-            yield kept, flexibility, length**2 / 12.0 * along @ flexibility @ along.T, length
+            key = id(rows), length, twist
+            if key not in made:
+                made[key] = _of_element(rows, length, twist, values)
+            result.append(made[key])
+        return result
+
+
+def _of_element(
+    rows: Sequence[Sequence[Formula]], length: float, twist: Sequence[float], values: Mapping[str, float]
+) -> tuple[Array, Array]:
+    """Return the stiffness of an element and l^2/12 ad S^-1 ad^T."""
+    section = np.array([[evaluate(entry, lambda symbol: values[symbol.name]) for entry in row] for row in rows])
+    kept = np.ix_(*2 * [np.flatnonzero(np.any(section != 0.0, axis=1))])  # strains that the beam has
+    flexibility, stiffness = np.zeros((6, 6)), np.zeros((6, 6))
+    flexibility[kept] = np.linalg.inv(section[kept])
+    along = numeric.bracket_matrix(SE3, np.array(twist) / length)
+    within = length**2 / 12.0 * along @ flexibility @ along.T
+    stiffness[kept] = np.linalg.inv((flexibility + within)[kept]) / length
+    return stiffness, within
 
 
 @dataclass(frozen=True)

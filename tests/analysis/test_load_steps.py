@@ -3,7 +3,7 @@ elements."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -12,12 +12,18 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import eomgen
+from eomgen.analysis import equilibrium
 from eomgen.analysis.loaded_statics import ElementStrains
 from eomgen.analysis.sparse_partials import dense, sparse_partials
+from eomgen.analysis.state_warnings import SceneMeasures
+from eomgen.compiled.functions import Functions
 from eomgen.errors import NumericalError
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Formula, Symbol
 from eomgen.lie.product import update
 from eomgen.pipeline.model import Model
 from eomgen.solvers.bordered_newton import whole
+from eomgen.solvers.statics import examine
 from eomgen.system.sparsity import packed_places, unpacked_places
 from tests.mechanics.test_cosserat_beams import elastica
 from tests.models.cosserat import ROLL_UP, beam_scene
@@ -112,6 +118,21 @@ def test_an_element_that_would_turn_by_half_a_turn_ends_load_steps_with_its_name
         beam.equilibrium(parameters={"torque": 9.0 * np.pi * EI / LENGTH})
 
 
+def test_equal_elements_are_evaluated_once(beam: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 36 formulas each."""
+    formulas: list[object] = []
+
+    def counted(formula: Formula, value_of: Callable[[Symbol], float]) -> float:
+        formulas.append(formula)
+        return evaluate(formula, value_of)
+
+    monkeypatch.setattr("eomgen.system.description.evaluate", counted)
+    (elements,) = beam.description.element_stiffness
+    matrices = elements.matrices(beam.description.values({"factor": 3.0}))
+    assert len(formulas) == 36
+    assert matrices.shape == (8, 6, 6) and np.all(matrices == matrices[0])
+
+
 def test_section_forces_have_the_geometric_part_of_the_tangent(beam: Model, rng: np.random.Generator) -> None:
     parameters = beam.parameter_array({"factor": 3.0})
     given: dict[str, Any] = {"t": 0.0, "parameters": parameters, "base": None}
@@ -150,6 +171,29 @@ def test_small_scenes_rest_by_whole_matrices_as_large_ones_by_sparse_ones(
     assert np.max(np.abs(by_whole.q - model.initial_q)) > 0.1
     np.testing.assert_allclose(by_whole.q, by_sparse.q, atol=1e-9)
     np.testing.assert_allclose(by_whole.multipliers, by_sparse.multipliers, atol=1e-7)
+
+
+def test_a_point_of_a_search_evaluates_the_partials_once_for_all_matrices(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = eomgen.build(
+        beam_scene(12, {"force": [0.0, 0.0, "load"], "axes": "body"}, {"stiffness": ROLL_UP}), profile="quick"
+    )
+    measures = SceneMeasures(model, model.parameter_array({}), 0.0, None)
+    statics = equilibrium._statics(model, measures, model.initial_q, None, np.zeros(model.nv))
+    calls: list[str] = []
+    evaluated = Functions.__call__
+
+    def counted(functions: Functions, name: str, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
+        calls.append(name)
+        return evaluated(functions, name, blocks)
+
+    monkeypatch.setattr(Functions, "__call__", counted)
+    point = examine(statics, model.initial_q, np.zeros(0))
+    assert calls == ["iteration", "residual"]
+    state = model.initial_q, np.zeros(model.nv), np.zeros(model.nv), np.zeros(0), point.lam
+    given = {"t": 0.0, "parameters": measures.p, "base": None}
+    partials = sparse_partials(model, *state, given)
+    assert np.array_equal(point.dual, point.basis.T @ dense(partials.M))
+    assert np.array_equal(point.stiffness, point.basis.T @ dense(partials.K) @ point.basis)
 
 
 def test_places_of_nonzeros_survive_as_text(rng: np.random.Generator) -> None:

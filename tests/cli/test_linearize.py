@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ import pytest
 import eomgen
 from eomgen.base.files import read_arrays
 from eomgen.cli import main
+from eomgen.solvers import equilibrium_search
 
 QUARTER_CAR = str(Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml")
 TOP = """\
@@ -97,6 +99,29 @@ def test_ctrl_c_is_one_line(
     assert main([verb, QUARTER_CAR, *more]) == 130
     told = capsys.readouterr()
     assert (told.out, told.err.strip()) == ("", "interrupted")  # on a line of its own, behind the ^C of a terminal
+
+
+@pytest.mark.parametrize("words", [["equilibrium"], ["linearize"]])
+def test_an_interrupted_search_tells_how_far_it_has_come(
+    words: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    step, calls = equilibrium_search._step, []
+
+    def interrupted(*given: Any) -> Any:
+        calls.append(given)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return step(*given)
+
+    monkeypatch.setattr(equilibrium_search, "_step", interrupted)
+    assert main([*words, QUARTER_CAR, "--t", "30"]) == 130
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert re.fullmatch(
+        r"interrupted: the search for an equilibrium by a damped motion had 2 steps; the largest unbalanced"
+        r" acceleration there is \d+\.\d+ m/s\^2 or rad/s\^2",
+        told.err.strip(),
+    )
 
 
 @pytest.mark.long
