@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import islice
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.beam_axes import beam_axes
@@ -257,7 +258,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         facts=facts,
         kept=kept,
         dropped=dropped,
-        notes=(*scene.notes, *overshoots(scene.curves)),
+        notes=(*scene.notes, *overshoots(scene.curves), *_overshoots_of_parts(scene)),
         events=event_rows(derivation) if scene.events else (),
         modes=modes(derivation),
         sampled=sample_rows(derivation),
@@ -353,3 +354,9 @@ def _pruned(derivation: Derivation, function: Function, used: Collection[str], t
     }
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs and not absent.get(block, False))
     return Function(function.name, function.description, inputs, function.outputs)
+
+
+def _overshoots_of_parts(scene: Scene) -> list[str]:
+    """Return the first note on splines that overshoot of each entry of other sections, such as maps."""
+    entries = [entry for part in scene.parts.values() for entry in part]
+    return [note for entry in entries for note in islice(overshoots(getattr(entry, "profiles", ())), 1)]

@@ -396,3 +396,14 @@ def test_a_curve_from_python() -> None:
     data["joints"] = {"rail": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0]}}
     data["inputs"] = {"push": {"points": [[0, 0], [1, 5]]}}
     assert len(from_data(data).curves) == 1
+
+
+def test_arguments_labelled_in_degrees_are_told_how_to_write_them() -> None:
+    """The remedy ``argument_unit = "rad"`` alone would make radians of 90 degrees."""
+    curve = {"points": [[0, 0], [90, 1], [360, 0]], "outside": "periodic", "argument_unit": "deg"}
+    with pytest.raises(DescriptionError) as raised:
+        from_data({"format": 1, "name": "cam", "curves": {"lift": curve}})
+    hint = (
+        '; try: argument_unit = "rad", or no argument_unit; numbers in deg have their unit in the points, "3 deg", or'
+    )
+    assert hint in str(raised.value)

@@ -264,7 +264,16 @@ def test_netcdf_files_are_scaled_turned_and_without_missing_values(tmp_path: Pat
         packed = file.createVariable("z", "i", ("y", "x"))
         packed[:] = (z.T - 1.0) * 2.0
         packed.scale_factor, packed.add_offset = 0.5, 1.0
+        file.variables["x"].units = "rpm"
+        file.variables["y"].units = "degrees east"
+        file.variables["z"].units = "N m"
     table = {"file": "grid.nc", "x": "x", "y": "y", "value": "z"}
+    notes = [note for note in eomgen.load(_file(tmp_path, table)).notes if note.startswith("maps.")]
+    text = (
+        "maps.torque.table.x: the numbers of the column 'x [rpm]' are taken in SI without a conversion; try: x_unit = "
+    )
+    assert notes == [f'{text}"rpm"']
+    assert not [note for note in eomgen.load(_file(tmp_path, {**table, "x_unit": "rpm"})).notes if "taken" in note]
     assert np.array_equal(eomgen.load(_file(tmp_path, table)).parts["maps"][0].z, z)
     with netcdf_file(tmp_path / "grid.nc", "a") as file:
         file.variables["x"][1] = np.nan
@@ -430,3 +439,55 @@ def test_files_and_units_that_do_not_fit(
     with pytest.raises(DescriptionError) as raised:
         eomgen.load(_file(tmp_path, {"file": "grid.csv", **table}))
     assert message in str(raised.value)
+
+
+def test_a_table_in_the_layout_of_a_matrix_is_told(tmp_path: Path) -> None:
+    (tmp_path / "grid.csv").write_text(",0,12,24\n-100,1,4,6\n0,0,3,6\n100,-1,2,5\n", encoding="utf-8")
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(_file(tmp_path, {"file": "grid.csv"}))
+    assert "; try: a row x, y, value for each node: a first row of numbers is of a matrix" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("unit", "fits"), [("N m", False), ("lbf", False), ("N", True), ("kg m/s^2", True), ("", True)]
+)
+def test_labels_of_converted_values_have_their_unit(unit: str, *, fits: bool, tmp_path: Path) -> None:
+    write(tmp_path / "grid.csv", SMALL)
+    file = _file(tmp_path, {"file": "grid.csv", "value_unit": "lbf"})
+    file.write_text(
+        file.read_text().replace('outside = "hold"', f'outside = "hold", unit = "{unit}"'), encoding="utf-8"
+    )
+    if fits:
+        assert eomgen.load(file).parts["maps"][0].z[0, 0] == pytest.approx(4.4482216152605)
+        return
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(file)
+    fault = f"(maps.torque.unit): its values are in N, and the label '{unit}' says otherwise; try: unit = "
+    assert f'{fault}"N", or no unit' in str(raised.value)
+
+
+def test_surfaces_that_overshoot_are_noted_once() -> None:
+    entry = {"x": [-1, 0, 0.01, 1], "y": [-10, 10], "values": [[0, 0], [0, 0], [1, 1], [1, 1]], "outside": "hold"}
+    notes = [note for note in eomgen.derive(scene(entry)).notes if "the spline is" in note]
+    assert len(notes) == 1 and notes[0].startswith("map.torque along x at y = -10: the spline is ")
+    assert not [note for note in eomgen.derive(scene()).notes if "the spline is" in note]
+    linear = scene({**entry, "interpolation": "linear"})
+    assert not [note for note in eomgen.derive(linear).notes if "the spline is" in note]
+    turned = {"x": entry["y"], "y": entry["x"], "values": np.array(entry["values"]).T.tolist(), "outside": "hold"}
+    notes = [note for note in eomgen.derive(scene(turned)).notes if "the spline is" in note]
+    assert len(notes) == 1 and notes[0].startswith("map.torque along y at x = -10: the spline is ")
+
+
+@pytest.mark.parametrize(
+    ("end", "effort", "noted"),
+    [(360.0, "map.torque(q.axle, 0)", True), (6.0, "map.torque(q.axle, 0)", False), (360.0, "map.torque(t, 0)", False)],
+)
+def test_periods_of_angles_in_degrees_are_noted(end: float, effort: str, *, noted: bool) -> None:
+    values = [[0, 1, 0], [1, 2, 1], [0, 1, 0]]
+    entry = {"x": [0, end / 3, end], "y": [-1, 0, 1], "values": values, "outside": "periodic"}
+    loaded = eomgen.load(scene(entry, efforts={"drag": {"joint": "axle", "effort": effort}}, outputs={}))
+    text = (
+        'efforts.drag.effort: map.torque along x has a period of 360 rad; try: the unit of degrees: "90 deg" in points,'
+    )
+    notes = [note for note in loaded.notes if "has a period" in note]
+    assert [note[: len(text)] for note in notes] == [text] * noted

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
@@ -14,7 +15,7 @@ from pydantic import Field
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import counted, key_of, listed, shown
-from eomgen.formula.units.parser import read_unit
+from eomgen.formula.units.parser import dimension_of, read_unit
 from eomgen.products.maps.surface import Surface
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Numbers, Unit
@@ -111,9 +112,9 @@ class _Grid:
             )
             self.report.add(self.key, text, "every second node, or the part that is needed")
             return None
-        if self.entry.outside == "periodic" and not _closes(z):
-            hint = "the first values again at the end of each axis"
-            self.report.add(self.key, "the values of a periodic map differ between the first and the last node", hint)
+        if self.entry.outside == "periodic" and (axes := _open_axes(z)):
+            text = f"the values of a periodic map differ between the first and the last node along {listed(axes)}"
+            self.report.add(self.key, text, "the first values again at the end of each axis")
             return None
         return Surface(self.name, x, y, z, self.entry.interpolation, self.entry.outside, self._units())
 
@@ -126,6 +127,10 @@ class _Grid:
         from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # imports pint
 
         x, y, value = (coherent(read_unit(unit)) if unit.strip() else "" for unit in units)
+        label = dimension_of(self.entry.unit)
+        if value and label and (label != dimension_of(value) or not is_in_si(self.entry.unit)):
+            fault = f"its values are in {value}, and the label {shown(self.entry.unit)} says otherwise"
+            self.report.add(f"{self.key}.unit", fault, f'unit = "{value}", or no unit')
         return x, y, value or self.entry.unit
 
     def _listed(self) -> tuple[Array, Array, Array] | None:
@@ -212,6 +217,8 @@ class _Grid:
                 f" x = {x[hole[0]]:.9g}, y = {y[hole[1]]:.9g}"
             )
             hint = "a row for each pair of the values of x and y that occur"
+            if any(map(_is_number, titles)):
+                hint = "a row x, y, value for each node: a first row of numbers is of a matrix"
             for axis, nodes in (("x", x), ("y", y)):
                 near = int(np.argmin([*np.diff(nodes), np.inf]))
                 if len(nodes) > 2 and nodes[near + 1] - nodes[near] < _SAME * (nodes[-1] - nodes[0]):
@@ -223,10 +230,18 @@ class _Grid:
         return (x, y, z), titles
 
 
-def _closes(z: Array) -> bool:
-    """Return whether first and last values along both axes are equal, within rounding of the largest value."""
+def _open_axes(z: Array) -> list[str]:
+    """Return the axes along which first and last values differ by more than rounding of the largest value."""
     rounding = 1e-9 * float(np.max(np.abs(z)))
-    return bool(np.max(np.abs(z[0] - z[-1])) <= rounding and np.max(np.abs(z[:, 0] - z[:, -1])) <= rounding)
+    ends = {"x": z[0] - z[-1], "y": z[:, 0] - z[:, -1]}
+    return [axis for axis, change in ends.items() if np.max(np.abs(change)) > rounding]
+
+
+def _is_number(title: str) -> bool:
+    try:
+        return bool(title) and math.isfinite(float(title))
+    except ValueError:
+        return False
 
 
 def _opened(path: Path) -> Any:

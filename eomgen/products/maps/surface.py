@@ -23,6 +23,9 @@ from eomgen.formula.recording import curve_at
 from eomgen.formula.words import Signature, Word
 from eomgen.symbolic.scalar import Algebra, Scalar
 
+#: Lines of a grid whose splines are looked at for notes.
+_PROFILES = 50
+
 
 @dataclass(frozen=True, eq=False)
 class Surface:
@@ -80,6 +83,24 @@ class Surface:
                 ),
             )
             for place, (line, unit) in enumerate(zip(lines, units, strict=True), 1)
+        )
+
+    @cached_property
+    def profiles(self) -> tuple[Curve, ...]:
+        """Splines through the values along lines of the grid, in both directions; some of many lines."""
+        return tuple(
+            Curve(
+                f"map.{self.name} along {axis} at {other} = {across[place]:.6g}",
+                along,
+                values[place],
+                self.interpolation,
+                self.outside,
+            )
+            for axis, other, along, across, values in (
+                ("x", "y", self.x, self.y, self.z.T),
+                ("y", "x", self.y, self.x, self.z),
+            )
+            for place in range(0, len(across), 1 + len(across) // _PROFILES)
         )
 
     def curves(self, arguments: tuple[Formula, ...]) -> tuple[Application, ...]:

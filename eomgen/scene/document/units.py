@@ -12,7 +12,15 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import key_of, shown
-from eomgen.formula.units.parser import Factors, QuantityWithUnit, UnitError, is_quantity, read_quantity, read_unit
+from eomgen.formula.units.parser import (
+    Factors,
+    QuantityWithUnit,
+    UnitError,
+    dimension_of,
+    is_quantity,
+    read_quantity,
+    read_unit,
+)
 from eomgen.formula.units.table import names
 from eomgen.scene.document.schema import document_for
 from eomgen.scene.formula.namespaces import IncludedText
@@ -80,7 +88,10 @@ class ColumnUnits:
         except UnitError:
             pass
         fault = f"its {column}s are in {unit}, and the label {shown(label)} says otherwise"
-        return fault, f'{word} = "{unit}", or no {word}'
+        hint = f'{word} = "{unit}", or no {word}'
+        if dimension_of(label) == dimension_of(unit):
+            hint += f'; numbers in {label.strip()} have their unit in the points, "3 {label.strip()}", or in a table'
+        return fault, hint
 
 
 def columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | None:

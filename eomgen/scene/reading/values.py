@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, Vector
@@ -29,6 +30,8 @@ from eomgen.scene.reading.requirements import BOUNDS, Row, bound_of
 from eomgen.scene.rotations import Rotation, is_rotation, rows, sequence, snapped_rotation, unit_axis
 from eomgen.system.description import BASE, WORLD, Requirement, Rule
 
+#: Periods of angles in degrees.
+_PERIODS_IN_DEGREES = (90.0, 120.0, 180.0, 360.0, 720.0)
 #: Whole numbers from which on an angle is more than a turn.
 _TURN = 7.0
 _OF_ANGLES = ("sin", "cos", "tan")
@@ -141,6 +144,7 @@ class Values:
             return UNKNOWN
         self.note(f"{key}: {text}" for text in plain_degrees(formula))
         self._check_arguments(key, formula)
+        self.note(dict.fromkeys(self._periods_in_degrees(key, formula)))
         if terms := disagreement(formula, self.names):
             self.note([f"{key}: {terms.text}; try: {FACTOR}"])
         elif unit := self.units.get(key):
@@ -190,6 +194,15 @@ class Values:
             if unit_fault(given, read_unit(given), unit) is not None:
                 fault = f"{argument} is in {unit} by its own entry, and is given here in {given}"
                 self.report.add(key, fault, f"the argument in {unit}, or another unit in that entry")
+
+    def _periods_in_degrees(self, key: str, formula: Formula) -> Iterator[str]:
+        """Yield notes on periodic curves and maps of angles in rad whose period is a number of degrees."""
+        for used in applications(formula):
+            curve, name = used.curve, used.curve.name.partition(", line ")[0]
+            period = curve.end - curve.start if isinstance(curve, Curve) and curve.outside == "periodic" else 0.0
+            if period in _PERIODS_IN_DEGREES and unit_of(used.argument, self.names) == "rad":
+                hint = 'the unit of degrees: "90 deg" in points, argument_unit or x_unit = "deg" in a table'
+                yield f"{key}: {name} has a period of {period:g} rad; try: {hint}"
 
     def _along(self, scope: Scope) -> Scope:
         return scope if self.place is None else ALONG_A_BEAM.get(scope, scope)
