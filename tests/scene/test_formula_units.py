@@ -198,8 +198,8 @@ def notes(folder: Path, effort: str, more: str = "") -> list[str]:
         (
             "map.m(q.x, v.x) - push",
             MAP.replace("UNIT", "lbf"),
-            'maps.m.unit: its unit lbf is a label, so formulas take its numbers as they are; try: value_unit = "lbf" in'
-            " a table, or a factor in the formula",
+            'maps.m.unit: its unit lbf is a label, so formulas take its numbers as they are; try: value_unit = "lbf",'
+            " which converts the values",
         ),
         (
             "pull(q.x) - push",

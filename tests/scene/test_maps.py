@@ -462,7 +462,7 @@ def test_labels_of_converted_values_have_their_unit(unit: str, *, fits: bool, tm
         return
     with pytest.raises(DescriptionError) as raised:
         eomgen.load(file)
-    fault = f"(maps.torque.unit): its values are in N, and the label '{unit}' says otherwise; try: unit = "
+    fault = f"(maps.torque.unit): the values are in N, and the label '{unit}' says otherwise; try: unit = "
     assert f'{fault}"N", or no unit' in str(raised.value)
 
 

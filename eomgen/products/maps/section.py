@@ -129,7 +129,7 @@ class _Grid:
         x, y, value = (coherent(read_unit(unit)) if unit.strip() else "" for unit in units)
         label = dimension_of(self.entry.unit)
         if value and label and (label != dimension_of(value) or not is_in_si(self.entry.unit)):
-            fault = f"its values are in {value}, and the label {shown(self.entry.unit)} says otherwise"
+            fault = f"the values are in {value}, and the label {shown(self.entry.unit)} says otherwise"
             self.report.add(f"{self.key}.unit", fault, f'unit = "{value}", or no unit')
         return x, y, value or self.entry.unit
 
