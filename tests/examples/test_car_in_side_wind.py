@@ -197,7 +197,7 @@ def test_the_car_is_the_car_by_hand() -> None:
 def test_its_c_stands_alone_and_gives_the_rows_of_the_run(tmp_path: Path) -> None:
     eomgen.generate(SCENE, tmp_path)
     command = json.loads((tmp_path / "manifest.json").read_text(encoding="utf-8"))["compile"]
-    subprocess.run(f"{command} -Wall -Wextra -Werror", shell=True, cwd=tmp_path, check=True)
+    subprocess.run(f"{command} -Wall -Wextra -Wpedantic -Werror", shell=True, cwd=tmp_path, check=True)
     printed = subprocess.run(["./car_in_side_wind", "0.2"], cwd=tmp_path, check=True, capture_output=True, text=True)
     rows = np.array([line.split(",")[1:6] for line in printed.stdout.splitlines()[1:]], dtype=float)
     run = eomgen.build(SCENE, profile="reproducible").simulate(0.2)
