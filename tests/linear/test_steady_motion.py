@@ -5,13 +5,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 import eomgen
 from eomgen import ModelError, NumericalError, UsageError
+from eomgen.analysis import steady_motion
 
 MASS, REACH, ACROSS, ALONG, G = 1.3, 0.25, 0.12, 0.03, 9.81  # of the top; ACROSS about the fixed point
 
@@ -249,3 +251,31 @@ def test_a_blade_turns_steadily_however_slowly() -> None:
         motion = model.steady_motion({"hub": speed})
         expected = np.where([name == "v.hub" for name in model.v_names], speed, 0.0)
         np.testing.assert_allclose(motion.v, expected, rtol=1e-12, atol=0.0)
+
+
+@pytest.mark.parametrize(
+    ("columns", "named"),
+    [
+        ([1.0, 1e-6, 1e3], []),  # a weak condition is one
+        ([1.0, 0.0, 1e3], ["b"]),
+        ([1.0, 2e-8, 1e3], []),
+        ([0.0, 1.0, 0.0], ["a", "c"]),
+    ],
+)
+def test_unknowns_without_a_condition_are_named(
+    columns: list[float], named: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three coordinates, each of which enters one condition by a number."""
+    at = SimpleNamespace(
+        position=np.zeros(0), K=np.eye(3), C=np.zeros((3, 3)), **{name: np.zeros((0, 3)) for name in ("B", "Z", "Aq")},
+        **{name: np.zeros((0, 3)) for name in ("Fq", "Av", "Fv")},
+    )  # fmt: skip  # two lines
+    linear = SimpleNamespace(
+        across=np.eye(3), J=np.diag(columns), by_eta=np.zeros((3, 3)), by_g=np.zeros((3, 0)), at=at
+    )
+    monkeypatch.setattr(steady_motion, "linear_conditions", lambda *_: linear)
+    conditions = SimpleNamespace(
+        model=SimpleNamespace(nv=3, v_names=("v.a", "v.b", "v.c")), measured=lambda at, columns: (columns,)
+    )
+    search = SimpleNamespace(fields=(), state=None)
+    assert steady_motion._undetermined(cast(Any, conditions), cast(Any, search), cast(Any, None)) == named
