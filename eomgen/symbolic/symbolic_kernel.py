@@ -1,8 +1,9 @@
-"""Kernels from SymPy's expressions."""
+"""Kernels from SymPy's expressions, and modules that hold derived kernels, so that nothing else imports SymPy."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
 
 import sympy
 
@@ -45,3 +46,45 @@ def _step(node: sympy.Basic, operands: Sequence[int]) -> Step:
     if name is None:
         raise TypeError(f"a kernel cannot hold {type(node).__name__}")
     return name, *operands
+
+
+_HEAD = """# fmt: off
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from eomgen.symbolic.kernel import Kernel
+"""
+_WIDTH = 120
+
+
+def module_of(about: str, table: str, kernels: Mapping[str, Kernel]) -> str:
+    """Return the text of a module that holds kernels by name.
+
+    Parameters
+    ----------
+    about : docstring of the module
+    table : name of the mapping
+    """
+    text = f'"""{about}"""\n\n{_HEAD}\n{table}: Mapping[str, Kernel] = {{\n'
+    for name, kernel in kernels.items():
+        steps = _lines(f"{_tuple(map(json.dumps, step))}," for step in kernel.steps)
+        results = _tuple(map(str, kernel.results))
+        text += f'    "{name}": Kernel(\n        (\n{steps}        ),\n        {results},\n    ),\n'
+    return text + "}\n"
+
+
+def _tuple(entries: Iterable[str]) -> str:
+    """Return Python's text of a tuple."""
+    listed = list(entries)
+    return f"({', '.join(listed)}{',' * (len(listed) == 1)})"
+
+
+def _lines(items: Iterable[str]) -> str:
+    """Return items separated by spaces, in lines of limited width."""
+    lines, indent = [""], " " * 12
+    for item in items:
+        if lines[-1] and len(indent) + len(lines[-1]) + 1 + len(item) > _WIDTH:
+            lines.append("")
+        lines[-1] += f" {item}" if lines[-1] else item
+    return "".join(f"{indent}{line}\n" for line in lines)

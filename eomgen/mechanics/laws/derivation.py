@@ -15,13 +15,13 @@ here.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import sympy
 
 from eomgen.symbolic.kernel import Kernel
-from eomgen.symbolic.symbolic_kernel import kernel_of
+from eomgen.symbolic.symbolic_kernel import kernel_of, module_of
 
 
 def rotation() -> Kernel:
@@ -207,50 +207,13 @@ DERIVATIONS: Mapping[str, Callable[[], Kernel]] = {
     "kinetic_energy_of_relative_motion": relative_energy,
     "onset_of_contact": onset,
 }
-_HEAD = f'''"""Laws derived by SymPy, so that no build imports it: written by
+_ABOUT = f"""Laws derived by SymPy, so that no build imports it: written by
 ``{COMMAND}``."""
-
-# fmt: off
-from __future__ import annotations
-
-from collections.abc import Mapping
-
-from eomgen.symbolic.kernel import Kernel
-
-LAWS: Mapping[str, Kernel] = {{
-'''
-_WIDTH = 120
 
 
 def module() -> str:
     """Return the text of the module of all laws."""
-    text = _HEAD
-    for name, derive in DERIVATIONS.items():
-        kernel = derive()
-        steps = _lines(f"{_tuple(map(_quoted, step))}," for step in kernel.steps)
-        results = _tuple(map(str, kernel.results))
-        text += f'    "{name}": Kernel(\n        (\n{steps}        ),\n        {results},\n    ),\n'
-    return text + "}\n"
-
-
-def _quoted(entry: str | float) -> str:
-    return f'"{entry}"' if isinstance(entry, str) else repr(entry)
-
-
-def _tuple(entries: Iterable[str]) -> str:
-    """Return Python's text of a tuple."""
-    listed = list(entries)
-    return f"({', '.join(listed)}{',' * (len(listed) == 1)})"
-
-
-def _lines(items: Iterable[str]) -> str:
-    """Return items separated by spaces, in lines of limited width."""
-    lines, indent = [""], " " * 12
-    for item in items:
-        if lines[-1] and len(indent) + len(lines[-1]) + 1 + len(item) > _WIDTH:
-            lines.append("")
-        lines[-1] += f" {item}" if lines[-1] else item
-    return "".join(f"{indent}{line}\n" for line in lines)
+    return module_of(_ABOUT, "LAWS", {name: derive() for name, derive in DERIVATIONS.items()})
 
 
 if __name__ == "__main__":

@@ -16,14 +16,14 @@ Sources: Fouques, Krogstad and Myrhaug, JOMAE 128 (2006) 177; Nouguier, Chapron 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import sympy
 from sympy import Expr, Matrix, Rational, diff
 
 from eomgen.symbolic.kernel import Kernel
-from eomgen.symbolic.symbolic_kernel import kernel_of
+from eomgen.symbolic.symbolic_kernel import kernel_of, module_of
 
 COMMAND = "python -m eomgen.products.waves.second_order.derivation eomgen/products/waves/second_order/derived.py"
 LABELS = sympy.symbols("a b c", real=True)
@@ -227,39 +227,13 @@ def _hold(name: str, written: tuple[Expr, Expr], derived: tuple[Expr, Expr]) -> 
             raise ArithmeticError(f"{name} at the {where} of phases is not what the equations say")
 
 
-_HEAD = f'''"""Kernels of a pair of waves by SymPy, so that no run imports it: written by
+_ABOUT = f"""Kernels of a pair of waves by SymPy, so that no run imports it: written by
 ``{COMMAND}``."""
-
-# fmt: off
-from __future__ import annotations
-
-from collections.abc import Mapping
-
-from eomgen.symbolic.kernel import Kernel
-
-KERNELS: Mapping[str, Kernel] = {{
-'''
-_WIDTH = 120
 
 
 def module() -> str:
     """Return the text of the module of all kernels."""
-    text = _HEAD
-    for name, kernel in kernels().items():
-        steps = _lines(f"({', '.join(map(repr, step))}),".replace("'", '"') for step in kernel.steps)
-        results = ", ".join(map(str, kernel.results))
-        text += f'    "{name}": Kernel(\n        (\n{steps}        ),\n        ({results}),\n    ),\n'
-    return text + "}\n"
-
-
-def _lines(items: Iterable[str]) -> str:
-    """Return items separated by spaces, in lines of limited width."""
-    lines, indent = [""], " " * 12
-    for item in items:
-        if lines[-1] and len(indent) + len(lines[-1]) + 1 + len(item) > _WIDTH:
-            lines.append("")
-        lines[-1] += f" {item}" if lines[-1] else item
-    return "".join(f"{indent}{line}\n" for line in lines)
+    return module_of(_ABOUT, "KERNELS", kernels())
 
 
 if __name__ == "__main__":
