@@ -1,0 +1,205 @@
+"""Notes on doubtful values of scenes, on both sides of their limits: lengths beyond the scene, heavy bodies, delays of
+many samples, beams, springs, tyres."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from eomgen.formula.nodes import Number
+from eomgen.lie.numeric import rotation_matrix
+from eomgen.scene.document import doubtful_elements as elements
+from eomgen.scene.document import out_of_scale as scale
+from eomgen.scene.document.out_of_scale import _Arm
+from eomgen.scene.load import from_data
+
+VALUES = cast(Any, SimpleNamespace(value=lambda formula: formula.value, parameters={}))
+
+
+def arms(*lengths: float) -> list[_Arm]:
+    return [_Arm(f"points.p{k}.position", "the point", length, k != 3) for k, length in enumerate(lengths)]
+
+
+@pytest.mark.parametrize(
+    ("lengths", "far"),
+    [
+        ((100.0, 1.0, 0.5), 1),
+        ((99.9, 1.0, 0.5), 0),
+        ((500.0, 300.0, 1.0, 0.5), 2),
+        ((500.0, 300.0, 1.0), 0),  # two of three are not few
+        ((100.0, 1.0), 0),  # one length is no scale
+        ((100.0, 1.0, 0.9e-3), 0),  # nor are lengths below a millimetre
+        ((100.0, 1.0, 1e-3), 1),
+        ((), 0),
+    ],
+)
+def test_few_lengths_a_hundred_times_as_long_as_the_others_are_far(lengths: tuple[float, ...], far: int) -> None:
+    given = arms(*lengths)
+    assert scale._far(given) == given[:far]
+    assert scale._far(given[::-1]) == given[:far]
+
+
+def test_far_places_are_told_with_the_size_of_the_rest() -> None:
+    given = arms(500.0, 1.0, 2.0, 300.0)  # the last one does not move
+    assert scale._far_places([given[0], given[3]], given) == [
+        "points.p0.position: the point is 500 m from the body's origin, and all else is within 2 m; numbers without"
+        " a unit"
+        " are in m"
+    ]
+    assert scale._far_places([], given) == []
+
+
+@pytest.mark.parametrize(
+    ("key", "length", "well_known", "told"),
+    [
+        ("springs.s.length", 200.0, True, True),
+        ("springs.s.length", 199.0, True, False),
+        ("bodies.b.inertia", 20.0, True, True),
+        ("bodies.b.inertia", 19.9, True, False),
+        ("bodies.b.inertia", 20.0, False, False),
+        ("beams.b.rotary_inertia", 2.0, False, True),
+        ("beams.b.rotary_inertia", 1.9, False, False),
+        ("springs.s.length", math.inf, True, False),
+    ],
+)
+def test_lengths_beyond_the_scene_are_told(key: str, length: float, well_known: bool, told: bool) -> None:
+    notes = scale._too_long([(key, "the length", length, "m")], 2.0, well_known=well_known)
+    beside = f"{length:.3g} m, and the scene is no larger than 2 m"
+    assert notes == ([f"{key}: the length is {beside}; numbers without a unit are in m"] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("mass", "more", "told"),
+    [
+        (8_000.1 * 8.0, {}, True),
+        (8_000.0 * 8.0, {}, False),
+        (1e6, {"beam": object()}, False),
+        (1e6, {"node_of": "rope"}, False),
+    ],
+)
+def test_bodies_heavier_than_a_cube_of_steel_are_told(mass: float, more: dict[str, Any], told: bool) -> None:
+    body = SimpleNamespace(**{"name": "b", "mass": Number(mass), "beam": None, "node_of": "", **more})
+    notes = [*scale._too_heavy([cast(Any, body)], 2.0, VALUES)]
+    text = f"the mass is {mass:.6g} kg, and a cube of steel as large as the scene, 2 m, has less"
+    assert notes == ([f"bodies.b.mass: {text}; numbers without a unit are in kg"] if told else [])
+
+
+def body(name: str, mass: float, largest: float, node_of: str = "") -> Any:
+    inertia = tuple(Number(part) for part in (0.5 * largest, largest, 0.1, 0.0, 0.0, 0.0))
+    return SimpleNamespace(name=name, mass=Number(mass), inertia=inertia, beam=None, node_of=node_of)
+
+
+def test_lengths_are_radii_of_gyration_springs_and_tyres() -> None:
+    bodies = [body("a", 2.0, 8.0), body("b", 0.0, 8.0)]
+    bodies += [body("rope", 4.0, 4.0, "rope"), body("rope.1", 4.0, 4.0, "rope")]
+    found = [*scale._lengths(bodies, (), (), VALUES)]
+    assert found == [
+        ("bodies.a.inertia", "the radius of gyration", 2.0, "kg m^2"),
+        ("beams.rope.rotary_inertia", "the radius of gyration of the sections", 1.0, "kg m"),
+    ]
+    assert len([*scale._lengths(bodies, (), ("rope",), VALUES)]) == 1
+
+
+RIG: dict[str, Any] = {
+    "format": 1,
+    "name": "rig",
+    "bodies": {"arm": {"mass": 1, "inertia": [1, 1, 1]}},
+    "joints": {"hinge": {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, 1, 0]}},
+    "points": {
+        "tip": {"body": "arm", "position": [1, 0, 0]},
+        "top": {"body": "arm", "position": [0, 0, 2]},
+        "wall": {"body": "base", "position": [0, 0, 3]},
+    },
+}
+
+
+def notes_with(**sections: Any) -> list[str]:
+    return list(from_data({**RIG, **sections}).notes)
+
+
+@pytest.mark.parametrize(("length", "told"), [(299.0, False), (300.0, True)])
+def test_springs_a_hundred_times_as_long_as_the_scene(length: float, told: bool) -> None:
+    notes = notes_with(springs={"s": {"first": "tip", "second": "wall", "stiffness": 10, "length": length}})
+    text = "springs.s.length: the length is 300 m, and the scene is no larger than 3 m"
+    assert any(text in note for note in notes) == told
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "told"),
+    [("tip", "top", True), ("tip", "wall", False), ("wall", "wall2", True)],
+)
+def test_springs_within_one_body_move_nothing(first: str, second: str, told: bool) -> None:
+    points = {**RIG["points"], "wall2": {"body": "base", "position": [0, 1, 3]}}
+    notes = notes_with(points=points, springs={"s": {"first": first, "second": second, "stiffness": 1, "length": 1}})
+    owner = "arm" if first == "tip" else "base"
+    text = f"springs.s: both its points are fixed in {owner}, so the spring moves nothing"
+    assert (text in notes) == told
+
+
+def times(delay: Any, sample: Any, period: float) -> list[str]:
+    entry = SimpleNamespace(sample=period)
+    document = SimpleNamespace(section=lambda name: {"servo": entry} if name == "controllers" else {})
+    data = {"controllers": {"servo": {"delay": delay, "sample": sample}}}
+    return scale.doubtful_times(data, cast(Any, document))
+
+
+@pytest.mark.parametrize(
+    ("delay", "sample", "period", "note"),
+    [
+        (5, 0.1, 0.1, "controllers.servo.delay: the delay 5 is 5 s, 50 samples: times without a unit are in s, and one"
+         ' sample is "0.1 s"'),
+        (4, 0.1, 0.1, ""),
+        (5.5, 0.1, 0.1, ""),  # no whole number
+        ("5 s", 0.1, 0.1, ""),
+        (0.1, 10, 10.0, 'controllers.servo.sample: the time between two samples is 10 s; 10 a second are "0.1 s"'),
+        (0.1, 9.9, 9.9, ""),
+        (0.1, "20 s", 20.0, ""),
+    ],
+)  # fmt: skip  # a table
+def test_delays_of_many_samples_and_rare_samples_are_told(delay: Any, sample: Any, period: float, note: str) -> None:
+    assert times(delay, sample, period) == ([note] if note else [])
+
+
+def joint(kind: str, q: tuple[float, ...], parent: str = "base", child: str = "arm", **more: Any) -> Any:
+    fields = {"type": kind, "initial_position": q, "axis": (0.0, 0.0, 1.0), "parent": parent, "child": child}
+    fields |= {"mimic": None, "drive": (), "position": tuple(map(Number, (1.0, 2.0, 3.0))), "orientation": np.eye(3)}
+    return SimpleNamespace(**{**fields, **more})
+
+
+def test_places_at_the_start_follow_from_joints() -> None:
+    half = (math.cos(0.3), 0.0, math.sin(0.3), 0.0)
+    tilted = rotation_matrix(np.array(half))
+    chain = [
+        joint("revolute", (0.5,)),
+        joint("prismatic", (0.25,), "arm", "slide", axis=(1.0, 0.0, 0.0), orientation=tilted),
+        joint("free", (*half, 4.0, 5.0, 6.0), "base", "bird"),
+        joint("spherical", (1.0, 0.0, 0.0, 0.0), "base", "ball"),
+        joint("planar", (0.0, 0.0, 0.0), "base", "puck"),
+        joint("revolute", (0.0,), "base", "led", mimic="hinge"),
+        joint("revolute", (0.0,), "base", "driven", drive=("t",)),
+        joint("revolute", (0.0,), "ball", "beyond"),
+    ]
+    found = elements.initial_places(cast(Any, chain), VALUES)
+    assert set(found) == {"arm", "slide", "bird", "puck"}
+    turn = np.array([[math.cos(0.5), -math.sin(0.5), 0.0], [math.sin(0.5), math.cos(0.5), 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(found["arm"][0], turn, atol=1e-15)
+    np.testing.assert_allclose(found["arm"][1], [1.0, 2.0, 3.0])
+    along = turn @ tilted @ np.array([0.25, 0.0, 0.0])
+    np.testing.assert_allclose(found["slide"][1], [1.0, 2.0, 3.0] + turn @ [1.0, 2.0, 3.0] + along)
+    np.testing.assert_allclose(found["slide"][0], turn @ tilted)
+    np.testing.assert_allclose(found["bird"][0], tilted)
+    np.testing.assert_allclose(found["bird"][1], [5.0, 7.0, 9.0])
+
+
+def test_negative_springs_and_dampers_are_told_with_their_sign_turned() -> None:
+    joints = {"hinge": {**RIG["joints"]["hinge"], "damping": -0.5, "stiffness": -2}}
+    assert notes_with(joints=joints) == [
+        "joints.hinge.damping: the damping -0.5 is negative, and adds energy to every motion; 0.5 takes it away",
+        "joints.hinge.stiffness: the stiffness -2 is negative, and pushes away from where the spring is slack; 2"
+        " pulls back",
+    ]
+    assert notes_with(joints={"hinge": {**RIG["joints"]["hinge"], "damping": 0, "stiffness": 0}}) == []
