@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
@@ -12,6 +14,7 @@ import eomgen
 from eomgen.cli import main
 from eomgen.integrators.families.register import method_named, terms_of
 from eomgen.integrators.stepper_data import method_data
+from eomgen.pipeline import step_operations
 from eomgen.pipeline.pipeline import derive, load
 from tests.integrators.executed import Executed
 from tests.models.cache import shared_cache
@@ -133,3 +136,20 @@ def test_info_counts_a_step(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     for method in ("generalized_alpha", "tdg3_adaptive", "rattlie"):
         assert main(["info", str(scene), "--method", method]) == 2
         assert f"--method: steps of {method} differ from each other" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("ill_scaled", [False, True])
+def test_steps_are_counted_with_the_terms_that_runs_take(ill_scaled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of scenes whose M loses digits in elimination runs take forward dynamics by articulated bodies, without M."""
+    asked: list[object] = []
+
+    def terms(*arguments: object) -> object:
+        asked.append(arguments)
+        raise StopIteration
+
+    facts = SimpleNamespace(constraints=False, internal_states=True, ill_scaled=ill_scaled)
+    monkeypatch.setattr(step_operations, "derive", lambda scene, names: SimpleNamespace(facts=facts))
+    monkeypatch.setattr(step_operations, "terms_of", terms)
+    with pytest.raises(StopIteration):
+        step_operations.operations_of_step(cast(Any, None), "rosenbrock")
+    assert asked == [("rosenbrock", False, True, not ill_scaled)]

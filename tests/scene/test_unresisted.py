@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 import eomgen
 from eomgen.errors import DescriptionError, ModelError
 from eomgen.mechanics.derive import derive
+from eomgen.scene.joints.moved_inertia import coupled_by_mimic
 from eomgen.scene.load import from_data, load_urdf
 from eomgen.scene.scene import Scene
 from eomgen.system.terms import UNRESISTED
@@ -184,3 +186,17 @@ def test_short_links_that_carry_long_ones_resist(lengths: tuple[float, ...]) -> 
         before = f"b{k}", length
     scene = from_data({"format": 1, "name": "chain", "bodies": bodies, "joints": joints})
     assert unresisted(scene) == []
+
+
+@pytest.mark.parametrize(
+    ("multipliers", "coupled"),
+    [((0.0, 0.0), {"b", "c"}), ((0.0, 2.0), {"a", "b", "c"}), ((-1.0,), {"a", "b"}), ((), set())],
+)
+def test_leaders_are_coupled_unless_all_multipliers_are_zero(multipliers: tuple[float, ...], coupled: set[str]) -> None:
+    followers = [
+        SimpleNamespace(name=name, mimic=SimpleNamespace(joint="a", multiplier=factor))
+        for name, factor in zip("bc", multipliers, strict=False)
+    ]
+    joints = [SimpleNamespace(name="a", mimic=None), *followers, SimpleNamespace(name="alone", mimic=None)]
+    values = SimpleNamespace(value=lambda number: number)
+    assert coupled_by_mimic(cast(Any, joints), cast(Any, values)) == coupled
