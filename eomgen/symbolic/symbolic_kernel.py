@@ -1,4 +1,4 @@
-"""Kernels from SymPy's expressions, and modules that hold derived kernels, so that nothing else imports SymPy."""
+"""Kernels from SymPy's expressions, and modules that hold derived kernels, so that no build imports SymPy."""
 
 from __future__ import annotations
 
