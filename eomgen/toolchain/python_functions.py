@@ -85,7 +85,7 @@ class PythonFunctions:
         except (Exception, SystemExit) as error:
             raise self._failure(error, x) from error
         try:
-            if given is None:  # NumPy's not-a-number
+            if np.asarray(given).dtype.kind not in "biufc":  # NumPy makes numbers of None and of texts
                 raise TypeError
             numbers: NDArray[Any] = np.asarray(given, dtype=kind).ravel()
         except (TypeError, ValueError) as error:
@@ -102,12 +102,12 @@ class PythonFunctions:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
         place = f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name
         point = ", ".join(f"{number.real:.6g}" for number in x)
-        return self._fault(
-            f"{place}: {type(error).__name__}: {error}, at the arguments {point}",
-            "results for all numbers; a function for complex steps calls numpy or cmath in place of math"
-            if self._data["complex_step"]
-            else "results for all numbers",
-        )
+        hint = "results for all numbers"
+        if isinstance(error, TypeError) and not lines:  # of the call
+            hint = f"a function of {counted(sum(self._sizes[:2]), 'number')}: the arguments, then the parameters"
+        elif self._data["complex_step"]:
+            hint += "; a function for complex steps calls numpy or cmath in place of math"
+        return self._fault(f"{place}: {type(error).__name__}: {error}, at the arguments {point}", hint)
 
     def _fault(self, fault: str, hint: str) -> ModelError:
         return ModelError(Problem(str(self._data["label"]), fault, hint))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -188,6 +189,9 @@ def test_numbers_that_are_not_finite_are_told_as_of_a_law_in_c(folder: Path) -> 
         ("import absent_module\ndef drag(s):\n    return 1\n", {}, ModelError, "law.py:1: ModuleNotFoundError"),
         ("raise SystemExit(3)\ndef drag(s):\n    return 1\n", {}, ModelError, "laws.drag: law.py:1: SystemExit: 3"),
         ("def drag(a, b):\n    return 1\n", {}, ModelError, "laws.drag: law.py: TypeError: drag() missing"),
+        ("def drag(a, b):\n    return 1\n", {}, ModelError, "try: a function of 1 number: the arguments, then the p"),
+        ("def drag(s):\n    return '3'\n", {}, ModelError, "drag gives '3', and 1 number are needed; try: return"),
+        ("def drag(s):\n    return [None]\n", {}, ModelError, "drag gives [None], and 1 number are needed"),
         ("def drag(s):\n    return None\n", {}, ModelError, "drag gives None, and 1 number are needed"),
         ("def drag(s):\n    return [s, s]\n", {}, ModelError, "drag gives 2 numbers, and 1 are needed"),
         ("def drag(s):\n    return 'x'\n", {}, ModelError, "drag gives 'x', and 1 number are needed"),
@@ -209,6 +213,17 @@ def test_mistakes(folder: Path, text: str, law: dict[str, Any], error: type[Eomg
     with pytest.raises(error) as caught:
         eomgen.build(scene, profile="quick")
     assert message in str(caught.value), str(caught.value)
+
+
+def test_a_function_that_does_not_return_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("eomgen.products.laws.checks._LONGEST", 0.2)
+    text = "ran = []\ndef drag(s):\n    while True:\n        pass\n"
+    with pytest.raises(ModelError, match=r"laws\.drag: drag does not return within 0\.2 s at speed = \S+; try: loops"):
+        eomgen.build(failing(folder, text), profile="quick")
+    for thread in threading.enumerate():
+        if thread is not threading.main_thread() and thread.daemon and "call" in thread.name:
+            thread.join(5.0)
+            assert not thread.is_alive()
 
 
 def test_complex_steps_are_of_python(folder: Path) -> None:

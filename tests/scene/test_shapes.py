@@ -529,3 +529,25 @@ def test_a_cylinder_follows_a_tunable_length(tmp_path: Path) -> None:
 def _written(folder: Path, text: str) -> Path:
     (folder / "cart.toml").write_text(text, encoding="utf-8")
     return folder / "cart.toml"
+
+
+@pytest.mark.parametrize(
+    ("shape", "length", "hint"),
+    [
+        ('type = "wheel"\nbody = "hull"\nradius = 310\nwidth = 200\n', "310", "m"),
+        (
+            'type = "mesh"\nbody = "hull"\nfile = "hull.stl"\n',
+            "4e+03",
+            'm; scale = "1 mm" is for a file in millimetres',
+        ),
+        ('type = "mesh"\nbody = "hull"\nfile = "hull.stl"\nscale = "1 mm"\n', "", ""),
+        ('type = "wheel"\nbody = "world"\nradius = 310\nwidth = 200\n', "", ""),
+        (WHEEL, "", ""),
+    ],
+)
+def test_shapes_beyond_the_size_of_the_scene_are_noted(shape: str, length: str, hint: str, tmp_path: Path) -> None:
+    (tmp_path / "hull.stl").write_bytes(binary(1e3 * CORNERS[FACES]))
+    (tmp_path / "scene.toml").write_text(f'{CART}{shape}[points]\na = {{ body = "hull", position = [0.6, 0, 0] }}\n')
+    notes = [note for note in eomgen.load(tmp_path / "scene.toml").notes if note.startswith("shapes.")]
+    text = f"shapes.part: the size of the shape is {length} m, and the scene is no larger than 0.6 m; numbers without a"
+    assert notes == ([f"{text} unit are in {hint}"] if length else [])

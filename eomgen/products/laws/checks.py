@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 import faulthandler
 import os
 import select
 import signal
+import threading
 import warnings
 from collections.abc import Sequence
 from weakref import WeakSet
@@ -147,7 +149,7 @@ def _check_python(law: FileLaw, value: OfPoint, slopes: OfPoint | None, points: 
     sound, failures = [], []
     for point in points:
         try:
-            first, again = value(point), value(point)
+            first, again = _returned(law, value, point), value(point)
             _ = None if slopes is None else slopes(point)
         except ModelError as error:
             failures.append(error)
@@ -160,6 +162,30 @@ def _check_python(law: FileLaw, value: OfPoint, slopes: OfPoint | None, points: 
         raise failures[0]
     if slopes is not None:
         _check_partials(law, value, slopes, np.array(sound))
+
+
+def _returned(law: FileLaw, value: OfPoint, point: Array) -> Array:
+    """Return the value of a function in Python. Raises ModelError for a function that does not return in time."""
+    ended: list[tuple[Array | None, BaseException | None]] = []
+
+    def call() -> None:
+        try:
+            ended.append((value(point), None))
+        except BaseException as error:  # goes to the caller
+            ended.append((None, error))
+
+    thread = threading.Thread(target=call, daemon=True)
+    thread.start()
+    thread.join(_LONGEST)
+    if not ended:
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(SystemExit))
+        place = ", ".join(f"{label} = {x:.6g}" for label, x in zip([*law.inputs, *law.given], point, strict=True))
+        fault = f"{law.code.labels[0]} does not return within {_LONGEST:g} s at {place}"
+        raise _error(law, fault, "loops that end")
+    result, error = ended[0]
+    if error is not None:
+        raise error
+    return np.asarray(result)
 
 
 def _same(first: float, second: float) -> bool:

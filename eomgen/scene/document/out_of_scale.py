@@ -9,6 +9,8 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.formula.units.labels import several_turns
@@ -21,7 +23,7 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Section
-from eomgen.system.description import BASE, WORLD, Point
+from eomgen.system.description import BASE, WORLD, Point, Shape
 
 #: Lengths above this multiple of the scene's size are doubted.
 _FACTOR = 100.0
@@ -52,10 +54,11 @@ def out_of_scale(
     frames: Collection[str],
     elements: Iterable[object],
     shaped: Collection[str],
+    shapes: Iterable[Shape],
     values: Values,
 ) -> list[str]:
-    """Return a note on each mass, radius of gyration, length of a spring, radius of a tyre and place in a body that is
-    much larger than the other lengths in the scene, at the default parameters; empty for a scene without arms.
+    """Return a note on each mass, radius of gyration, length of a spring, radius of a tyre, size of a shape, place in
+    a body that is much larger than the other lengths in the scene, at the default parameters; empty without arms.
 
     Parameters
     ----------
@@ -76,7 +79,8 @@ def out_of_scale(
     apart = [length for length in near if length >= _SHORTEST]
     if len(apart) >= _OF_A_BODY:
         notes += _too_heavy(bodies, max(apart), values)
-    return notes + _too_long(_lengths(bodies, elements, shaped, values), size, well_known=len(apart) >= _ARMS)
+    lengths = [*_lengths(bodies, elements, shaped, values), *_lengths_of_shapes(shapes, values)]
+    return notes + _too_long(lengths, size, well_known=len(apart) >= _ARMS)
 
 
 def _far_places(far: Sequence[_Arm], arms: Sequence[_Arm]) -> list[str]:
@@ -169,6 +173,18 @@ def _lengths(
             lengths.append(("tyres", element.name, "radius", element.radius))
     for section, name, field, formula in lengths:
         yield key_of(section, name, field), f"the {field}", values.value(formula), "m"
+
+
+def _lengths_of_shapes(shapes: Iterable[Shape], values: Values) -> Iterator[tuple[str, str, float, str]]:
+    """Yield the largest size of each shape of a moving body."""
+    for shape in shapes:
+        sizes, hint = [values.value(size) for size in shape.sizes], "m"
+        if shape.kind == "mesh":
+            corners = np.frombuffer(shape.vertices, "<f4").reshape(-1, 3)
+            sizes = list(np.abs(np.ptp(corners, axis=0) * sizes)) if len(corners) else []
+            hint = 'm; scale = "1 mm" is for a file in millimetres'
+        if shape.body not in (BASE, WORLD):
+            yield key_of("shapes", shape.name), "the size of the shape", max(sizes, default=0.0), hint
 
 
 def angles_of_several_turns(data: Mapping[str, Any], rows: Sequence[Section]) -> list[str]:
