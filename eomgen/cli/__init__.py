@@ -72,7 +72,11 @@ def _verb_named(name: str) -> Verb | None:
     return _every_verb().get(name)
 
 
-@click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+_FIRST_STEPS = """First steps: eomgen info scene.toml, eomgen simulate scene.toml --out out, eomgen animate
+out/solution.npz --out out/motion.html. Options of a verb: eomgen simulate --help."""
+
+
+@click.group(cls=_Verbs, epilog=_FIRST_STEPS, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, "--version", message="%(prog)s %(version)s")
 @debug_option
 def commands() -> None:

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@scene_options
 @click.option("--out", "path", required=True, metavar="FILE.html", help="Page to write.")
 @run_options
+@scene_options
 @debug_option
 def animate(scene: str, path: str, **options: Any) -> int:
     """Write the motion of a SCENE, or of a solution.npz instead, as one HTML page that needs no network.

@@ -183,7 +183,6 @@ _ROWS = 12
 
 
 @click.command()
-@scene_options
 @click.option(
     "--out", "path", default=None, metavar="FILE", help="Write the result to this .json file, a path also as .csv."
 )
@@ -200,6 +199,7 @@ _ROWS = 12
 @set_option
 @initial_option
 @input_option
+@scene_options
 @json_option
 @debug_option
 def equilibrium(

@@ -26,7 +26,6 @@ from eomgen.scene.sources.register import all_options, source_of
 
 
 @click.command()
-@scene_options
 @folder_option
 @terms_option
 @click.option(
@@ -51,6 +50,7 @@ from eomgen.scene.sources.register import all_options, source_of
     help="Write all functions and steps with one signature, too, which a program can call for every model.",
 )
 @set_option
+@scene_options
 @json_option
 @debug_option
 def generate(

@@ -45,7 +45,6 @@ class InfoPart:
 
 
 @click.command()
-@scene_options
 @terms_option
 @click.option("--method", default=None, metavar="NAME", help="Whose step is counted, operation by operation.")
 @click.option(
@@ -53,6 +52,7 @@ class InfoPart:
     is_flag=True,
     help="Show which combinations of masses, inertias and friction decide inverse dynamics (compiles the regressor).",
 )
+@scene_options
 @json_option
 @debug_option
 def info(

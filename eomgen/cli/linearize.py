@@ -188,7 +188,6 @@ _POINTS = 600
 
 
 @click.command()
-@scene_options
 @click.option("--at", default=None, metavar="STATE", help="equilibrium, steady, initial, or a time of a run in s.")
 @time_option
 @any_kind_option
@@ -224,12 +223,13 @@ _POINTS = 600
 @click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else the scene's.")
 @click.option("--speeds", default=None, metavar="V,V,...", help="Speeds of rides in m/s; else the scene's.")
 @profile_option
+@scene_options
 @json_option
 @debug_option
 def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """Print the modes of a SCENE's linear model, by default about its equilibrium, and whether it is stable."""
     sweep = _sweep(options.pop("root_locus"))
-    band = _band(options.pop("band"), options)
+    band = _band(options.pop("band"), from_zero=_draws_campbell_alone(options))
     pairs = [_pair(text) for text in options.pop("responses")]
     ride = RideRequest.read(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
     campbell = CampbellRequest.read(
@@ -513,9 +513,12 @@ def _pair(text: str) -> tuple[str, str]:
     return of_input.strip(), output.strip()
 
 
-def _band(text: str | None, options: Mapping[str, Any]) -> tuple[float, float] | None:
-    """Return the limits of ``--band`` in Hz; the picture of a Campbell diagram alone may begin at 0."""
-    from_zero = options["diagram"] is not None and not (options["responses"] or options["rides"])
+def _draws_campbell_alone(options: Mapping[str, Any]) -> bool:
+    return options["diagram"] is not None and not (options["responses"] or options["rides"])
+
+
+def _band(text: str | None, *, from_zero: bool = False) -> tuple[float, float] | None:
+    """Return the limits of ``--band`` in Hz; the picture of a Campbell diagram may begin at 0."""
     if text is None:
         return None
     try:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from eomgen.base.json_text import json_text
-from eomgen.base.messages import counted
+from eomgen.base.messages import counted, nearest, shown
 from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
 from eomgen.cli.printing import print_json, print_table, say
 from eomgen.cli.running import outcome_code, read_scene, run
+from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
@@ -23,7 +25,6 @@ _option = arguments_of("eomgen.simulation.simulate:simulate")
 
 
 @click.command()
-@scene_options
 @folder_option
 @run_options
 @_option("--checkpoint", default=None, metavar="FILE")
@@ -31,9 +32,13 @@ _option = arguments_of("eomgen.simulation.simulate:simulate")
 @click.option("--resume", default=None, metavar="FILE", help="Go on from a checkpoint, to the same bits.")
 @click.option("--timing", is_flag=True, help="Repeat the run step by step: median, late and longest time of a step.")
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw the solution.")
+@click.option("--over", default=None, metavar="COLUMN", help="Draw outputs over this column as well as over time.")
+@scene_options
 @json_option
 @debug_option
-def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, **options: Any) -> int:
+def simulate(
+    scene: str, folder: str, plots: bool, over: str | None, timing: bool, as_json: bool, **options: Any
+) -> int:
     """Integrate a SCENE and write solution.npz, solution.csv, summary.json and plots; with --timing step_times.csv.
 
     Ctrl-C, and a run that fails, leave the partial result; the exit code is then 130 or 6.
@@ -43,15 +48,17 @@ def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, 
     from eomgen.results.section_loads import largest_section_loads  # noqa: PLC0415  # likewise
 
     for kind in file_kinds():
-        code = kind.simulate(scene, folder, {**options, "timing": timing}, plots, as_json)
+        code = kind.simulate(scene, folder, {**options, "timing": timing, "over": over}, plots, as_json)
         if code is not None:
             return code
     described = read_scene(scene, options)
+    if over is not None and "." not in over:  # columns of the motion are known after the run
+        _check_output(over, [output.name for output in described.outputs])
     target = make_folder(Path(folder))
     model, solution = run(described, options, once=not timing)
     times = _timed(model, solution, options["inputs"]) if timing and solution.success else None
     beams = [nodes[0] for nodes in model.description.exact_beams]
-    files = _write(solution, target, plots, beams, times)
+    files = _write(solution, target, plots, beams, times, over)
     loads = largest_section_loads(solution) if beams else {}
     summary = _summary(solution, model, files) | ({"section_loads": loads} if loads else {})
     if times is not None:
@@ -67,13 +74,22 @@ def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, 
     return outcome_code(solution)
 
 
+def _check_output(column: str, known: Sequence[str]) -> None:
+    """Raise UsageError for a column of no output."""
+    name = column.partition("[")[0]
+    if name not in known:
+        raise UsageError(Problem(f"--over {column}", f"there is no output {shown(name)}", nearest(name, known)))
+
+
 def _timed(model: Model, solution: Solution, inputs: dict[str, float]) -> StepTimes:
     from eomgen.simulation.timing import step_times  # noqa: PLC0415
 
     return step_times(model, solution, inputs or None)
 
 
-def _write(solution: Solution, folder: Path, plots: bool, beams: list[str], times: StepTimes | None) -> list[Path]:
+def _write(
+    solution: Solution, folder: Path, plots: bool, beams: list[str], times: StepTimes | None, over: str | None
+) -> list[Path]:
     from eomgen.base.files import write_text  # noqa: PLC0415
 
     files = [solution.save(folder / "solution.npz"), solution.save(folder / "solution.csv")]
@@ -82,9 +98,10 @@ def _write(solution: Solution, folder: Path, plots: bool, beams: list[str], time
     if times is not None:
         files.append(times.write(folder / "step_times.csv"))
     if plots:
-        from eomgen.results.plots import draw  # noqa: PLC0415  # matplotlib comes with it
+        from eomgen.results.plots import draw, draw_over  # noqa: PLC0415  # matplotlib comes with it
 
         files += draw(solution, folder)
+        files += draw_over(solution, folder, over) if over is not None else []
         if beams:
             from eomgen.results.section_loads import draw_sections  # noqa: PLC0415
 

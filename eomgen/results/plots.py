@@ -34,8 +34,9 @@ _EVENTS = 200
 _FLAT = 1e-12
 #: Quantities by unit, as far as the unit alone determines the quantity; coordinates of joints and bodies say more.
 _QUANTITIES = {
-    "rad": "angle", "m": "length", "rad/s": "angular velocity", "m/s": "velocity", "rad/s^2": "angular acceleration",
-    "m/s^2": "acceleration", "N": "force", "N m": "torque", "J": "energy", "W": "power",
+    "rad": "angle", "deg": "angle", "m": "length", "mm": "length", "rad/s": "angular velocity", "m/s": "velocity",
+    "rad/s^2": "angular acceleration", "m/s^2": "acceleration", "N": "force", "N m": "torque", "J": "energy",
+    "W": "power",
 }  # fmt: skip  # a table
 _COORDINATES = {"m": "position", "1": "quaternion"}
 #: Components of the pose or the twist of a beam's node; only names of such components have numbers after a dot.
@@ -48,6 +49,9 @@ _DASHED = 3
 #: Energies are drawn as changes if the largest change is less than this part of the values or of the gaps between
 #: them.
 _OFFSET = 0.2
+#: Positions that change by less than this part of the largest change of a position, as heights of a car that drives
+#: away, are drawn as changes in panels of their own.
+_SMALL = 1.0 / 30.0
 #: Letters in one line of a legend.
 _LEGEND = 34
 
@@ -93,6 +97,24 @@ def draw(solution: RecordedSolution, folder: Path) -> list[Path]:
     return files
 
 
+def draw_over(solution: RecordedSolution, folder: Path, over: str) -> list[Path]:
+    """Draw ``outputs_over.png``: the outputs, or else the coordinates, over another column.
+
+    Raises
+    ------
+    UsageError
+        No column of that name, or several.
+    FileError
+        The figure cannot be written.
+    """
+    abscissa = only_curve(solution, over, "--over")
+    panels = _panels([curve for curve in chosen_curves(solution, ()) if curve.name != abscissa.name])[:_PANELS]
+    figure = new_figure(_size(len(panels)))
+    _fill(_subplots(figure, len(panels)), solution, panels, abscissa)
+    figure.suptitle(f"{solution.metadata.get('scene', '')}: over {abscissa.name}", fontsize=11)
+    return [saved(figure, folder / "outputs_over.png", "another folder, or --no-plots")]
+
+
 def _nodes_as_displacements(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
     """Return curves with displacements in place of poses of nodes: of the middle and the last node of each beam,
     m, with rotation vectors, rad, in world axes, since the start."""
@@ -126,21 +148,22 @@ def _by_nodes(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
     return parts
 
 
-def plot(solution: RecordedSolution, names: Sequence[str], axes: object = None) -> list[Any]:
+def plot(solution: RecordedSolution, names: Sequence[str], axes: object = None, over: str | None = None) -> list[Any]:
     """Draw curves of a solution; see ``Solution.plot``."""
-    curves = chosen_curves(solution, names)
+    abscissa = None if over is None else only_curve(solution, over, "plot over")
+    curves = [curve for curve in chosen_curves(solution, names) if abscissa is None or curve.name != abscissa.name]
     panels = _panels(curves)
     if axes is not None:
         given = axes_of_caller("plot", axes, [listed(curve.name for curve in panel) for panel in panels])
-        _fill(given, solution, panels, beside=False)
+        _fill(given, solution, panels, abscissa, beside=False)
         return given
     if len(panels) > _PANELS:
         fault = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS}"
         raise UsageError(Problem("plot", fault, f"fewer names: one of {listed(_by_kind(solution))}, or of components"))
     figure = pyplot_figure(_size(len(panels)))
     drawn = _subplots(figure, len(panels))
-    _fill(drawn, solution, panels)
-    if marks := _marks(solution.events):
+    _fill(drawn, solution, panels, abscissa)
+    if abscissa is None and (marks := _marks(solution.events)):
         figure.suptitle(marks.removeprefix("; "), fontsize=11)
     return drawn
 
@@ -278,7 +301,7 @@ def _panels(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
     """Group curves of one unit and quantity, in order, as evenly as a panel's limit allows; outputs that fit are not
     cut."""
     alike: dict[tuple[str, str], list[PlottedCurve]] = {}
-    for curve in curves:
+    for curve in _with_small_changes(curves):
         alike.setdefault((curve.unit, curve.quantity or _QUANTITIES.get(curve.unit, "")), []).append(curve)
     panels = []
     for group in alike.values():
@@ -296,6 +319,26 @@ def _panels(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
             panel = panel + part
         panels.append(panel)
     return panels
+
+
+def _with_small_changes(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
+    """Return curves in which positions that hardly change, compared with others, are changes from the start."""
+    changes = {
+        number: float(np.ptp(curve.values))
+        for number, curve in enumerate(curves)
+        if curve.unit == "m" and curve.quantity == "position" and len(curve.values)
+    }
+    large = max(changes.values(), default=0.0)
+    small = [number for number, change in changes.items() if change < _SMALL * large]
+    if not any(changes[number] > _FLAT for number in small):
+        return list(curves)
+    result = list(curves)
+    for number in small:
+        values = curves[number].values
+        result[number] = replace(
+            curves[number], values=values - values[0], quantity="change of position from the start"
+        )
+    return result
 
 
 def _size(panels: int) -> tuple[float, float]:
@@ -322,17 +365,32 @@ def _subplots(figure: Any, panels: int) -> list[Any]:
 
 
 def _fill(
-    axes: Sequence[Any], solution: RecordedSolution, panels: Sequence[Sequence[PlottedCurve]], *, beside: bool = True
+    axes: Sequence[Any],
+    solution: RecordedSolution,
+    panels: Sequence[Sequence[PlottedCurve]],
+    abscissa: PlottedCurve | None = None,
+    *,
+    beside: bool = True,
 ) -> None:
-    """Draw panels on axes, one panel on each, with legends next to the axes or, if a caller made the room, within."""
+    """Draw panels on axes, one panel on each, with legends next to the axes or, if a caller made the room, within.
+
+    Parameters
+    ----------
+    abscissa : curve over which the panels are drawn; None for the time, with lines at events
+    """
     for axis, panel in zip(axes, panels, strict=True):
-        _panel(axis, solution.t, panel, beside=beside)
-        for time in _marked(solution.events):
+        _panel(axis, solution.t if abscissa is None else abscissa.values, panel, beside=beside)
+        for time in _marked(solution.events) if abscissa is None else ():
             axis.axvline(time, color="#888888", linewidth=0.7, linestyle=":", zorder=0.5)
         if axis.xaxis.get_tick_params()["labelbottom"]:
-            axis.set_xlabel("time, s")
+            axis.set_xlabel("time, s" if abscissa is None else _abscissa_label(abscissa))
     for figure in {axis.figure for axis in axes}:
         figure.align_ylabels([axis for axis in axes if axis.figure is figure])
+
+
+def _abscissa_label(curve: PlottedCurve) -> str:
+    name = curve.description or curve.name
+    return name if curve.unit in ("", "1") else f"{name}, {curve.unit}"
 
 
 def _marks(events: Events) -> str:
@@ -380,6 +438,8 @@ def _thinned(t: Array, values: Array) -> tuple[Array, Array]:
     if len(t) <= 2 * _POINTS:
         return t, values
     size = -(-len(t) // _POINTS)
+    if np.any(np.diff(t) < 0.0):  # over another quantity than the time
+        return t[::size], values[::size]
     whole = len(t) // size * size
     bins = values[:whole].reshape(-1, size)
     ends = np.stack([bins.argmin(axis=1), bins.argmax(axis=1)], axis=1)

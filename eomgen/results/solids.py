@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any, NamedTuple
@@ -39,8 +40,12 @@ def parts_of(kind: str, sizes: Sequence[float]) -> list[Part]:
     if kind == "wheel":
         return list(_wheel(*sizes))
     if kind == "ellipsoid":
-        (ball,) = parts_of("sphere", (1.0,))
-        return [Part(ball.vertices * np.array(sizes), ball.faces)]
+        angles = np.pi * np.arange(4 * _ALONG + 1) / (4 * _ALONG)
+        profile = [(-math.cos(angle), math.sin(angle)) for angle in angles.tolist()]
+        profile[0], profile[-1] = (-1.0, 0.0), (1.0, 0.0)
+        ball, faces = _revolved(profile)
+        poles = np.roll(ball, int(np.argmax(sizes)) + 1, axis=1)  # of the longest axis, whose ends are sharp
+        return [Part(poles * np.array(sizes), faces)]
     radius, length = (sizes[0], sizes[1] if len(sizes) > 1 else 0.0)
     if kind == "cylinder":
         pieces = max(1, min(_PIECES, round(length / radius)))

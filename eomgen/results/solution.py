@@ -323,8 +323,8 @@ class Solution:
 
         return inline_animation(self) if path is None else write_animation(self, path)
 
-    def plot(self, *names: str | Sequence[str], axes: object = None) -> list[Any]:
-        """Draw curves over time.
+    def plot(self, *names: str | Sequence[str], axes: object = None, over: str | None = None) -> list[Any]:
+        """Draw curves over time, or over another column.
 
         Parameters
         ----------
@@ -334,6 +334,8 @@ class Solution:
             ``"total"``. The outputs, or else the coordinates, if none is given.
         axes : matplotlib Axes, or several
             Axes to draw on, one for each panel; a new figure of pyplot if none are given.
+        over : str
+            Column for the horizontal axis in place of the time: ``plot("toe", "camber", over="travel")``.
 
         Returns
         -------
@@ -343,7 +345,7 @@ class Solution:
         Raises
         ------
         UsageError
-            A name that is none of a curve; another number of axes than of panels.
+            A name that is none of a curve, or several for ``over``; another number of axes than of panels.
 
         Examples
         --------
@@ -355,7 +357,7 @@ class Solution:
         from eomgen.results.plots import plot  # noqa: PLC0415  # for pictures
 
         each = [name for given in names for name in ([given] if isinstance(given, str) else given)]
-        return plot(self, each, axes)
+        return plot(self, each, axes, over)
 
     def psd(self, name: str, *, segments: int = 8, start: float | None = None) -> PowerSpectrum:
         """Return the one-sided power spectral density of a column by Welch's method: Hann windows that overlap by half.

@@ -92,7 +92,7 @@ def test_other_names_of_verbs() -> None:
 
 def scene_of(**more: Any) -> Any:
     def named(*names: str) -> list[Any]:
-        return [SimpleNamespace(name=name, tunable=name != "fixed") for name in names]
+        return [SimpleNamespace(name=name, tunable=name != "fixed", beam=None) for name in names]
 
     return SimpleNamespace(
         inputs=named("push", "both"), parameters=named("k", "both", "arm_mass", "fixed"),
@@ -128,6 +128,11 @@ def test_starts_of_joints_are_joined_by_joint() -> None:
     assert options.starts_of(starts, scene_of()) == {
         "hinge": {"position": 1.0, "velocity": 2.0}, "slide": {"position": 3.0, "velocity": 4.0},
         "q.other": 5.0, "a.hinge": 6.0, "z": 7.0,
+    }  # fmt: skip
+    bent = scene_of()
+    bent.bodies.append(SimpleNamespace(name="blade", beam=object()))
+    assert options.starts_of({"q.blade[2]": 1.0, "blade[1]": 2.0, "q.arm[0]": 3.0}, bent) == {
+        "blade[2]": {"position": 1.0}, "blade[1]": 2.0, "q.arm[0]": 3.0,
     }  # fmt: skip
     whole = options.starts_of({"hinge": {"velocity": 1.0}, "q.hinge": 2.0}, scene_of())
     assert whole == {"hinge": {"velocity": 1.0, "position": 2.0}}

@@ -107,6 +107,9 @@ def test_sampled_states_give_the_commands_of_the_closed_loop(k: float, tmp_path:
     after = run.z[1::4, -1]
     np.testing.assert_allclose(held[:, 0], run.t[calls], rtol=0, atol=1e-12)
     np.testing.assert_allclose(held[:, 1], after[: len(held)], rtol=1e-13, atol=1e-13)
+    page = (tmp_path / "c" / "README.md").read_text(encoding="utf-8")
+    listed = ", ".join(f"{time:.9g}" for time in held[:4, 0].round(9))
+    assert f"one line for each call, that is at\n{listed}, ... s,\n" in page
     assert np.ptp(held[:, 1]) > 5.0 and np.max(np.abs(held[:, 1])) <= 5.0
 
 

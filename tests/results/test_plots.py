@@ -169,3 +169,50 @@ def test_panels_share_the_time_axis_of_the_lowest_of_their_column(panels: int, r
     labelled = [axis.xaxis.get_tick_params()["labelbottom"] for axis in drawn]
     assert labelled == [False] * (panels - columns) + [True] * columns
     assert plots._size(panels) == (9.0 if columns == 1 else 15.0, pytest.approx(0.6 + 2.9 * rows))
+
+
+def test_small_changes_of_positions_beside_a_long_way_are_drawn_as_changes() -> None:
+    """The height of a car that drives 20 m, and the place that it keeps, are changes in a panel of their own; a way of
+    a thirtieth is a position."""
+    way, height = np.linspace(0.0, 20.0, 9), 0.3 + 0.05 * np.sin(np.arange(9.0))
+    tables = {"hub[0]": way, "hub[1]": np.full(9, 0.7), "hub[2]": height, "seat[0]": 5.0 + way / 29.0}
+    curves = [plots.PlottedCurve(name, "m", row, "position", name[:-3]) for name, row in tables.items()]
+    large, small = plots._panels(curves)
+    assert [curve.name for curve in large] == ["hub[0]", "seat[0]"] and large[1].values is tables["seat[0]"]
+    assert [curve.name for curve in small] == ["hub[1]", "hub[2]"]
+    assert {curve.quantity for curve in small} == {"change of position from the start"}
+    np.testing.assert_array_equal(small[1].values, height - height[0])
+    still = [plots.PlottedCurve(f"p[{k}]", "m", row, "position", "p") for k, row in enumerate((way, np.full(9, 0.7)))]
+    assert plots._panels(still) == [still]
+
+
+def test_curves_over_another_column_have_its_values_and_its_label(tmp_path: Path) -> None:
+    from matplotlib import pyplot
+
+    builder = eomgen.SceneBuilder("swing").body("rod", 1.0, center_of_mass=[0, 0, -1])
+    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0], initial={"position": 0.5})
+    builder.output("travel", formula="1000 * q.hinge", unit="mm", description="wheel travel")
+    builder.output("toe", formula="q.hinge**2").output("both", formula=["q.hinge", "v.hinge"])
+    builder.event("middle", "q.hinge", action="record")
+    run = eomgen.build(builder.build(), profile="instant").simulate(2.0, 1e-2)
+    assert len(run.events)
+    (axis,) = run.plot("toe", "travel", over="travel")
+    (line,) = axis.get_lines()
+    np.testing.assert_array_equal(line.get_xydata(), np.column_stack([run["travel"], run["toe"]]))
+    assert axis.get_xlabel() == "wheel travel, mm" and not axis.figure.get_suptitle()
+    pyplot.close("all")
+    for over, said in (
+        ("trave", "plot over: the solution has no curve 'trave'; try: travel"),
+        ("both", "plot over: 'both' are 2 columns, and plot over takes one; try: one of both[0], both[1]"),
+    ):
+        with pytest.raises(eomgen.UsageError) as caught:
+            run.plot("toe", over=over)
+        assert said in str(caught.value)
+    assert [path.name for path in plots.draw_over(run, tmp_path, "q.hinge")] == ["outputs_over.png"]
+
+
+def test_a_long_curve_over_another_column_keeps_its_order() -> None:
+    angle = np.linspace(0.0, 60.0, 50_001)
+    across, up = plots._thinned(np.cos(angle), np.sin(angle))
+    assert len(across) <= 2 * plots._POINTS
+    np.testing.assert_allclose(across**2 + up**2, 1.0, rtol=1e-14)

@@ -32,13 +32,15 @@ def of_profile(profile: Sequence[tuple[float, float]]) -> float:
     return POLYGON * sum(frusta)
 
 
-def quarter(radius: float, sign: float) -> list[tuple[float, float]]:
-    angles = np.linspace(0.0, np.pi / 2.0, 8)
+def quarter(radius: float, sign: float, rings: int = 8) -> list[tuple[float, float]]:
+    angles = np.linspace(0.0, np.pi / 2.0, rings)
     half = [(sign * radius * float(np.sin(angle)), radius * float(np.cos(angle))) for angle in angles]
     return half if sign > 0.0 else half[::-1]
 
 
 SPHERE = [*quarter(1.0, -1.0), *quarter(1.0, 1.0)]
+#: Of ellipsoids, which have twice as many rings.
+FINE = [*quarter(1.0, -1.0, 15), *quarter(1.0, 1.0, 15)]
 
 
 @pytest.mark.parametrize(
@@ -48,7 +50,7 @@ SPHERE = [*quarter(1.0, -1.0), *quarter(1.0, 1.0)]
         ("cylinder", (0.3, 0.7), POLYGON * 0.3**2 * 0.7),
         ("sphere", (0.3,), of_profile(SPHERE) * 0.3**3),
         ("capsule", (0.3, 0.7), of_profile(SPHERE) * 0.3**3 + POLYGON * 0.3**2 * 0.7),
-        ("ellipsoid", (0.3, 0.7, 0.2), of_profile(SPHERE) * 0.3 * 0.7 * 0.2),
+        ("ellipsoid", (0.3, 0.7, 0.2), of_profile(FINE) * 0.3 * 0.7 * 0.2),
     ],
 )
 def test_surfaces_are_closed_and_enclose_their_polygons(kind: str, sizes: tuple[float, ...], exact: float) -> None:
@@ -143,3 +145,13 @@ def test_open_surfaces_are_told_from_closed_ones() -> None:
     assert not _is_closed([*TETRAHEDRON[:3], TETRAHEDRON[3][::-1]])  # one face turned inside out
     assert not _is_closed([*TETRAHEDRON, TETRAHEDRON[0]])  # a face twice
     assert drawn_shape(mesh(TETRAHEDRON[:3]), (1.0,), (0.0, 0.0, 0.0))[0]["closed"] is False
+
+
+@pytest.mark.parametrize("sizes", [(0.2, 0.03, 0.02), (0.03, 0.2, 0.02), (0.02, 0.03, 0.2)])
+def test_the_longest_axis_of_an_ellipsoid_ends_in_its_poles(sizes: tuple[float, float, float]) -> None:
+    """The sharp ends of a stone are points, not edges: a vertex lies on each end, and all lie on the ellipsoid."""
+    (part,) = parts_of("ellipsoid", sizes)
+    np.testing.assert_allclose(np.sum((part.vertices / sizes) ** 2, axis=1), 1.0, rtol=1e-12)
+    tip = np.eye(3)[int(np.argmax(sizes))] * max(sizes)
+    for end in (tip, -tip):
+        assert np.linalg.norm(part.vertices - end, axis=1).min() < 1e-15

@@ -28,7 +28,6 @@ _option = arguments_of("eomgen.products.ensembles.simulate_many:simulate_many")
 
 
 @click.command()
-@scene_options
 @folder_option
 @click.option(
     "--vary",
@@ -61,6 +60,7 @@ _option = arguments_of("eomgen.products.ensembles.simulate_many:simulate_many")
 @_option("--resume", is_flag=True)
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw fan charts, results and rankings.")
 @run_options
+@scene_options
 @json_option
 @debug_option
 def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) -> int:

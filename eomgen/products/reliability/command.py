@@ -50,7 +50,6 @@ _option = arguments_of("eomgen.products.reliability.vibration:random_vibration")
 
 
 @click.command()
-@scene_options
 @folder_option
 @click.option("--output", required=True, metavar="NAME", help="An output, or a component of it: tip[0].")
 @_option("--threshold", "thresholds", multiple=True, type=float, metavar="Y")
@@ -70,6 +69,7 @@ _option = arguments_of("eomgen.products.reliability.vibration:random_vibration")
 @initial_option
 @input_option
 @profile_option
+@scene_options
 @json_option
 @debug_option
 def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) -> int:

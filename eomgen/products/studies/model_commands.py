@@ -40,13 +40,13 @@ _of_check = arguments_of("eomgen.products.studies:check")
 
 
 @click.command()
-@scene_options
 @_of_check("--states", type=int, metavar="N")
 @_of_check("--seed", type=int, metavar="N")
 @_of_check("--only", multiple=True, metavar="FORM")
 @click.option(
     "--out", "folder", default=None, metavar="DIR", help="Write the data and draw the errors over the steps there."
 )
+@scene_options
 @json_option
 @debug_option
 def check(
@@ -130,11 +130,11 @@ _of_savings = arguments_of("eomgen.products.studies.savings:savings")
 
 
 @click.command()
-@scene_options
 @click.option("--method", default=None, help="Whose steps are timed; the scene's by default.")
 @_of_savings("--rounds", type=int, metavar="N")
 @_of_savings("--only", multiple=True, metavar="VARIANT")
 @click.option("--out", "folder", default=None, metavar="DIR", help="Write savings.csv and savings.json there.")
+@scene_options
 @json_option
 @debug_option
 def savings(
@@ -203,7 +203,6 @@ _of_identify = arguments_of("eomgen.products.studies:identify")
 
 
 @click.command()
-@scene_options
 @click.option("--data", multiple=True, required=True, metavar="FILE", help="CSV of a measured run; may be repeated.")
 @click.option(
     "--parameters",
@@ -235,6 +234,7 @@ _of_identify = arguments_of("eomgen.products.studies:identify")
 @set_option
 @initial_option
 @profile_option
+@scene_options
 @json_option
 @debug_option
 def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:

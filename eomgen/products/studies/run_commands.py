@@ -44,7 +44,6 @@ _of_tradeoff = arguments_of("eomgen.products.studies:tradeoff")
 
 
 @click.command()
-@scene_options
 @folder_option
 @click.option(
     "--output", "outputs", multiple=True, metavar="NAME",
@@ -67,6 +66,7 @@ _of_tradeoff = arguments_of("eomgen.products.studies:tradeoff")
 @set_option
 @input_option
 @_of_tradeoff("--resume", is_flag=True)
+@scene_options
 @json_option
 @debug_option
 def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
@@ -214,7 +214,6 @@ _NAMES: dict[str, Any] = {"default": None, "callback": names_of, "metavar": "NAM
 
 
 @click.command()
-@scene_options
 @_of_tune("--error", type=float, default=None, metavar="X")
 @click.option(
     "--real-time", default=None, metavar="CYCLE",
@@ -230,6 +229,7 @@ _NAMES: dict[str, Any] = {"default": None, "callback": names_of, "metavar": "NAM
 @set_option
 @input_option
 @click.option("--out", "file", default=None, metavar="FILE.toml", help="Write the scene with the settings there.")
+@scene_options
 @json_option
 @debug_option
 def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
@@ -343,7 +343,6 @@ _names_option = partial(click.option, default=None, callback=names_of, metavar="
 
 
 @click.command()
-@scene_options
 @click.option("--out", "folder", default=None, metavar="DIR", help="Folder for table, JSON and picture.")
 @_names_option("--ladders", help="step, stiffness, length, ...; all by default.")
 @_names_option("--methods", help="In place of all methods that suit the scene.")
@@ -351,6 +350,7 @@ _names_option = partial(click.option, default=None, callback=names_of, metavar="
 @_of_extremes("--budget", type=float, metavar="S")
 @_of_extremes("--limit", type=float, metavar="S")
 @_of_extremes("--resume", is_flag=True)
+@scene_options
 @json_option
 @debug_option
 def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
