@@ -17,13 +17,14 @@ def checkout_stamp() -> str:
     templates = package.parent / "templates"
     if not templates.is_dir():
         return ""
-    lines, folders = [], [str(package), str(templates)]
+    files, folders = [], [str(package), str(templates)]
     while folders:
         with os.scandir(folders.pop()) as entries:
             for entry in entries:
-                if entry.name.endswith((".py", ".jinja")):
+                name = entry.name
+                if name.endswith((".py", ".jinja")):
                     status = entry.stat()
-                    lines.append(f"{entry.path}|{status.st_size}|{status.st_mtime_ns}\n")
-                elif entry.is_dir():
+                    files.append((entry.path, status.st_size, status.st_mtime_ns))
+                elif name != "__pycache__" and entry.is_dir():
                     folders.append(entry.path)
-    return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
+    return hashlib.sha256(repr(sorted(files)).encode()).hexdigest()
