@@ -281,7 +281,8 @@ class RowsInMetric:
         if self._sparse is not None:
             squares = self._sparse.larger(*self._entries_of_row(self._summands), self.angular, self.speeds, 2)
             return VANISHING * EPSILON * np.sqrt(squares)
-        return np.asarray(VANISHING * EPSILON * np.sqrt(self._of_summands**2 @ self.speeds))
+        with np.errstate(over="ignore"):  # of equations of 1e154 and more
+            return np.asarray(VANISHING * EPSILON * np.sqrt(self._of_summands**2 @ self.speeds))
 
     def hides(self, row: int, rest: Array) -> bool:
         """Return whether the residual of a weighed row may be new or rounding: rows made of places far away."""
@@ -302,7 +303,8 @@ class RowsInMetric:
             squares = np.where(magnitudes > VANISHING * EPSILON * least, possible, 0.0) ** 2 * self.speeds[column]
             return np.sqrt(np.bincount(row, squares, minlength=len(self.size)))
         there = np.abs(self.B) > VANISHING * EPSILON * self._of_summands
-        return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self.speeds))
+        with np.errstate(over="ignore"):  # of equations of 1e154 and more
+            return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self.speeds))
 
     def all_new(self, least: float) -> bool | None:
         """Return whether a part of each row of at least ``least``, relative to its possible length, is new next to
@@ -349,7 +351,8 @@ def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Any:
         kinds = {name.rpartition(": ")[2] for name in undefined}
         remedies = {
             "discs": "a state in which no disc lies flat on the plane on which it rolls",
-            "surfaces": "a start near the surface, and a body that is smaller than the valleys of the surface",
+            "surfaces": "a start near the surface and within the ends of its curves, and a body that is smaller than"
+            " the valleys of the surface",
             "formulas": "a state in which the formula and its derivatives have values",
             "others": "a state in which the points of a distance differ, and lengths above 0",
         }
@@ -357,7 +360,9 @@ def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Any:
             "surfaces"
             if kind == "contact with the surface"
             else "discs"
-            if kind == "contact" or kind.startswith("no slip")
+            if kind == "contact" or (kind.startswith("no slip") and "contact with the surface" not in kinds)
+            else "surfaces"
+            if kind.startswith("no slip")
             else "formulas"
             if FORMULA.endswith(kind)
             else "others"

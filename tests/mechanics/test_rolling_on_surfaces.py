@@ -131,6 +131,10 @@ def test_a_valley_narrower_than_the_sphere_is_told() -> None:
     """In a valley of the radius 0.1 m a sphere of 0.4 m touches at two points, and no common normal is near."""
     with pytest.raises(eomgen.EomgenError, match="valleys of the surface"):
         model(surface='surface = "5 * x**2"', position="[0.02, 0, 0.4]").simulate(0.1)
+    with pytest.raises(eomgen.EomgenError) as caught:
+        eomgen.derive(scene(surface='surface = "sqrt(x)"'))
+    assert "try: a start near the surface and within the ends of its curves, and a body that is" in str(caught.value)
+    assert "disc" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -235,6 +235,7 @@ MISTAKES: list[tuple[str, dict[str, Any], str]] = [
      ' try: outside = "hold" of the curve, or an argument within its points at t = 0, the start of the base'),
     ("a constant without drift", frame("0.3", drift="remove"), BASE
      + 'a constant acceleration is all drift, and would be removed; try: drift = "keep", or position'),
+    ("a pole", frame("1 / t"), BASE + "the integral by polynomials is off by about "),
     ("drift without an acceleration", {**frame(0), "base": {"position": ["t", 0, 0], "drift": "remove"}},
      "(base.drift): drift is of the integral of an acceleration, and the base has none;"
      ' try: acceleration = ["quake(t)", 0, 0]'),

@@ -131,6 +131,8 @@ def test_nodes(text: str, expected: Formula) -> None:
         ("(t + 1", "the formula is not well formed"),
         ("t t", "the formula is not well formed at 't' (column 3)"),
         ("2x", "the number '2' runs into a name (column 1); try: a * after 2"),
+        ("t / 0", "the divisor is zero (column 5); try: another divisor"),
+        ("t / (1 - 1)", "the divisor is zero"),
         ("0x10", "the number '0' runs into a name"),
         ("1_000", "the number '1' runs into a name"),
         ("1j", "the number '1' runs into a name"),

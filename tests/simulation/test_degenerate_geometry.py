@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import pytest
@@ -54,6 +55,24 @@ def test_a_disc_that_lies_flat_is_told_so(side: float) -> None:
         eomgen.derive(scene)
     assert "ground: contact, ground: no slip along x" in str(caught.value)
     assert str(caught.value).endswith("; try: a state in which no disc lies flat on the plane on which it rolls")
+
+
+def test_equations_beyond_the_range_of_squares_have_a_message_alone() -> None:
+    """Warnings of overflows in squares of rows would come before the message; they are errors of the tests."""
+    scene = {
+        "format": 1,
+        "name": "sliders",
+        "bodies": {"a": {"mass": 1.0}, "b": {"mass": 1.0}},
+        "joints": {
+            "a": {"type": "prismatic", "parent": "base", "child": "a", "axis": [1, 0, 0], "initial": {"position": 0.1}},
+            "b": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]},
+        },
+        "constraints": {"c": {"type": "formula", "equation": "1e300 * (q.a - q.b)", "unit": "m"}},
+    }
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ModelError, match=r"after 50 corrections still off: c: formula by 1e\+299"):
+            eomgen.derive(scene)
 
 
 def test_an_equilibrium_names_formulas_without_derivative() -> None:

@@ -27,6 +27,8 @@ from eomgen.system.description import BASE, WORLD, FixedFrame, Point
 
 #: Share of the greatest speed that the speed at the end, or the mean velocity, may have without a note.
 _DRIFTS = 0.02
+#: Error of a displacement as a part of the largest one, above which an integral is refused.
+_KNOWN = 0.01
 #: Times at which the speed is looked at.
 _TIMES = 1025
 _UNIT = "m/s^2"
@@ -79,6 +81,10 @@ def _accelerated(
         except IntegrationError as error:
             values.report.add(key, error.fault, error.hint)
             continue
+        if (off := integral.error * integral.end) > _KNOWN * _largest(integral, values.parameters):
+            fault = f"the integral by polynomials is off by about {off:.1g} m at t = {integral.end:.6g} s"
+            values.report.add(key, fault, "a formula without poles and jumps, or a curve through its values")
+            continue
         position[axis] = total(position[axis], integral.formula)
         if integral.end > 0.0:
             integrals[axis] = _described(key, integral)
@@ -101,6 +107,13 @@ def _described(key: str, integral: SecondIntegral) -> str:
     if integral.error:
         texts.append(f"its quadrature is off by about {integral.error * integral.end:.1g} m there")
     return "; ".join(texts)
+
+
+def _largest(integral: SecondIntegral, parameters: Mapping[str, float]) -> float:
+    """Return the largest displacement of an integral, m; 0 for none."""
+    if not integral.end > 0.0:
+        return 0.0
+    return float(np.max(np.abs(law_and_rate(integral.formula, parameters)(np.linspace(0.0, integral.end, _TIMES))[0])))
 
 
 def _drifts(integral: SecondIntegral, parameters: Mapping[str, float]) -> bool:

@@ -166,6 +166,8 @@ class _FormulaReader:
         if name == "pow" and exponent is not None and abs(exponent) > LARGEST_EXPONENT:
             fault = f"the exponent {exponent:.6g} is beyond {LARGEST_EXPONENT:.0f}"
             raise self.error(node.right, fault, "exp() or a smaller exponent")
+        if name == "div" and exponent == 0.0 and parts[0][1] is None:
+            raise self.error(node.right, "the divisor is zero", "another divisor")
         return self.operation(node, name, parts)
 
     def unary(self, node: ast.UnaryOp, depth: int) -> tuple[Formula, float | None]:
