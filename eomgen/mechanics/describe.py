@@ -38,6 +38,7 @@ from eomgen.system.description import (
     Description,
     Drawing,
     ElementStiffness,
+    HeightSurface,
     Hinge,
     Limit,
     Line,
@@ -286,6 +287,7 @@ def _drawing(scene: Scene) -> Drawing:
         + tuple(_elements(scene)),
         wheels=tuple(item for item in drawn if isinstance(item, Wheel)),
         shapes=(*scene.shapes, *_rolling_shapes(scene)),
+        contact_surfaces=tuple(_surfaces(scene)),
         ground=_ground(scene),
     )
 
@@ -337,6 +339,16 @@ def _rolling_solid(item: Constraint) -> tuple[str, tuple[Formula, ...]]:
         case "torus":
             return "wheel", (item.radius + item.tube_radius, Number(2.0) * item.tube_radius)
     return "wheel", (item.radius, _DISC_WIDTH * item.radius)
+
+
+def _surfaces(scene: Scene) -> Iterator[HeightSurface]:
+    """Yield the surfaces of rolling and sliding contacts that are given by heights."""
+    for item in scene.constraints:
+        if item.surface is not None:
+            first, second = item.first, item.second
+            plane = (first.body, first.position, first.orientation)
+            size = item.semi_axes[0] if item.shape == "ellipsoid" else item.radius
+            yield HeightSurface(item.name, *plane, item.surface, second.body, second.position, size)
 
 
 def _ground(scene: Scene) -> tuple[Formula, ...]:

@@ -1,5 +1,5 @@
-"""Roads under tyres in pictures: the profile along the path of each wheel, or around the wheel over time if time or
-inputs move the road."""
+"""Roads under tyres and surfaces of contacts in pictures: the profile of a road along the path of each wheel, or around
+the wheel over time if time or inputs move the road, and the heights of a surface around the path of a body."""
 
 from __future__ import annotations
 
@@ -58,6 +58,59 @@ def roads_of(
         if all(np.isfinite(heights_of(road))):
             shared = {"name": wheel.name, "center": wheel.center, "width": 2.0 * _HALF_WIDTH * radius}
             result.append({**shared, **road})
+    return result
+
+
+#: Beyond the path of a body on a surface, by its size, and the largest number of cells along the longer side.
+_BEYOND_PATH, _CELLS = 4.0, 48
+_GROUND = "#c2bcae"
+
+
+def surfaces_of(drawing: Drawing, poses: Mapping[str, Array], values: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Return the surfaces of contacts around the path of the body on each, as shapes of ``scenery.scenery``.
+
+    Parameters
+    ----------
+    poses : of bodies over time, (nt, 7)
+    values : of parameters
+    """
+    result = []
+    for surface in drawing.contact_surfaces:
+        numbers = _Numbers(values, dict)
+        origin, axes = numbers.vector(surface.position), np.array(surface.axes)
+        pose = poses[surface.rider]
+        place = rotated(pose[:, :4], numbers.vector(surface.center)) + pose[:, 4:]
+        if (carrier := poses.get(surface.body)) is not None:
+            place = rotated(carrier[:, :4] * [1.0, -1.0, -1.0, -1.0], place - carrier[:, 4:])
+        path = (place - origin) @ axes
+        beyond = _BEYOND_PATH * numbers.of(surface.size)
+        low, high = path[:, :2].min(axis=0) - beyond, path[:, :2].max(axis=0) + beyond
+        cell = float(np.max(high - low)) / _CELLS
+        x, y = (np.linspace(low[k], high[k], int(np.ceil((high[k] - low[k]) / cell)) + 1) for k in range(2))
+        grid = np.meshgrid(x, y, indexing="ij")
+
+        def value_of(symbol: Symbol, grid: Sequence[Array] = grid) -> ArrayLike:
+            return grid[symbol.index] if symbol.kind == "local" else values.get(symbol.name, np.nan)
+
+        z = np.broadcast_to(evaluate_batch(surface.height, value_of), grid[0].shape)
+        corners = np.arange(z.size).reshape(z.shape)
+        quads = np.stack([corners[:-1, :-1], corners[1:, :-1], corners[1:, 1:], corners[:-1, 1:]], axis=-1)
+        faces = [face for face in quads.reshape(-1, 4).tolist() if np.all(np.isfinite(z.flat[face]))]
+        local = np.column_stack([grid[0].flat, grid[1].flat, np.where(np.isfinite(z), z, 0.0).flat])
+        result.append(
+            {
+                "name": surface.name,
+                "body": surface.body,
+                "origin": origin.tolist(),
+                "color": _GROUND,
+                "own": False,
+                "opacity": 1.0,
+                "vertices": np.round(origin + local @ axes.T, _DIGITS).tolist(),
+                "faces": faces,
+                "closed": False,
+                "whole": False,
+            }
+        )
     return result
 
 

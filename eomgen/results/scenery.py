@@ -14,7 +14,7 @@ from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.results.beam_curves import axes_of, drawn_beams
-from eomgen.results.roads import heights_of, roads_of
+from eomgen.results.roads import heights_of, roads_of, surfaces_of
 from eomgen.results.solids import drawn_shape
 from eomgen.system.description import BASE, WORLD, Description, Drawing
 
@@ -120,6 +120,11 @@ def poses_and_scenery(
     if roads := roads_of(model.description.drawing, poses, t, values, lambda: inputs(t) if inputs else {}):
         lowest = min(height for road in roads for height in heights_of(road))
         seen["roads"], seen["ground"] = roads, seen.get("ground", [0.0, 0.0, lowest])
+    for surface in surfaces_of(model.description.drawing, poses, values):
+        seen["shapes"] = [*seen.get("shapes", ()), surface]
+        if surface["body"] not in poses and surface["faces"]:
+            lowest = min(surface["vertices"][corner][2] for face in surface["faces"] for corner in face)
+            seen["ground"] = seen.get("ground", [0.0, 0.0, lowest])
     axes = axes_of(model)
     return PosesAndScenery(poses, {**seen, "axes": axes} if axes else seen)
 

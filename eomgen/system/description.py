@@ -342,6 +342,28 @@ class Shape:
 
 
 @dataclass(frozen=True)
+class HeightSurface:
+    """A surface over a plane, on which a body rolls or slides.
+
+    Attributes
+    ----------
+    body, position, axes : carrier of the plane; origin, m, and axes of the plane in the carrier, as of ``Shape``
+    height : m, formula of the plane's x and y and of parameters
+    rider, center : the body on the surface, and its centre in the body, m
+    size : of the body on the surface, m
+    """
+
+    name: str
+    body: str
+    position: Vector
+    axes: tuple[tuple[float, ...], ...]
+    height: Formula
+    rider: str
+    center: Vector
+    size: Formula
+
+
+@dataclass(frozen=True)
 class Drawing:
     """Geometry of pictures and animations. Solids come in the order of the poses.
 
@@ -355,6 +377,7 @@ class Drawing:
     links: tuple[Link, ...] = ()
     wheels: tuple[Wheel, ...] = ()
     shapes: tuple[Shape, ...] = ()
+    contact_surfaces: tuple[HeightSurface, ...] = ()
     ground: tuple[Formula, ...] = ()
 
 

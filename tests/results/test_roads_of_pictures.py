@@ -1,5 +1,5 @@
-"""Roads under tyres in pictures: heights against the formulas of the roads, along the path of the wheel and over
-time."""
+"""Roads under tyres and surfaces of contacts in pictures: heights against the formulas, along the path of the wheel and
+over time."""
 
 from __future__ import annotations
 
@@ -108,3 +108,49 @@ def test_a_tyre_without_slip_turns_about_the_joint_of_its_wheel(
     (shape,) = describe(eomgen.load(file)).drawing.shapes
     assert (shape.kind, shape.body) == ("wheel", carrier)
     np.testing.assert_array_equal(np.array(shape.axes)[:, 2], expected)
+
+
+# -- surfaces of rolling and sliding contacts --------------------------------------------------------------------------
+
+
+def on_surface(surface: str, **first: object) -> tuple[dict[str, object], dict[str, np.ndarray], dict[str, object]]:
+    """Return the surface of the picture of a sphere of 0.2 m that slides on a surface, poses and the scenery."""
+    carried = first.get("body", "base") == "cart"
+    bodies = {"ball": {"mass": 1, "inertia": [0.01, 0.01, 0.01]}, "cart": {"mass": 5, "inertia": [1, 1, 1]}}
+    cart = {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0], "drive": "2 * t"}
+    ball = {"type": "free", "parent": "cart" if carried else "base", "child": "ball"}
+    ball["initial"] = {"position": [0.1, 0.0, 0.3], "velocity": [0, 0, 0, 0.5, 0.2, 0]}
+    contact = {"type": "sliding", "first": {"body": "base", **first}, "second": {"body": "ball"}, "shape": "sphere"}
+    data = {
+        "format": 1,
+        "name": "bowl",
+        "bodies": bodies,
+        "joints": {"cart": cart, "ball": ball},
+        "constraints": {"bowl": {**contact, "radius": 0.2, "surface": surface}},
+    }
+    poses, scenery = eomgen.build(data).simulate(1.0, step=5e-3, method="rk4_partitioned").poses_and_scenery
+    (shape,) = (shape for shape in scenery["shapes"] if shape["name"] == "bowl" and not shape["whole"])
+    return shape, poses, scenery
+
+
+def test_the_surface_of_a_contact_is_drawn_around_the_path() -> None:
+    """Four radii beyond the path, at the heights of the formula, seen from above; the ground touches it from below."""
+    shape, poses, scenery = on_surface("0.3 * x**2 + 0.1 * y", axis=[0, 0, 1], position=[0, 0, 0.05])
+    x, y, z = np.array(shape["vertices"]).T
+    np.testing.assert_allclose(z, 0.05 + 0.3 * x**2 + 0.1 * y, atol=3e-6)
+    path = poses["ball"][:, 4:]
+    for values, along in ((x, path[:, 0]), (y, path[:, 1])):
+        np.testing.assert_allclose([values.min(), values.max()], [along.min() - 0.8, along.max() + 0.8], atol=1e-5)
+    corners = np.array(shape["vertices"])[np.array(shape["faces"])]
+    assert np.all(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0.0)
+    assert scenery["ground"] == [0.0, 0.0, z.min()]
+
+
+def test_a_surface_goes_with_its_body_and_ends_at_the_edge_of_its_formula() -> None:
+    """A bowl on a cart that has moved by 2 m; beyond the radius of the bowl the formula has no value."""
+    shape, _, scenery = on_surface("0.8 - sqrt(0.64 - x**2 - y**2)", body="cart", axis=[0, 0, 1])
+    assert shape["body"] == "cart" and "ground" not in scenery
+    used = np.array(shape["vertices"])[np.unique(shape["faces"])]
+    np.testing.assert_allclose(used[:, 2], 0.8 - np.sqrt(0.64 - used[:, 0] ** 2 - used[:, 1] ** 2), atol=2e-5)
+    assert 0.5 < np.abs(used[:, :2]).max() < 0.8
+    assert len(shape["faces"]) < 48 * 48
