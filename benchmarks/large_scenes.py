@@ -4,8 +4,9 @@
     [--json out.json] [--quick]
 
 ``net``: a taut cable net ten knots wide in absolute coordinates, written with [repeat]. ``chain``: rods on hinges about
-y in joint coordinates. Every case is a process of its own with an empty cache. CPU seconds of Python for scene and C,
-and of the compilers; statements and kB of the C; the largest memory of Python; time per step and body.
+y in joint coordinates; ``joined``: the same in absolute coordinates. Every case is a process of its own with an empty
+cache. CPU seconds of Python for scene and C, and of the compilers; statements and kB of the C; the largest memory of
+Python; time per step and body.
 """
 
 from __future__ import annotations
@@ -68,8 +69,8 @@ def scene_of(kind: str, bodies: int) -> Any:
     from benchmarks import chains  # noqa: PLC0415  # importing eomgen is part of what is measured
     from eomgen.scene.load import load_toml  # noqa: PLC0415
 
-    if kind == "chain":
-        return chains.scene("joint", "hinge", bodies)
+    if kind != "net":
+        return chains.scene("joint" if kind == "chain" else "absolute", "hinge", bodies)
     rows = max(2, bodies // WIDTH)
     return load_toml(NET.replace("ROWS", f"{rows}").replace("WIDE", f"{WIDTH}").replace("SPRING", SPRING))
 
@@ -132,7 +133,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.large_scenes", description=(__doc__ or "").partition("\n")[0]
     )
-    parser.add_argument("--scenes", nargs="+", choices=("net", "chain"), default=["net", "chain"])
+    parser.add_argument("--scenes", nargs="+", choices=("net", "chain", "joined"), default=["net", "chain"])
     parser.add_argument("--bodies", nargs="+", type=int, default=[100, 1000])
     parser.add_argument("--method", default="generalized_alpha")
     parser.add_argument("--json", type=Path)

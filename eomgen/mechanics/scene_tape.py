@@ -164,8 +164,12 @@ class Derivation:
 
     def mass_entries(self) -> list[int]:
         """Return the factors of M without structural zeros."""
-        rows = separated.mass_rows(self.grouped, self.composites)
-        return [value.ref for row in rows for value in row.values()]
+        return [value.ref for row in self.mass_rows for value in row.values()]
+
+    @cached_property
+    def mass_rows(self) -> list[dict[int, Scalar]]:
+        """The lower triangle of M row by row, by column, without structural zeros."""
+        return separated.mass_rows(self.grouped, self.composites)
 
     def coupling(self) -> list[Block]:
         """Return h(q, v), (nv,): inertia forces quadratic in v, base at rest; N, or N m of angles."""
@@ -234,7 +238,7 @@ class Derivation:
         """Whether the elimination of M loses digits that articulated bodies keep, with the default parameters."""
         if self.absolute or self.constrained or self.deep or not self.free_columns:
             return False
-        M = separated.mass_rows(self.grouped, self.composites)
+        M = self.mass_rows
         starts = {joint.name: joint.initial_position for joint in self.scene.joints}
         start: list[float] = []
         for factor in self.tree.factors:  # scenes made without a file may lack a start

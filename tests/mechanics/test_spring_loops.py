@@ -134,3 +134,18 @@ def test_the_text_names_the_springs() -> None:
     system = derive(net(4, 3, group="R3xSO3"), ("force",))
     labels = [loop.label for loop in system.tape.maps]  # type: ignore[attr-defined]
     assert any(re.fullmatch(r"forces of 17 springs, x_0_0 to y_3_1", label) for label in labels), labels
+
+
+def test_forward_dynamics_of_many_bodies_is_by_blocks_of_the_mass_matrix() -> None:
+    """Articulated bodies would be recorded beside them, and then left out: they have as many operations."""
+    scene = net(5, 4)
+    found = derive(scene, ["forward_dynamics", "mass", "inverse_dynamics"])
+    random = np.random.default_rng(5)
+    inputs = {"q": np.array(found.initial_q), "v": random.standard_normal(found.nv), "a": np.zeros(found.nv)}
+
+    def value(name: str) -> np.ndarray:
+        return np.array(evaluate(found.tape, found.functions[name].outputs[0].refs, inputs), dtype=float)
+
+    M = value("mass").reshape(found.nv, found.nv)
+    np.testing.assert_allclose(value("forward_dynamics"), np.linalg.solve(M, -value("inverse_dynamics")), rtol=1e-9)
+    assert not any("articulated" in label for _, label in found.tape.blocks)

@@ -238,11 +238,11 @@ def forward_blocks(derivation: Derivation) -> list[Block]:
 def forward_dynamics(derivation: Derivation) -> list[Scalar]:
     """Return vdot, (nv,), by the algorithm that is expected to be the fastest and loses no digits.
 
-    For deep trees only articulated bodies are considered; elastic trees and joints that follow other joints have M
-    only.
+    For deep trees only articulated bodies are considered; elastic trees, joints that follow other joints and many
+    absolute bodies, whose M has a block for each body, have M only.
     """
     loads = derivation.loads
-    if not derivation.free_columns:
+    if not derivation.free_columns or (derivation.absolute and derivation.large):
         return _by_mass_matrix(derivation)
     tree = derivation.tree if derivation.ill_scaled else derivation.grouped  # moved masses cost digits, too
     articulated = articulated_forward(tree, derivation.motion, loads.wrenches, loads.efforts)
@@ -264,6 +264,6 @@ def _by_mass_matrix(derivation: Derivation) -> list[Scalar]:
     net = separated.net_wrenches(grouped, fields, loads.wrenches)
     bias = separated.generalized(grouped, net, "bias force", separated.elastic_rows(grouped, fields))
     right = [effort - load for effort, load in zip(loads.efforts, bias, strict=True)]
-    M = separated.mass_rows(grouped, derivation.composites)
+    M = derivation.mass_rows
     with derivation.tape.block("elimination of the mass matrix from the tips to the root"):
         return solve_tree(M, right, derivation.tree.dof_parents())

@@ -12,7 +12,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from eomgen.mechanics.dynamics.elimination import factored, half_solved
-from eomgen.mechanics.dynamics.separated import mass_rows
 from eomgen.mechanics.kinematics.bodies import Orientations, jacobian_of_mount, link_columns
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.kinematics.fields import AccelerationField, total_fields
@@ -198,7 +197,7 @@ def frame_mobilities(derivation: Derivation) -> list[Block]:
     first."""
     nv = derivation.tree.nv
     (J,) = frame_jacobians(derivation, "local_world_aligned")
-    rows = mass_rows(derivation.grouped, derivation.composites)
+    rows = derivation.mass_rows
     values: list[Scalar] = []
     with derivation.tape.block("inverse operational-space inertias: M = L^T D L, halves L^-T J^T"):
         factors, inverse = factored(rows, derivation.tree.dof_parents())

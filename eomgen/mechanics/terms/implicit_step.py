@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from eomgen.mechanics.dynamics.separated import carried_loads, mass_rows, net_wrenches
+from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
 from eomgen.mechanics.forces.internal_states import InternalStates
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.fields import Wrench, angular_velocities, total_fields
@@ -181,7 +181,7 @@ def jacobian_values(derivation: Derivation) -> list[Block]:
 def mass_values(derivation: Derivation) -> list[Block]:
     """Return the nonzeros of M."""
     entries: Entries = {}
-    for row, along in enumerate(mass_rows(derivation.grouped, derivation.composites)):
+    for row, along in enumerate(derivation.mass_rows):
         for column, value in along.items():
             entries[row, column] = entries[column, row] = value.ref
     return [_nonzeros(derivation, "M_values", entries, "M: inertia matrix")]

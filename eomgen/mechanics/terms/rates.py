@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from eomgen.mechanics.dynamics.elimination import solve_tree
-from eomgen.mechanics.dynamics.separated import mass_rows
 from eomgen.mechanics.kinematics.fields import Wrench
 from eomgen.mechanics.rates.closed_form import SystemMatrices, inverse_dynamics_closed, matrix_path
 from eomgen.mechanics.rates.jets import MotionJets, accelerations, base_twist
@@ -89,7 +88,7 @@ def forward_rates(derivation: Derivation, order: int) -> Paths:
     if derivation.deep and tree.rigid and not tree.following:
         (block,) = forward_blocks(derivation)
         return motion_jets(derivation).along_flow(block.refs, order)
-    M = mass_rows(derivation.grouped, derivation.composites)
+    M = derivation.mass_rows
     (tau,) = derivation.inverse_dynamics()
     along: Paths = [[] for _ in range(tree.nv)]
     for k in range(order + 1):
