@@ -10,6 +10,7 @@ import pytest
 import eomgen
 from eomgen.errors import ModelError
 from eomgen.integrators.families.register import method_named
+from eomgen.integrators.newton import elimination
 from eomgen.integrators.newton.elimination import eliminate
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data
@@ -123,3 +124,28 @@ def test_a_beam_moves_alike_in_other_units(model: str) -> None:
         motions.append(np.array(run.q) / np.array([units.size(unit) for unit in compiled.q_units]))
     for motion in motions[1:]:
         assert np.max(np.abs(motion - motions[0])) < 1e-9
+
+
+@pytest.mark.parametrize(("stages", "most"), [(150, 10**9), (300, 40)])
+def test_stages_that_leave_a_column_serve_as_examples_in_long_chains(
+    stages: int, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each stage's own pivot is too small, so its column waits for the row of the next stage."""
+    entries = {(k, k): np.full(2, 1e-8) for k in range(stages)} | {(k + 1, k): np.ones(2) for k in range(stages - 1)}
+    entries[0, stages - 1] = np.ones(2)
+    searched = 0
+    pivot = elimination._ActiveSubmatrix.pivot
+
+    def counted(*arguments: Any) -> Any:
+        nonlocal searched
+        searched += 1
+        return pivot(*arguments)
+
+    monkeypatch.setattr(elimination._ActiveSubmatrix, "pivot", counted)
+    made = elimination.eliminate(stages, entries, [([k], [k]) for k in range(stages)])
+    assert sorted(made.rows) == sorted(made.columns) == list(range(stages))
+    chosen = list(zip(made.rows, made.columns, strict=True))
+    assert chosen[:2] == [(1, 0), (2, 1)]
+    assert (0, stages - 1) in chosen
+    assert searched <= most
+    assert (searched >= stages) is (most > stages)

@@ -33,6 +33,9 @@ _MANY = 16
 #: For more than ``_MANY`` stages, pivots of at least this part count as equal, so that the choice depends little on the
 #: number of stages.
 _ALIKE = 0.1
+#: Number of stages above which stages to which earlier ones leave columns serve as an example as well: pivots of the
+#: first stages may be too small in a long chain, and each stage leaves a column to the next one then.
+_LONG = 200
 #: A pivot is at least this part of the largest entry of its column. The iteration makes up for digits lost to growth,
 #: because the residual does not depend on the factors.
 _OF_ALL = 1e-6
@@ -103,7 +106,7 @@ def eliminate(
     constrained: bool = False,
     diagonal_first: bool = False,
 ) -> Elimination:
-    """Choose the pivots.
+    """Choose the pivots; of many stages, a stage leaves the same columns to the next one as its example did.
 
     Parameters
     ----------
@@ -143,23 +146,29 @@ def eliminate(
 
     starts: list[int] = []
     orders: dict[object, list[tuple[int, int]]] = {}
-    repeated = _REPEATED * (_MANY / max(len(plan), _MANY)) ** 3
+    repeated, long = _REPEATED * (_MANY / max(len(plan), _MANY)) ** 3, len(plan) > _LONG
     for number, (new_rows, new_columns) in enumerate(plan):
         begun = len(rows)
         delayed = bool(state.columns_of_stage)
+        late_rows, late_columns = state.left(long=long)
+        own_rows, own_columns = [*late_rows, *new_rows], [*late_columns, *new_columns]
         state.rows_of_stage |= set(new_rows)
         state.columns_of_stage |= set(new_columns)
-        structure = None if delayed else state.structure(new_rows, new_columns)
+        structure = None
+        if long or not delayed:
+            structure = len(late_rows), len(late_columns), state.structure(own_rows, own_columns)
+        followed = long and structure in orders and number < len(plan) - 1
         for i, j in orders.get(structure, ()):
-            if not state.serves(new_rows[i], new_columns[j], repeated):
+            if not state.serves(own_rows[i], own_columns[j], repeated):
+                followed = False
                 break
-            take(new_rows[i], new_columns[j])
+            take(own_rows[i], own_columns[j])
         thresholds = (THRESHOLD,) if number < len(plan) - 1 else (THRESHOLD, *_LAST_THRESHOLDS)
-        while state.columns_of_stage and (next_pivot := state.pivot(thresholds)) is not None:
+        while not followed and state.columns_of_stage and (next_pivot := state.pivot(thresholds)) is not None:
             take(*next_pivot)
-        if structure is not None and structure not in orders and not state.columns_of_stage:
-            row_at = {row: k for k, row in enumerate(new_rows)}
-            column_at = {column: k for k, column in enumerate(new_columns)}
+        if structure is not None and structure not in orders and (long or not state.columns_of_stage):
+            row_at = {row: k for k, row in enumerate(own_rows)}
+            column_at = {column: k for k, column in enumerate(own_columns)}
             orders[structure] = [(row_at[rows[k]], column_at[columns[k]]) for k in range(begun, len(rows))]
         if len(rows) > begun:
             starts.append(begun)
@@ -206,6 +215,10 @@ class _ActiveSubmatrix:
             self.columns[column].add(row)
         self.rows_of_stage: set[int] = set()
         self.columns_of_stage: set[int] = set()
+
+    def left(self, *, long: bool) -> tuple[list[int], list[int]]:
+        """Return the rows and columns that earlier stages leave; none unless there are many stages."""
+        return (sorted(self.rows_of_stage), sorted(self.columns_of_stage)) if long else ([], [])
 
     def structure(self, rows: Sequence[int], columns: Sequence[int]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
         """Return the nonzeros of a stage, with rows and columns numbered within the stage."""
