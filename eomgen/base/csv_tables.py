@@ -16,8 +16,8 @@ from eomgen.base.files import nearby, write_file, write_text
 from eomgen.base.messages import counted, shown
 from eomgen.errors import FileError, Problem
 
-#: Rows that are written at once.
-_ROWS = 4096
+#: Numbers that are made to Python's own at once: each takes four times the memory of an array's.
+_NUMBERS = 2**18
 
 
 def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: str = "") -> None:
@@ -42,8 +42,9 @@ def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: s
 
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow([numbered, *names] if numbered else names)
-        for start in range(0, len(columns), _ROWS):
-            for number, row in enumerate(columns[start : start + _ROWS].tolist(), start):
+        rows = max(1, _NUMBERS // max(1, columns.shape[1]))
+        for start in range(0, len(columns), rows):
+            for number, row in enumerate(columns[start : start + rows].tolist(), start):
                 cells = ",".join(map(repr, row))  # a writer looks for characters to quote, which takes as long again
                 text.write(f"{number},{cells}\n" if numbered else f"{cells}\n")
         text.flush()

@@ -23,6 +23,8 @@ from eomgen.lie.groups import Group, group_named
 
 Array = NDArray[Any]
 Places = slice | NDArray[np.intp]
+#: Components of increments at once: each takes some twenty numbers on the way.
+_LARGE = 2**18
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,13 @@ def difference(factors: Sequence[Factor], first: Array, second: Array) -> Array:
     """
     batch = np.broadcast_shapes(np.shape(first)[:-1], np.shape(second)[:-1])
     result = np.zeros((*batch, sum(factor.v_size for factor in factors)), dtype=np.result_type(first, second, float))
+    if len(batch) == 1 and result.shape[0] > 1 and result.size > _LARGE:
+        rows = max(1, _LARGE // result.shape[1])
+        ends = [np.broadcast_to(q, (*batch, q.shape[-1])) for q in (first, second)]
+        for start in range(0, batch[0], rows):
+            part = slice(start, start + rows)
+            result[part] = difference(factors, ends[0][part], ends[1][part])
+        return result
     for group, of_q, of_v in _by_group(tuple(factors)):
         begin, end = first[..., of_q], second[..., of_q]
         if group is None:

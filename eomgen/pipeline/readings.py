@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 _OWN = (".toml", ".urdf", ".csv", ".txt", ".dat", ".tsv", ".c", ".stl", ".obj", ".glb")
 #: Bytes of a scene in a record at most: larger scenes take about as long to read from a record.
 _LARGEST = 4_000_000
+#: Bytes of a body with its joint at least: the text of a scene that is too large is not made in the first place.
+_OF_BODY = 400
 #: Types of the functions in requirements: eomgen's own and comparisons of Python, whose module is ``_operator``.
 _FUNCTIONS = (FunctionType, BuiltinFunctionType)
 _COMPARISONS = tuple(f"_operator:{name}" for name in ("lt", "le", "eq", "ne", "ge", "gt"))
@@ -130,6 +132,8 @@ def store(
         Digest of each file by absolute path, ``ABSENT`` for a missing file, empty for a file that changed meanwhile.
     """
     if not all(files.values()) or not all(file.lower().endswith(_OWN) for file in files):
+        return
+    if len(scene.bodies) * _OF_BODY > _LARGEST:
         return
     if any(joint.of_another_distribution for joint in scene.joints):  # the type may change
         return

@@ -114,7 +114,7 @@ def comparison_run(
             return Comparison(span.rows[:0], p, stepper.status_text(status))
         whole = max(1, round(multiple))
         every = min(every or round(math.lcm(span.stride, whole) / multiple), grid.steps + 1)
-        result = run_chunks(stepper, grid, every, run.driven, progress)
+        result = run_chunks(stepper, grid, every, run.driven, progress, windows=False)
     except UsageError as error:
         return Comparison(span.rows[:0], p, str(error.problems[0]))
     reason = stepper.status_text(result.status) if result.status not in (0, STOPPED.number) else ""
@@ -168,6 +168,9 @@ class ComparedMotion(NamedTuple):
     statistics: Mapping[str, int | float] = MappingProxyType({})
 
     def at(self, places: NDArray[np.intp]) -> ComparedMotion:
+        """Return the motion at some rows, without a copy if these are all rows, in order."""
+        if np.array_equal(places, np.arange(len(self.rows))):
+            return self
         return self._replace(rows=self.rows[places], outputs={name: one[places] for name, one in self.outputs.items()})
 
 

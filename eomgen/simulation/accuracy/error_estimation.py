@@ -238,7 +238,7 @@ def _by_steps(runs: ComparisonRuns) -> ErrorEstimate:
         return result
     four = None if twice.stopped else runs.at(multiple=4.0)
     near = runs.apart(runs.own, twice)
-    result = None
+    result = far = None
     if len(twice.rows) > 1:
         far = None if four is None else runs.apart(twice, four)
         words = "a run at twice the step" if four is None else "runs at 2 and 4 times the step"
@@ -247,6 +247,8 @@ def _by_steps(runs: ComparisonRuns) -> ErrorEstimate:
         same = not _passed_over(runs, twice)
         if four is not None and not four.stopped and same and not _doubtful(runs, result, near):
             return result
+    stopped = twice.stopped
+    del twice, four, far  # large scenes have large motions
     half = runs.at(multiple=0.5)
     if len(half.rows) > 1 and not half.stopped:
         words = "runs at half and 2 times the step"
@@ -256,7 +258,7 @@ def _by_steps(runs: ComparisonRuns) -> ErrorEstimate:
         pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
         return replace(estimate(runs, pair, order), passed_over=_passed_over(runs, half))
     if result is None or not result.relative < _EXPLODED:
-        reason = f"runs neither at twice nor at half the step hold: {twice.stopped or half.stopped}"
+        reason = f"runs neither at twice nor at half the step hold: {stopped or half.stopped}"
         raise NoEstimateError(reason, _smaller(runs))
     return result
 

@@ -153,13 +153,12 @@ def differences(
     one, other = columns_of(model, first), columns_of(model, second)
     apart = {name: np.abs(one[name] - other[name]) for name in ("v", "z", "multipliers")}
     apart["increment"] = np.abs(product.difference(model.factors, one["q"], other["q"]))
-    signed = other["q"].copy()
-    for factor in model.factors:
-        if factor.group != "R":
-            part = slice(factor.q_start, factor.q_start + 4)
-            turned = np.sum(one["q"][:, part] * signed[:, part], axis=1) < 0.0
-            signed[turned, part] *= -1.0
-    apart["q"] = np.abs(one["q"] - signed)
+    apart["q"] = np.abs(one["q"] - other["q"])
+    starts = np.array([factor.q_start for factor in model.factors if factor.group != "R"], int)
+    quaternions = starts[:, np.newaxis] + np.arange(4)
+    row, turned = np.nonzero(np.sum(one["q"][:, quaternions] * other["q"][:, quaternions], axis=2) < 0.0)
+    opposite = row[:, np.newaxis], quaternions[turned]
+    apart["q"][opposite] = np.abs(one["q"][opposite] + other["q"][opposite])
     ours, theirs = outputs
     return apart | {f"output.{name}": np.abs(_table(ours[name]) - _table(theirs[name])) for name in ours}
 
@@ -183,7 +182,7 @@ def motion_size(
     column = columns_of(model, rows)
     travel = np.ptp(column["q"], axis=0)
     turned = np.abs(product.difference(model.factors, column["q"][:1], column["q"]))
-    size, names, units = np.zeros(model.nv), [""] * model.nv, [""] * model.nv
+    size, names, units, triples = np.zeros(model.nv), [""] * model.nv, [""] * model.nv, []
     for factor in model.factors:
         if factor.group == "R":
             size[factor.v] = travel[factor.q]
@@ -191,8 +190,10 @@ def motion_size(
             continue
         for start, unit, quantity in ((0, "rad", "rotation"), (3, "m", "position"))[: factor.v_size // 3]:
             part = slice(factor.v_start + start, factor.v_start + start + 3)
-            size[part] = np.max(np.linalg.norm(turned[:, part], axis=1))
+            triples.append(part.start)
             names[part], units[part] = [f"the {quantity} of {factor.name}"] * 3, [unit] * 3
+    places = np.array(triples, int)[:, np.newaxis] + np.arange(3)
+    size[places] = np.max(np.linalg.norm(turned[:, places], axis=2), axis=0)[:, np.newaxis]
     travelled = size.copy()
     turns = np.zeros(model.nv, dtype=bool) if turns is None else turns
     size[turns] = np.minimum(size[turns], TURN)
@@ -226,12 +227,20 @@ def _at_work(model: CompiledModel, column: Kinds, outputs: Sequence[tuple[str, A
 
     Forces and multipliers also count as moments at a lever of 1 m, and moments as forces.
     """
-    of_units = [*zip(model.q_units, column["q"].T, strict=True), *zip(model.v_units, column["v"].T, strict=True)]
-    of_units += [(_FORCES[0], column["multipliers"]), *outputs]
+    q, v = _largest(column["q"]), _largest(column["v"])
+    of_units = [*zip(model.q_units, q.tolist(), strict=True), *zip(model.v_units, v.tolist(), strict=True)]
+    of_forces = [(_FORCES[0], column["multipliers"]), *outputs]
+    of_units += [(unit, float(_largest(_table(values)).max(initial=0.0))) for unit, values in of_forces]
     result: dict[str, float] = {}
-    for unit, values in of_units:
-        result[unit] = max(result.get(unit, 0.0), float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
+    for unit, value in of_units:
+        result[unit] = max(result.get(unit, 0.0), value)
     return result | dict.fromkeys(_FORCES, max(result.get(unit, 0.0) for unit in _FORCES))
+
+
+def _largest(values: Array) -> Array:
+    """Return the largest finite magnitude of each column, (n, size) -> (size,)."""
+    largest: Array = np.max(np.abs(values), axis=0, where=np.isfinite(values), initial=0.0)
+    return largest
 
 
 def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", "z")) -> Array:
@@ -241,11 +250,13 @@ def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", 
     for kind in kinds:
         with np.errstate(all="ignore"):
             share = apart[kind] / size.sizes[kind]
-        if kind in ("increment", "z"):
-            share = np.where(~np.isfinite(size.sizes[kind]) & (apart[kind] > _MOVED), np.inf, share)
+        rests = ~np.isfinite(size.sizes[kind])
+        if kind in ("increment", "z") and np.any(rests):
+            share[rests & (apart[kind] > _MOVED)] = np.inf
+        share[np.isnan(share)] = np.inf
         result.append(share)
-    every = np.hstack(result)
-    return np.where(np.isnan(every), np.inf, every)
+    shown = [share for share in result if share.shape[1]]
+    return shown[0] if len(shown) == 1 else np.hstack(result)
 
 
 def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0) -> Array:

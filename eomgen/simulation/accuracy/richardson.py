@@ -80,11 +80,12 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
     times = pair.apart.t
     largest = None
     if share.size:
-        every = np.hstack([errors["increment"], errors["z"]])
+        first = errors["increment"].shape[1]
+        column = errors["increment"][:, component] if component < first else errors["z"][:, component - first]
         least = np.concatenate([size.sizes["increment"], size.sizes["z"]])[component]
         if not math.isfinite(least):  # all errors are infinite parts of no motion
-            row = int(np.argmax(every[:, component]))
-        error = every[row, component]
+            row = int(np.argmax(column))
+        error = column[row]
         largest_component = (size.names[component], float(error), size.units[component], float(times[row]))
         unit = size.units[component] if size.units[component] != "1" else ""
         measure = (
@@ -210,5 +211,5 @@ def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: f
 def _so_far(array: Array) -> Array:
     """Return the running maximum over the rows, (n,): the largest number up to each row."""
     with np.errstate(all="ignore"):
-        result: Array = np.maximum.accumulate(np.nan_to_num(array, nan=np.inf).max(axis=1))
+        result: Array = np.maximum.accumulate(np.nan_to_num(array.max(axis=1), nan=np.inf))
     return result

@@ -68,6 +68,8 @@ def run_chunks(
     inputs: Callable[[Array], Array] | None,
     progress: Progress | None = None,
     writer: WritesCheckpoints | None = None,
+    *,
+    windows: bool = True,
 ) -> Trajectory:
     """Run an initialized stepper to the end of its time grid; the first and the last good state are always recorded.
 
@@ -82,8 +84,10 @@ def run_chunks(
         Called with the steps done and all steps after every chunk.
     writer : CheckpointWriter, optional
         Writes checkpoints of good states between chunks, and of the last good state unless a step failed.
+    windows : bool
+        Whether every row of the windows in the middle and at the end is kept as well.
     """
-    recorder, pace = _Recorder(stepper, grid, record_every, inputs), _ChunkSize(stepper)
+    recorder, pace = _Recorder(stepper, grid, record_every, inputs, windows=windows), _ChunkSize(stepper)
     status, failure, last_row = 0, None, None
     modes = stepper.modes
     at_once = writer is None and pace.chunk >= grid.whole - recorder.done  # too short for Ctrl-C to be useful
@@ -156,17 +160,27 @@ class _Recorder:
     """Recorded rows of a run, and every row of the windows in its middle and at its end; ``done`` is the number of
     steps so far."""
 
-    def __init__(self, stepper: Stepper, grid: TimeGrid, every: int, inputs: Callable[[Array], Array] | None) -> None:
+    def __init__(
+        self,
+        stepper: Stepper,
+        grid: TimeGrid,
+        every: int,
+        inputs: Callable[[Array], Array] | None,
+        *,
+        windows: bool,
+    ) -> None:
         self.stepper, self.every = stepper, every
         self.begin = self.last = self.done = stepper.count
         held = inputs if isinstance(inputs, HeldRows) and not self.begin else None
         first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
         self.pieces, self.logs = [first[np.newaxis]], list[Log]()
-        self.windows = _windows(self.begin, grid.whole)
+        self.windows = _windows(self.begin, grid.whole) if windows else []
         self.kept: list[list[Array]] = [[] for _ in self.windows]
 
     def part(self, size: int) -> tuple[int | None, int]:
         """Return the window of the next steps and their number, at most ``size``, up to the window's next edge."""
+        if not self.windows:
+            return None, size
         done = self.done
         window = next((number for number, (begin, end) in enumerate(self.windows) if begin <= done < end), None)
         edge = min(begin for begin, _ in self.windows if begin > done) if window is None else self.windows[window][1]
@@ -195,6 +209,8 @@ class _Recorder:
     def finished(self, done: int) -> tuple[Array, Array | None, Array | None]:
         """Return the recorded rows, and all rows of the windows in the middle and at the end."""
         recorded, kept = np.concatenate(self.pieces), self.kept
+        if not self.windows:
+            return recorded, None, None
         if self.every == 1:
             first = self.begin
             kept = [[recorded[begin - first : end - first + 1]] if begin < done else [] for begin, end in self.windows]
