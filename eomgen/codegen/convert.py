@@ -23,9 +23,10 @@ from eomgen.codegen.program import (
     ProgramExternal,
     ProgramFunction,
     ProgramLoop,
+    ProgramShared,
     SceneSource,
 )
-from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, RunLoop, schedule
+from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, RunLoop, SharedText, schedule
 from eomgen.codegen.scheduling.stretches import MOST_RANGES, ranges
 from eomgen.codegen.series.functions import series_functions
 from eomgen.codegen.series.rate_functions import rate_functions
@@ -122,7 +123,8 @@ def to_program(
     loops: list[RunLoop] = []
     curve_numbers: dict[int, int] = {}
     calls: list[Call] = []
-    made = _functions(names, system, wanted, loops, curve_numbers, calls, part_limit, nest_limit)
+    shared: list[SharedText] | None = [] if _is_long(system, wanted) else None
+    made = _functions(names, system, wanted, loops, curve_numbers, calls, shared, part_limit, nest_limit)
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
     if data.get("inputs") == "series":
@@ -169,6 +171,7 @@ def to_program(
         base_of_step=base_of_step,
         functions=made,
         loops=tuple(map(program_loop, loops)),
+        shared=tuple(ProgramShared(**{**vars(text), "labels": tuple(text.labels)}) for text in shared or ()),
         initial_q=system.initial_q,
         initial_v=system.initial_v,
         initial_z=system.initial_z,
@@ -195,6 +198,19 @@ def to_program(
         curves=tuple(_curve(curves[key]) for key in curve_numbers),
         patterns=_patterns(system) if "iteration" in wanted else {},
     )
+
+
+#: Operations of all functions from which on equal stretches are shared: compilers take eight seconds for text of their
+#: own. Functions of a few thousand operations take up to a third longer with calls, longer functions less time.
+LONG = 60_000
+
+
+def _is_long(system: System, wanted: Sequence[str]) -> bool:
+    """Return whether the functions have so many operations that equal stretches are worth a call."""
+    functions = [system.functions[name] for name in wanted]
+    if sum(system.counts[function.name].statements for function in functions) < LONG:  # elements of Maps included
+        return False
+    return sum(len(system.tape.live(function.refs)) for function in functions) >= LONG
 
 
 def _patterns(system: System) -> dict[str, str]:
@@ -293,6 +309,7 @@ def _functions(
     loops: list[RunLoop],
     curve_numbers: dict[int, int],
     calls: list[Call],
+    shared: list[SharedText] | None,
     part_limit: int,
     nest_limit: int,
 ) -> tuple[ProgramFunction, ...]:
@@ -304,7 +321,7 @@ def _functions(
         key = (function.inputs, tuple(block.refs for block in function.outputs))
         first = known.get(key)
         if first is None:
-            made.append(_function(names, system, function, loops, curve_numbers, calls, part_limit, nest_limit))
+            made.append(_function(names, system, function, loops, curve_numbers, calls, shared, part_limit, nest_limit))
             known[key] = made[-1]
             continue
         outputs = tuple(
@@ -348,6 +365,7 @@ def _function(
     loops: list[RunLoop],
     curve_numbers: dict[int, int],
     calls: list[Call],
+    shared: list[SharedText] | None,
     part_limit: int,
     nest_limit: int,
 ) -> ProgramFunction:
@@ -372,7 +390,16 @@ def _function(
         blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
     outputs = [refs for _, _, refs, _ in blocks]
     result = schedule(
-        system.tape, outputs, INPUT_BLOCKS, part_limit, nest_limit, loops, curve_numbers, calls, fill=name != "base"
+        system.tape,
+        outputs,
+        INPUT_BLOCKS,
+        part_limit,
+        nest_limit,
+        loops,
+        curve_numbers,
+        calls,
+        shared,
+        fill=name != "base",
     )  # the base is a struct, whose components no loop can fill
     missing = sorted({block for part in result.parts for block in part.inputs} - set(inputs))
     if missing:

@@ -19,6 +19,7 @@ LAYOUT_VERSION = 3
 _OF_THE_TEXT = (
     "functions",
     "loops",
+    "shared",
     "curves",
     "series",
     "constants",

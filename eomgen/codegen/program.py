@@ -28,7 +28,9 @@ class Statement:
     number, expression); ``angles`` (a tuple of such triples, taken together); ``out`` (output number, component,
     expression); ``fill`` (output number, size): zeros everywhere; ``save`` (slot, expression): into the workspace;
     ``loop`` (number in ``Program.loops``, slot of the first gathered value, slot of the first result); ``call`` (number
-    in ``Program.external``, slot of the first operand, slot of the first result); ``add`` (number
+    in ``Program.external``, slot of the first operand, slot of the first result); ``share`` (number in
+    ``Program.shared``, slots of the values that the statements read, slots of their results and components of the
+    outputs, in this order, output numbers, numbers); ``add`` (number
     in ``Program.loops``, slot of the first gathered value, output numbers): a loop that adds to these; ``gather``
     (slot, step, block or "w", index, step, length): equally spaced places into the workspace; ``spread`` (output
     number, component, step, slot, step, length, sign): equally spaced slots into an output; ``circular`` (slot of the
@@ -147,6 +149,28 @@ class ProgramLoop:
 
 
 @dataclass(frozen=True)
+class ProgramShared:
+    """Operations that occur several times in functions, with other operands and numbers.
+
+    Attributes
+    ----------
+    labels : of the places of the occurrences
+    calls : number of occurrences
+    reads, numbers : how many values the statements read from the workspace, and numbers from a table
+    results : how many values they leave in the workspace, and in each output of the calling function
+    statements : read blocks ``read`` and ``number``; output 0 is the workspace, the others are the caller's
+    """
+
+    labels: tuple[str, ...]
+    calls: int
+    reads: int
+    numbers: int
+    results: tuple[int, ...]
+    operations: int
+    statements: tuple[Statement, ...]
+
+
+@dataclass(frozen=True)
 class ProgramCurve:
     """A function of one number as polynomials between breaks.
 
@@ -237,6 +261,7 @@ class Program:
     base_fields : tuple of (name, size, meaning)
     functions : tuple of ProgramFunction
     loops : tuple of ProgramLoop
+    shared : tuple of ProgramShared
     curves : tuple of ProgramCurve
     series : tuple of ProgramFunction
         Of a Taylor stepper: order 0, and coefficient k + 1; see ``codegen.series.recurrence`` for the blocks of these
@@ -322,6 +347,7 @@ class Program:
     velocities: tuple[Quantity, ...] = ()
     controller: Mapping[str, Any] = field(default_factory=dict)
     bounds: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    shared: tuple[ProgramShared, ...] = ()
     uniform: bool = False
 
     def function(self, name: str) -> ProgramFunction:

@@ -14,6 +14,7 @@ def files_of(functions: list[int], loops: list[int]) -> list[tuple[int, list[int
         prefix="model",
         functions=[SimpleNamespace(operations=size, parts=(None,)) for size in functions],
         loops=[SimpleNamespace(statements=(None,) * size) for size in loops],
+        shared=[],
     )
     return [(len(file.functions), file.loops) for file in plan_files(program, 1000)]
 

@@ -7,6 +7,7 @@ from itertools import accumulate, chain
 from typing import cast
 
 from eomgen.codegen.scheduling.rerolling import RerolledLoop, operands
+from eomgen.codegen.scheduling.sharing import Stretch, find_stretches
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
@@ -17,6 +18,8 @@ _MAP = Op.MAP
 #: less time for these, and the functions take no longer, since most values wait in memory in any case. Forward dynamics
 #: of 2500 operations would take up to 9 % longer.
 _LONG, _SHORTER = 4, 3
+#: Operations that compile in the time of the call of a shared stretch with tables.
+OF_CALL = 4
 
 
 class Plan:
@@ -30,6 +33,7 @@ class Plan:
     uses : number of reads and stores of an operation.
     stores : places of stored operations: output number, component, sign.
     loops : from the first operation of a loop to the loop; in ``order`` this operation stands for the whole loop.
+    stretches : likewise, from the first operation of a shared stretch to the stretch.
     read_outside : operations of loops that are read outside of the loop.
     added : from the number of a Map to the results that the loop adds to outputs at the end.
     maps : from the number of a Map to the loop of the Map (several joined Maps may have one loop), and the position of
@@ -43,6 +47,8 @@ class Plan:
         part_limit: int,
         reroll: Callable[[Tape, Sequence[int]], list[RerolledLoop]],
         added: Mapping[int, Sequence[int]] | None = None,
+        *,
+        share: bool = False,
     ) -> None:
         self.tape = tape
         self.added = added or {}
@@ -54,6 +60,7 @@ class Plan:
         self.head = {
             node: head for head, loop in self.loops.items() for iteration in loop.iterations for node in iteration
         }
+        self.stretches = self._shared(outputs, share=share)
         numbers = {tape.a[node] for node in self.live if tape.op[node] is _MAP}
         joined = Map.together({number: cast("Map", tape.maps[number]) for number in sorted(numbers)})
         self.maps = {number: (loop, start) for loop, starts in joined for number, start in starts.items()}
@@ -76,6 +83,14 @@ class Plan:
         self.stores: dict[int, list[tuple[int, int, int]]] = {}
         self._count_stores(outputs)
 
+    def _shared(self, outputs: Sequence[Sequence[Ref]], *, share: bool) -> dict[int, Stretch]:
+        """Return the shared stretches by their first operation: none in functions with loops."""
+        if self.loops or self.added or not share:
+            return {}
+        stretches = find_stretches(self.tape, self.live, outputs)
+        self.head |= {node: stretch.nodes[0] for stretch in stretches for node in stretch.nodes}
+        return {stretch.nodes[0]: stretch for stretch in stretches}
+
     def _cut(self, part_limit: int) -> dict[int, int]:
         """Set the number of parts, and return the part of each entry of ``order``."""
         weights = [self.weight(node) for node in self.order]
@@ -91,6 +106,8 @@ class Plan:
 
     def weight(self, node: int) -> int:
         """Return the number of operations written for an entry of ``order``."""
+        if node in self.stretches:
+            return OF_CALL
         return self.loops[node].period if node in self.loops else 1
 
     def group(self, node: int) -> list[int]:
@@ -103,10 +120,23 @@ class Plan:
         return [
             node
             for first in self.part(number)
-            if self.tape.op[first] is not Op.MAP and first not in self.loops
+            if self.tape.op[first] is not Op.MAP and first not in self.loops and first not in self.stretches
             for node in self.group(first)
             if self.last_part[node] > number
         ]
+
+    def last_reads(self) -> dict[int, int]:
+        """Return the last position in ``order`` at which each operation or input is read, also by expressions that are
+        nested in later statements."""
+        tape, last = self.tape, dict[int, int]()
+        for place in range(len(self.order) - 1, -1, -1):
+            node = self.order[place]
+            read_at = max(place, last.get(node, place)) if self.uses[node] == 1 else place
+            members = self.stretches[node].nodes if node in self.stretches else self.group(node)
+            for member in members:
+                for ref in tape.operands(member) if tape.op[member] is _MAP else operands(tape, member):
+                    last[abs(ref)] = max(read_at, last.get(abs(ref), read_at))
+        return last
 
     def _leaders(self) -> dict[int, int]:
         op, a = self.tape.op, self.tape.a
@@ -128,6 +158,8 @@ class Plan:
             part = self.part_of[node]
             if node in self.loops:  # operands of loops have separate statements, so they count twice
                 members, times = list(chain.from_iterable(self.loops[node].iterations)), 2
+            elif node in self.stretches:
+                members, times = list(self.stretches[node].nodes), 2
             else:
                 members, times = [node], 1
             for member in members:

@@ -28,6 +28,7 @@ from eomgen.codegen.scheduling.rerolling import (
     rule,
     runs,
 )
+from eomgen.codegen.scheduling.sharing import NUMBER, Stretch
 from eomgen.codegen.scheduling.stretches import counted
 from eomgen.symbolic.external import Call
 from eomgen.symbolic.map import Map
@@ -48,6 +49,19 @@ class RunLoop:
     def outputs(self) -> int:
         """Number of outputs to which the loop adds."""
         return len({item.output for item in self.additions})
+
+
+@dataclass
+class SharedText:
+    """The statements of a shared stretch, with the labels of the occurrences; see ``program.ProgramShared``."""
+
+    statements: tuple[Statement, ...]
+    reads: int
+    numbers: int
+    results: tuple[int, ...]
+    operations: int
+    calls: int = 0
+    labels: dict[str, None] = field(default_factory=dict)
 
 
 @dataclass
@@ -75,7 +89,9 @@ class Writer:
         loops: list[RunLoop],
         curve_numbers: dict[int, int],
         calls: list[Call],
+        shared: list[SharedText],
     ) -> None:
+        self.shared = shared
         self.plan = plan
         self.tape = plan.tape
         self.outputs = outputs
@@ -95,6 +111,11 @@ class Writer:
         self.open = OpenPart()
         self.circular: set[int] = set()  # sines and cosines that were taken beforehand
         self.crossed: dict[int, int] = {}  # node of an earlier part -> slot
+        self.free: list[int] = []  # slots of values after their last read
+        self.step = 0  # position in the order of the plan
+        self.last_reads = plan.last_reads() if plan.stretches else {}
+        self.ends: dict[int, list[int]] = {}  # position after which slots are free
+        self.bodies: dict[int, int] = {}  # id of a body -> number of its text
 
     # -- expressions ----------------------------------------------------------------------------------------------
 
@@ -242,13 +263,55 @@ class LoopWriter(Writer):
 
     def slot(self, node: int) -> int:
         """Return the workspace index of a value; the value is stored there at the first call."""
-        expression = self.expressions[node]
+        expression = self.expressions.get(node)
+        if isinstance(expression, tuple) and expression[0] == "neg":
+            expression = expression[1]
         if isinstance(expression, tuple) and expression[0] == "w":
             return int(expression[1])
         if node not in self.kept:
-            self.kept[node] = self.reserve(1)
+            self.kept[node] = self._slot_of(node)
             self._emit("save", self.kept[node], self._leaf(node))
         return self.kept[node]
+
+    def _slot_of(self, node: int) -> int:
+        """Return a slot for a value, which is free after the last read of the value if the function has stretches."""
+        if not self.plan.stretches:
+            return self.reserve(1)
+        slot = self.free.pop() if self.free else self.reserve(1)
+        self.ends.setdefault(max(self.last_reads.get(node, 0), self.step), []).append(slot)
+        return slot
+
+    def _share(self, stretch: Stretch) -> None:
+        """Call a shared stretch; results stay in the workspace, some as negatives."""
+        number = self._text_of(stretch)
+        places = tuple([self.slot(node) for node in stretch.reads])
+        results = tuple([self._slot_of(node) for node in stretch.results])
+        self.open.workspace = True
+        outputs = tuple(dict.fromkeys(output for output, _ in stretch.body.stores))
+        self.open.outputs |= set(outputs)
+        self._emit("share", number, (*places, *results, *stretch.components), outputs, stretch.numbers)
+        for node, slot, sign in zip(stretch.results, results, stretch.signs, strict=True):
+            self.expressions[node] = ("w", slot) if sign > 0 else ("neg", ("w", slot))
+        self._store_all(stretch.left)
+
+    def _text_of(self, stretch: Stretch) -> int:
+        """Return the number of the text of a stretch in the Program; equal texts are one."""
+        body = stretch.body
+        if id(body) not in self.bodies:
+            outputs = dict.fromkeys(output for output, _ in body.stores)
+            stored = [[ref for output, ref in body.stores if output == number] for number in outputs]
+            results = [body.results, *stored]
+            made = schedule(body.kernel, results, (READ, NUMBER), part_limit=10**9, fill=False, reroll=False)
+            statements = made.parts[0].statements
+            sizes = len(stretch.reads), len(stretch.numbers), tuple(map(len, results))
+            known = next((k for k, text in enumerate(self.shared) if text.statements == statements), len(self.shared))
+            if known == len(self.shared):
+                self.shared.append(SharedText(statements, *sizes, made.operations))
+            self.bodies[id(body)] = known
+        number = self.bodies[id(body)]
+        self.shared[number].calls += 1
+        self.shared[number].labels.setdefault(self.tape.label(stretch.nodes[0]))
+        return number
 
     def _repeat(self, loop: RerolledLoop) -> None:
         """Write a loop; results needed elsewhere stay in the workspace, iteration by iteration."""
@@ -330,6 +393,8 @@ class _Scheduler(LoopWriter):
             self._map(node)
         elif node in plan.loops:
             self._repeat(plan.loops[node])
+        elif node in plan.stretches:
+            self._share(plan.stretches[node])
         elif node in self.circular:
             return
         elif node in plan.members:
@@ -547,7 +612,7 @@ class _Scheduler(LoopWriter):
     def run(self, may_fill: bool) -> Schedule:
         plan = self.plan
         parts: list[FunctionPart] = []
-        free: list[int] = []
+        free = self.free
         for number in range(plan.parts):
             self.open = OpenPart()
             if number == 0:
@@ -561,6 +626,8 @@ class _Scheduler(LoopWriter):
                     self.label = self.next_label[1]
                     self.next_label = next(self.labels)
                 self._node(node)
+                free += self.ends.pop(self.step, ())
+                self.step += 1
             for node in [node for node in self.crossed if plan.last_part[node] <= number]:
                 free.append(self.crossed.pop(node))
             saved: list[Statement] = []
@@ -597,6 +664,7 @@ def schedule(
     loops: list[RunLoop] | None = None,
     curve_numbers: dict[int, int] | None = None,
     calls: list[Call] | None = None,
+    shared: list[SharedText] | None = None,
     *,
     fill: bool = True,
     reroll: bool = True,
@@ -610,15 +678,18 @@ def schedule(
     loops : the loops of the Program, completed here.
     curve_numbers : from the id of a curve to the curve's number in the Program; completed here.
     calls : one call of each external function of the Program; completed here.
+    shared : the shared stretches of the Program, completed here; without, no stretches are shared.
     fill : whether many structural zeros may become a loop.
     reroll : whether repeats may become loops.
     """
     apart = accumulated(tape, outputs)
-    plan = Plan(tape, apart.outputs, part_limit, _worthwhile if reroll else lambda *_: [], apart.nodes)
+    rerolled = _worthwhile if reroll else lambda *_: []
+    plan = Plan(tape, apart.outputs, part_limit, rerolled, apart.nodes, share=shared is not None)
     made = [] if loops is None else loops
     curves = {} if curve_numbers is None else curve_numbers
     external = [] if calls is None else calls
-    writer = _Scheduler(plan, apart.outputs, input_order, nest_limit, made, curves, external)
+    texts = [] if shared is None else shared
+    writer = _Scheduler(plan, apart.outputs, input_order, nest_limit, made, curves, external, texts)
     writer.additions = apart.additions
     return writer.run(fill)
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Sequence
 from textwrap import wrap
 
-from eomgen.codegen.program import Addition, Program, ProgramFunction, ProgramLoop
+from eomgen.codegen.program import Addition, Program, ProgramFunction, ProgramLoop, ProgramShared
 from eomgen.codegen.scheduling.stretches import ranges
 from eomgen.codegen.targets.c.tables import chosen, moved, place
 from eomgen.codegen.targets.target import Names
@@ -31,6 +31,8 @@ _STANDARD_HEADERS = re.compile(
 
 #: Numbers of a table that stand in one line.
 _IN_ONE_LINE = 100
+#: Number of places that 16 bits can hold.
+_MOST_SHORT = 1 << 16
 
 
 def mangle(name: str, prefix: str = "p_") -> str:
@@ -190,6 +192,32 @@ class CNames:
     def forwarded(self, function: ProgramFunction) -> str:
         """Return the arguments with which a function calls another of the same inputs and outputs."""
         return ", ".join([*function.inputs, *(output.argument for output in function.outputs)])
+
+    @property
+    def place_type(self) -> str:
+        """Type of places in the workspace of a function in tables of shared stretches."""
+        functions = self.program.functions
+        sizes = [max((output.size for output in function.outputs), default=0) for function in functions]
+        most = max([*sizes, *(function.workspace for function in functions)], default=0)
+        return "unsigned short" if most <= _MOST_SHORT else "int"
+
+    @staticmethod
+    def shared_outputs(text: ProgramShared) -> list[str]:
+        """Return the arguments in which a shared stretch stores values: the workspace, then outputs of the caller."""
+        return ["w", *(f"o{number}" for number in range(1, len(text.results)))]
+
+    def shared_parameters(self, text: ProgramShared, real: str = "real") -> str:
+        """Return the parameter list of a shared stretch: the workspace to read and to write, places, numbers."""
+        texts = [f"const {real} *restrict r", *(f"{real} *restrict {name}" for name in self.shared_outputs(text))]
+        texts.append(f"const {self.place_type} *restrict at")
+        return ", ".join([*texts, *(["const double *restrict k"] if text.numbers else [])])
+
+    @staticmethod
+    def shared_comment(text: ProgramShared) -> str:
+        """Return the comment that says which parts of the equations share a stretch."""
+        labels = "; ".join(comment(label) for label in text.labels if label) or "repeated operations"
+        numbers = " and numbers k[...]" if text.numbers else ""
+        return f"/* {text.calls} calls with other places w[at[...]]{numbers}: {labels}. */"
 
     def part_arguments(self, function: ProgramFunction, number: int) -> str:
         """Return the parameter list of one part of a function."""

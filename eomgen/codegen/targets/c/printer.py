@@ -254,6 +254,12 @@ def _is_power_of_two(expression: Expression) -> bool:
     return abs(math.frexp(expression[1])[0]) == 0.5  # the mantissa of all powers
 
 
+def _table(declared: str, values: Sequence[str]) -> list[str]:
+    """Return the lines of an array with values."""
+    rows = [", ".join(values[k : k + _ROW]) for k in range(0, len(values), _ROW)]
+    return [f"{declared}[{len(values)}] = {{", *(f"    {row}{',' if row is not rows[-1] else ' };'}" for row in rows)]
+
+
 def _headline(label: str) -> str:
     """Return the comment above a paragraph of statements."""
     text = comment(label)
@@ -271,6 +277,7 @@ class Printer:
     constants : names of positive numbers.
     names : of local values, by number.
     numbers : the table from which numbers are read; without a table, numbers stand in the text.
+    place_type : integer type of places in the workspace in tables of shared stretches.
     """
 
     def __init__(
@@ -282,8 +289,10 @@ class Printer:
         constants: Mapping[float, str] | None = None,
         names: Mapping[int, str] | None = None,
         numbers: NumberTable | None = None,
+        place_type: str = "int",
     ) -> None:
         self.numbers = numbers
+        self.place_type = place_type
         self.constants = constants or {}
         self.names = names or {}
         self.prefix = prefix
@@ -396,6 +405,8 @@ class Printer:
                 lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], &w[{data[2]}]);")
             elif kind == "call":
                 lines.append(f"{self.prefix}_external{data[0] + 1}(&w[{data[1]}], &w[{data[2]}]);")
+            elif kind == "share":
+                lines += self._share(*data)
             elif kind == "add":
                 arguments = ", ".join(str(self.outputs[output]) for output in data[2])
                 lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], {arguments});")
@@ -411,6 +422,17 @@ class Printer:
             else:
                 raise ValueError(f"no C for a statement of kind {kind!r}")
         return lines
+
+    def _share(self, number_: int, places: Sequence[int], outputs: Sequence[int], values: Sequence[float]) -> list[str]:
+        """Return the call of a shared stretch, with tables of places and numbers."""
+        lines = [f"    {line}" for line in _table(f"static const {self.place_type} at", list(map(str, places)))]
+        arguments = ["w", "w", *(str(self.outputs[output]) for output in outputs), "at"]
+        if values and self.numbers is not None:
+            arguments.append(f"&{self.numbers.name}[{self.numbers.first_of(values)}]")
+        elif values:
+            lines += [f"    {line}" for line in _table("static const double k", [number(value) for value in values])]
+            arguments.append("k")
+        return ["{", *lines, f"    {self.prefix}_shared{number_ + 1}({', '.join(arguments)});", "}"]
 
     def _on_tape(self, kind: str, data: Sequence[Any]) -> list[str]:
         """Return a statement of a function that the tape engine evaluates; see ``tape_code``."""
@@ -457,9 +479,7 @@ class Printer:
         def table(kind: str, values: Sequence[str], counter: str = "k") -> str:
             name = f"table{len(names)}"
             names.append(name)
-            rows = [", ".join(values[k : k + _ROW]) for k in range(0, len(values), _ROW)]
-            tables.append(f"static const {kind} {name}[{len(values)}] = {{")
-            tables.extend(f"    {row}{',' if row is not rows[-1] else ' };'}" for row in rows)
+            tables.extend(_table(f"static const {kind} {name}", values))
             return f"{name}[{counter}]"
 
         def at(kind: str, rule: Sequence[Any]) -> str:

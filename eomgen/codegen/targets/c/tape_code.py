@@ -14,6 +14,7 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.program import Expression, FunctionPart, Program, ProgramFunction, Statement
+from eomgen.codegen.scheduling.rerolling import READ
 from eomgen.symbolic.operations import NAMES
 
 #: Functions of one number.
@@ -62,7 +63,8 @@ def on_tape(program: Program) -> tuple[Program, TapeCode]:
     """
     tape = TapeCode()
     functions = tuple(_coded(program, function, tape) or function for function in program.functions)
-    return replace(program, functions=functions), tape
+    kinds = {statement.kind for function in functions for part in function.parts for statement in part.statements}
+    return replace(program, functions=functions, shared=program.shared if "share" in kinds else ()), tape
 
 
 def literal(data: bytes) -> str:
@@ -77,7 +79,7 @@ def _coded(program: Program, function: ProgramFunction, tape: TapeCode) -> Progr
     """Return a function as runs of the engine, or None if the function remains C."""
     if function.operations < _LEAST_OPERATIONS or function.name == "base" or function.same_as:
         return None
-    made = _Assembler(program, function, len(tape.code))
+    made = _Assembler(program, _without_calls(program, function), len(tape.code))
     statements = made.statements()
     if made.registers > _MOST_REGISTERS:
         return None
@@ -89,6 +91,45 @@ def _coded(program: Program, function: ProgramFunction, tape: TapeCode) -> Progr
     outputs = tuple(range(len(function.outputs)))
     part = FunctionPart((head, *statements), inputs, outputs, workspace=True, operations=function.operations)
     return replace(function, parts=(part,), workspace=made.registers)
+
+
+def _without_calls(program: Program, function: ProgramFunction) -> ProgramFunction:
+    """Return a function with the statements of shared stretches in place of their calls."""
+    parts = []
+    for part in function.parts:
+        first = _last_local(part.statements)
+        statements: list[Statement] = []
+        for statement in part.statements:
+            statements += _inlined(program, statement, first) if statement.kind == "share" else [statement]
+        parts.append(replace(part, statements=tuple(statements)))
+    return replace(function, parts=tuple(parts))
+
+
+def _inlined(program: Program, call: Statement, first: int) -> Iterator[Statement]:
+    """Yield the statements of a shared stretch for one call; local values are numbered after ``first``."""
+    number, places, outputs, numbers = call.data
+    text = program.shared[number]
+    targets = iter(places[text.reads :])
+    places_of = [[next(targets) for _ in range(size)] for size in text.results]
+
+    def moved(expression: Expression) -> Expression:
+        if isinstance(expression, int):
+            return expression + first if expression > 0 else expression - first
+        if expression[0] == "in":
+            return ("w", places[expression[2]]) if expression[1] == READ else ("K", numbers[expression[2]])
+        return expression if expression[0] == "K" else (expression[0], *map(moved, expression[1:]))
+
+    for kind, data in ((statement.kind, statement.data) for statement in text.statements):
+        if kind == "let":
+            yield Statement(kind, (data[0] + first, moved(data[1])))
+        elif kind == "sincos":
+            yield Statement(kind, (data[0] + first, data[1] + first, moved(data[2])))
+        elif kind == "out" and data[0] == 0:
+            yield Statement("save", (places_of[0][data[1]], moved(data[2])))
+        elif kind == "out":
+            yield Statement(kind, (outputs[data[0] - 1], places_of[data[0]][data[1]], moved(data[2])))
+        elif kind != "label":
+            raise ValueError(f"no code for a statement of kind {kind!r} of a shared stretch")
 
 
 class _Assembler:

@@ -19,7 +19,9 @@ from typing import Any
 from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
-from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
+from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop, ProgramShared
+from eomgen.codegen.scheduling.rerolling import READ
+from eomgen.codegen.scheduling.sharing import NUMBER
 from eomgen.codegen.targets.c.naming import NAMES, CNames, comment, local_names
 from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folded, indented, number
 from eomgen.codegen.targets.c.stepper import stepper_names
@@ -41,13 +43,14 @@ _PER_STATEMENT = 2
 class SourceFile:
     """A C file: the loops and the parts of long functions in the file, and the functions defined there.
 
-    ``name`` has no suffix; loops are numbers of the Program's loops.
+    ``name`` has no suffix; loops and shared stretches are numbers of the Program's.
     """
 
     name: str
     functions: list[ProgramFunction] = field(default_factory=list)
     parts: list[tuple[ProgramFunction, int]] = field(default_factory=list)
     loops: list[int] = field(default_factory=list)
+    shared: list[int] = field(default_factory=list)
     operations: int = 0
 
 
@@ -57,6 +60,7 @@ def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
     files = [first]
     loops = [_PER_STATEMENT * len(loop.statements) for loop in program.loops]
     total = sum(function.operations for function in program.functions) + sum(loops)
+    total += sum(text.operations for text in program.shared)
     for function in program.functions:
         if len(function.parts) > 1 and total > limit:
             for number, part in enumerate(function.parts):
@@ -69,6 +73,10 @@ def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
             target.functions.append(function)
             target.operations += function.operations
             target.parts += [(function, number) for number in range(len(function.parts)) if len(function.parts) > 1]
+    for number, text in enumerate(program.shared):
+        target = _room(files, text.operations, limit if total > limit else total, program.prefix)
+        target.shared.append(number)
+        target.operations += text.operations
     for number, operations in enumerate(loops):
         target = min(files, key=lambda file: file.operations) if total > limit else first
         if target.operations and target.operations + operations > limit and total > limit:
@@ -178,9 +186,8 @@ class _Context:
         macros = self.c.constant_macros()
         own = function.name in self.program.function_names  # other functions belong to a stepper, which lanes translate
         numbers = self.numbers(_of_part(function, part)) if own else None
-        printer = Printer(
-            self.c.input_texts(), outputs, self.program.prefix, constants=macros, names=names, numbers=numbers
-        )
+        texts, prefix, places = self.c.input_texts(), self.program.prefix, self.c.place_type
+        printer = Printer(texts, outputs, prefix, constants=macros, names=names, numbers=numbers, place_type=places)
         return indented([*declared, *printer.lines(statements)], 1)
 
     def base_of_step(self) -> str:
@@ -198,6 +205,17 @@ class _Context:
         """Return the results of one element of a loop, which counts from 1."""
         printer = Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop), numbers=self.numbers(f"loop{number_}"))
         return indented(printer.lines(loop.statements), 3 if loop.lanes > 1 else 2)
+
+    def shared(self, text: ProgramShared, number_: int) -> str:
+        """Return the statements of a shared stretch, which counts from 1."""
+        inputs: dict[str, str | Sequence[str]] = {READ: "r[at[{}]]", NUMBER: "K(k[{}])"}
+        names, place, outputs = self.c.shared_outputs(text), text.reads, list[Sequence[str]]()
+        for name, size in zip(names, text.results, strict=True):
+            outputs.append([f"{name}[at[{place + component}]]" for component in range(size)])
+            place += size
+        macros, numbers = self.c.constant_macros(), self.numbers(f"shared{number_}")
+        printer = Printer(inputs, outputs, self.program.prefix, constants=macros, numbers=numbers)
+        return indented(printer.lines(text.statements), 1)
 
     def render(self, template: str, **extra: object) -> str:
         program = self.program
@@ -220,6 +238,7 @@ class _Context:
                 apart=self.apart,
                 hidden=_HIDDEN,
                 kernel=self.kernel,
+                shared=self.shared,
                 base_of_step=self.base_of_step(),
                 tables=self.tables,
                 tape=self.tape,

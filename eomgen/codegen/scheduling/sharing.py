@@ -1,0 +1,546 @@
+"""Sharing: stretches of operations that a function has several times, as for the corners of a car, become one C
+function that is called with tables of places and numbers.
+
+Recursions record the same operations for each body of a kind, so sequences of operation codes repeat on the tape, at
+any distance. Repeats are found by ranks of windows (prefix doubling: Karp, Miller and Rosenberg 1972). Operands within
+a stretch are locals; all others are workspace entries, whose places stand in tables of the calls, as numbers do.
+
+Left and right sides differ by signs. A stretch may compute negatives of values: signs pass through products and
+sums, and the conditions of all sums are linear over GF(2). A sign that remains is a factor 1 or -1 in the table of
+numbers, which changes no bit of a product.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.data import dataclass, field
+from eomgen.codegen.scheduling.rerolling import READ, Unmatched, operands
+from eomgen.symbolic.map import record
+from eomgen.symbolic.operations import EVEN, ODD, Op
+from eomgen.symbolic.tape import Ref, Tape
+
+#: Least number of operations of a function in which stretches are looked for, and part of the operations below which
+#: stretches must reduce the text.
+SHARE_FROM, SHARED_PART = 1500, 0.8
+#: Least and largest number of operations of a stretch: a call takes as long as ten operations, an operand from a table
+#: twice as long as one from a fixed place, and compilers take more than proportional time for long functions.
+SHORTEST, LONGEST = 48, 1100
+#: Numbers of occurrences that are looked for first: many short texts are shorter than few long ones.
+_OCCURRENCES = (4, 3, 2)
+#: Distances up to which an operand's distance is part of the operation's code.
+_NEAR = 12
+#: Block of the numbers of a stretch, besides ``READ``.
+NUMBER = "number"
+
+_CONST, _INPUT, _ADD, _SUB, _MUL, _DIV = Op.CONST, Op.INPUT, Op.ADD, Op.SUB, Op.MUL, Op.DIV
+_COMMUTATIVE = frozenset({_ADD, _SUB, _MUL})
+#: Operations that stay outside: results of loops, and tables, whose texts depend on more than operands.
+_OUTSIDE = frozenset({Op.MAP, Op.CURVE})
+_CIRCULAR = frozenset({Op.SIN, Op.COS})
+
+
+@dataclass(frozen=True)
+class SharedBody:
+    """The operations of a stretch, with inputs in blocks ``READ`` and ``NUMBER``.
+
+    Attributes
+    ----------
+    kernel, results : operations, and the results that are stored in the workspace, in order
+    stores : number of an output and the value that is stored in a component, by outputs
+    """
+
+    kernel: Tape
+    results: tuple[Ref, ...]
+    stores: tuple[tuple[int, Ref], ...]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """An occurrence of a body.
+
+    Attributes
+    ----------
+    body : the same object for all occurrences in a function
+    nodes : operations that the call computes, in order
+    reads : operations or inputs whose values the call reads, one per component of ``READ``
+    results : operations whose values are stored in the workspace
+    signs : -1 for results that are stored as negatives
+    components : of the outputs, one for each of the body's ``stores``
+    left : results that the caller copies to outputs: output number, component, sign, operation
+    numbers : components of ``NUMBER``
+    """
+
+    body: SharedBody
+    nodes: tuple[int, ...]
+    reads: tuple[int, ...]
+    results: tuple[int, ...]
+    signs: tuple[int, ...]
+    components: tuple[int, ...]
+    left: tuple[Unmatched, ...]
+    numbers: tuple[float, ...]
+
+
+def find_stretches(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> list[Stretch]:
+    """Return the occurrences of shared stretches of a function, or none if these reduce the text too little.
+
+    Parameters
+    ----------
+    live : operations of the function, in order
+    outputs : references of the function's outputs
+    """
+    if len(live) < SHARE_FROM:
+        return []
+    search = _Search(tape, live)
+    groups = search.groups()
+    if sum((len(starts) - 1) * length for length, starts in groups) < (1.0 - SHARED_PART) * len(live):
+        return []
+    return _Signs(tape, live, groups, outputs).stretches()
+
+
+# -- repeats ----------------------------------------------------------------------------------------------------------
+
+
+class _Search:
+    """Repeats in a sequence of operations."""
+
+    def __init__(self, tape: Tape, live: Sequence[int]) -> None:
+        self.tape = tape
+        self.live = live
+        self.position = {node: place for place, node in enumerate(live)}
+        self.fixed = _outside(tape, live)
+        self.codes = self._codes()
+        self.taken = np.array([node in self.fixed for node in live], dtype=bool)
+
+    def _codes(self) -> NDArray[np.int64]:
+        """Return a number per operation, equal for equal operations with operands of equal kinds, without signs."""
+        tape, op, position = self.tape, self.tape.op, self.position
+        numbers: dict[tuple[int, ...], int] = {}
+        codes = []
+        for place, node in enumerate(self.live):
+            code = op[node]
+            kinds = []
+            for ref in operands(tape, node):
+                operand = abs(ref)
+                if op[operand] is _CONST:
+                    kinds.append(-1)
+                else:
+                    distance = place - position.get(operand, -_NEAR - 1)
+                    kinds.append(distance if distance <= _NEAR else -2)
+            if code in _COMMUTATIVE:
+                kinds.sort()
+            key = (_ADD if code is _SUB else code, *kinds)
+            codes.append(numbers.setdefault(key, len(numbers)))
+        return np.array(codes, dtype=np.int64)
+
+    def groups(self) -> list[tuple[int, list[int]]]:
+        """Return lengths and starts of repeats that do not overlap, each with equal operands within the stretch."""
+        ranks = self._ranks()
+        repeats: list[tuple[int, list[int]]] = []
+        for least in _OCCURRENCES:
+            for length in sorted(ranks, reverse=True):
+                for starts in self._alike(ranks[length], length, least):
+                    repeats += self._placed(length, starts, least)
+        return sorted(repeats, key=lambda item: item[1][0])
+
+    def _ranks(self) -> dict[int, NDArray[np.int64]]:
+        """Return, by length of a window, a number for each start that is equal for equal windows."""
+        ranks: dict[int, NDArray[np.int64]] = {}
+        rank, length, size = self.codes, 1, len(self.codes)
+        while 2 * length <= min(LONGEST, size):
+            later = np.full(size, -1, dtype=np.int64)
+            later[: size - length] = rank[length:]
+            _, rank = np.unique((rank + 1) * (size + 2) + later + 1, return_inverse=True)
+            length *= 2
+            if length >= SHORTEST:
+                ranks[length] = rank
+        return ranks
+
+    def _alike(self, rank: NDArray[np.int64], length: int, least: int) -> list[list[int]]:
+        """Return the starts of equal windows of operations that are free, by the first start."""
+        before = np.concatenate(([0], np.cumsum(self.taken)))
+        starts = np.flatnonzero(before[length:] == before[:-length])
+        order = starts[np.argsort(rank[starts], kind="stable")]
+        ends = np.flatnonzero(np.diff(rank[order])) + 1
+        groups = [group for group in np.split(order, ends) if len(group) >= least]
+        return sorted((group.tolist() for group in groups), key=lambda group: group[0])
+
+    def _placed(self, length: int, windows: Sequence[int], least: int) -> Iterator[tuple[int, list[int]]]:
+        """Yield the parts of a repeat with windows that do not overlap and are free, made as long as possible."""
+        starts: list[int] = []
+        for start in windows:
+            if (not starts or start >= starts[-1] + length) and not self.taken[start : start + length].any():
+                starts.append(start)
+        if len(starts) < least:
+            return
+        room = min([LONGEST, len(self.live) - starts[-1], *(after - start for start, after in pairwise(starts))])
+        codes, taken = self.codes, self.taken
+        while length < room and all(
+            codes[start + length] == codes[starts[0] + length] and not taken[start + length] for start in starts
+        ):
+            length += 1
+        begun = 0
+        for end in [*self._cuts(length, starts), length]:
+            if end - begun >= SHORTEST:
+                for start in starts:
+                    taken[start + begun : start + end] = True
+                yield end - begun, [start + begun for start in starts]
+            begun = end
+
+    def _cuts(self, length: int, starts: Sequence[int]) -> list[int]:
+        """Return the offsets at which a repeat is cut, so that operands within a piece are the same in all."""
+        live, cuts, begun = self.live, [], 0
+        for offset in range(length):
+            kinds = [self._offsets(live[start + offset], start) for start in starts]
+            if len({_ordered(self.tape.op[live[starts[0] + offset]], kind, begun) for kind in kinds}) > 1:
+                cuts.append(offset)
+                begun = offset
+        return cuts
+
+    def _offsets(self, node: int, start: int) -> list[int]:
+        """Return the offsets of an operation's operands in a stretch: -1 before the stretch, -2 constants."""
+        tape, position = self.tape, self.position
+        return [
+            -2 if tape.op[abs(ref)] is _CONST else max(-1, position.get(abs(ref), -1) - start)
+            for ref in operands(tape, node)
+        ]
+
+
+def _ordered(code: Op, offsets: Sequence[int], begun: int) -> tuple[int, ...]:
+    kinds = [-1 if -1 <= offset < begun else offset for offset in offsets]
+    return tuple(sorted(kinds)) if code in _COMMUTATIVE else tuple(kinds)
+
+
+def _outside(tape: Tape, live: Sequence[int]) -> set[int]:
+    """Return the operations outside of all stretches: also sines and cosines that are computed in pairs."""
+    angles: dict[int, list[int]] = {}
+    for node in live:
+        if tape.op[node] in _CIRCULAR:
+            angles.setdefault(abs(tape.a[node]), []).append(node)
+    paired = {node for nodes in angles.values() for node in nodes if len(nodes) > 1}
+    return paired | {node for node in live if tape.op[node] in _OUTSIDE}
+
+
+# -- signs and columns ------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class _System:
+    """Linear conditions over GF(2): numbers whose bit 0 is a constant and whose further bits are unknowns.
+
+    Attributes
+    ----------
+    rows : for each unknown that was eliminated, the bit and the condition that gives the unknown
+    """
+
+    rows: dict[int, int] = field(default_factory=dict)
+    _eliminated: int = 0
+
+    def require(self, condition: int) -> bool:
+        """Add the condition that a sum is zero; return False for a contradiction to earlier conditions."""
+        while both := condition & self._eliminated:
+            condition ^= self.rows[both & -both]
+        if condition <= 1:
+            return condition == 0
+        bit = 1 << (condition.bit_length() - 1)
+        self.rows[bit] = condition
+        self._eliminated |= bit
+        return True
+
+    def solution(self) -> int:
+        """Return the unknowns as bits, with bit 0 set; unknowns without a condition are zero."""
+        known = 1
+        for bit, row in reversed(self.rows.items()):
+            if ((row ^ bit) & known).bit_count() & 1:
+                known |= bit
+        return known
+
+
+@dataclass
+class _Group:
+    """A repeat: the occurrences' nodes and operands, operand by operand in the order of the first occurrence."""
+
+    nodes: list[list[int]]
+    taken: list[list[list[Ref]]]  # by operation, operand and occurrence
+    columns: dict[tuple[int, ...], int] = field(default_factory=dict)  # nodes read from outside -> component of READ
+    exports: list[int] = field(default_factory=list)
+    signs: list[int] = field(default_factory=list)  # by occurrence: bits of values that are computed as negatives
+    factors: list[int] = field(default_factory=list)  # by occurrence: bits of columns that are read with a factor -1
+    moved: list[dict[tuple[int, int], int]] = field(default_factory=list)  # by occurrence: signs of constants, flips
+
+
+class _Signs:
+    """Decides with which signs the occurrences compute their values."""
+
+    def __init__(
+        self,
+        tape: Tape,
+        live: Sequence[int],
+        groups: Sequence[tuple[int, list[int]]],
+        outputs: Sequence[Sequence[Ref]],
+    ) -> None:
+        self.tape = tape
+        self.live = live
+        self.position = {node: place for place, node in enumerate(live)}
+        self.owner: dict[int, tuple[int, int, int]] = {}  # node -> group, occurrence, offset
+        self.groups: list[_Group] = []
+        for number, (length, starts) in enumerate(groups):
+            nodes = [list(live[start : start + length]) for start in starts]
+            for occurrence, members in enumerate(nodes):
+                self.owner |= {node: (number, occurrence, offset) for offset, node in enumerate(members)}
+            self.groups.append(_Group(nodes, []))
+        for number, group in enumerate(self.groups):
+            self._pair(number, group)
+        self.stores: dict[int, list[tuple[int, int, int]]] = {}  # node -> output number, component, sign
+        for number, refs in enumerate(outputs):
+            for component, ref in enumerate(refs):
+                if abs(ref) in self.owner:
+                    self.stores.setdefault(abs(ref), []).append((number, component, 1 if ref > 0 else -1))
+        self._find_exports()
+        self.negative: set[int] = set()  # nodes whose negatives are stored
+
+    def _pair(self, number: int, group: _Group) -> None:
+        """Bring operands of commutative operations into the order of the first occurrence, and list the columns."""
+        tape, owner = self.tape, self.owner
+
+        def place(operand: int, occurrence: int) -> int:
+            held = owner.get(operand)
+            if held is not None and held[:2] == (number, occurrence):
+                return held[2]
+            return -2 if tape.op[operand] is _CONST else -1
+
+        partner: list[dict[int, int]] = [{} for _ in group.nodes]
+        for offset, first in enumerate(group.nodes[0]):
+            own = _terms(tape, first)
+            taken = [[ref] for ref in own]
+            kinds = [place(abs(ref), 0) for ref in own]
+            for occurrence, members in enumerate(group.nodes[1:], 1):
+                others = _terms(tape, members[offset])
+                if tape.op[first] in _COMMUTATIVE:
+                    theirs = [place(abs(ref), occurrence) for ref in others]
+                    seen = [partner[occurrence].get(abs(ref)) for ref in own]
+                    met = [abs(ref) for ref in others]
+                    crossed = kinds[0] == kinds[1] and (seen[0] == met[1] or seen[1] == met[0]) and seen[0] != met[0]
+                    if theirs != kinds or crossed:
+                        others = others[::-1]
+                for column, ref in zip(taken, others, strict=True):
+                    column.append(ref)
+                    partner[occurrence][abs(column[0])] = abs(ref)
+            group.taken.append(taken)
+            for column, kind in zip(taken, kinds, strict=True):
+                if kind == -1:
+                    group.columns.setdefault(tuple(map(abs, column)), len(group.columns))
+
+    def _find_exports(self) -> None:
+        """List the offsets of values that other operations read outside of their occurrence."""
+        tape, owner = self.tape, self.owner
+        exported: list[set[int]] = [set() for _ in self.groups]
+        for node in self.live:
+            own = owner.get(node, (-1, -1, -1))
+            for ref in tape.operands(node) if tape.op[node] is Op.MAP else operands(tape, node):
+                held = owner.get(abs(ref))
+                if held is not None and held[:2] != own[:2]:
+                    exported[held[0]].add(held[2])
+        for group, offsets in zip(self.groups, exported, strict=True):
+            group.exports = sorted(offsets)
+
+    def stretches(self) -> list[Stretch]:
+        """Return all occurrences in the order of the tape."""
+        order = sorted(
+            (self.position[nodes[0]], number, occurrence)
+            for number, group in enumerate(self.groups)
+            for occurrence, nodes in enumerate(group.nodes)
+        )
+        for group in self.groups:
+            group.signs = [0] * len(group.nodes)
+            group.factors = [0] * len(group.nodes)
+            group.moved = [{} for _ in group.nodes]
+        for _, number, occurrence in order:
+            self._solve(self.groups[number], number, occurrence)
+        made = [self._made(group) for group in self.groups]
+        return [made[number][occurrence] for _, number, occurrence in order]
+
+    def _stored_sign(self, column: Sequence[int], occurrence: int) -> int:
+        return int(column[occurrence] in self.negative)
+
+    def _solve(self, group: _Group, number: int, occurrence: int) -> None:
+        """Find the signs of one occurrence; the first of a group computes values, if need be from negatives."""
+        if occurrence == 0:
+            return
+        tape, system = self.tape, _System()
+        flips = group.moved[occurrence]
+        reads: list[int] = []
+        for place, nodes in enumerate(group.columns):
+            reads.append((self._stored_sign(nodes, occurrence) ^ self._stored_sign(nodes, 0)) | 1 << (place + 1))
+        unknown = 1 << (len(reads) + 1)
+        constants: dict[tuple[int, int], int] = {}
+        values: list[int] = []
+        members, owner = group.nodes[0], self.owner
+        for offset, node in enumerate(members):
+            code = tape.op[node]
+            parts: list[int] = []
+            for operand, column in enumerate(group.taken[offset]):
+                first, ref = column[0], column[occurrence]
+                differs = (first < 0) ^ (ref < 0)
+                held = owner.get(abs(first))
+                if held is not None and held[:2] == (number, 0):
+                    parts.append(values[held[2]] ^ differs)
+                elif tape.op[abs(first)] is _CONST:
+                    constants[offset, operand] = unknown
+                    parts.append(unknown ^ differs)
+                    unknown <<= 1
+                else:
+                    parts.append(reads[group.columns[tuple(map(abs, column))]] ^ differs)
+            values.append(self._value(code, parts, offset, system, flips))
+        solved = system.solution()
+        for key, bit in constants.items():
+            if solved & bit:
+                flips[key] = flips.get(key, 0) ^ 1
+        for place in range(len(reads)):
+            if solved >> (place + 1) & 1:
+                group.factors[occurrence] |= 1 << place
+        for offset, value in enumerate(values):
+            if (value & solved).bit_count() & 1:
+                group.signs[occurrence] |= 1 << offset
+                self.negative.add(group.nodes[occurrence][offset])
+
+    @staticmethod
+    def _value(code: Op, parts: Sequence[int], offset: int, system: _System, flips: dict[tuple[int, int], int]) -> int:
+        """Return the sign of an operation's value as a sum of unknowns; operands that contradict get a factor."""
+        if code in (_MUL, _DIV):
+            return parts[0] ^ parts[1]
+        if code in (_ADD, _SUB):
+            if not system.require(parts[0] ^ parts[1]):
+                flips[offset, 1] = 1
+            return parts[0]
+        if code in ODD:
+            return parts[0]
+        if code in EVEN:
+            return 0
+        if code is Op.SELECT:
+            if not system.require(parts[1] ^ parts[2]):
+                flips[offset, 2] = 1
+            if not system.require(parts[0]):
+                flips[offset, 0] = 1
+            return parts[1]
+        for operand, part in enumerate(parts):
+            if not system.require(part):
+                flips[offset, operand] = 1
+        return 0
+
+    def _made(self, group: _Group) -> list[Stretch]:
+        """Return the occurrences of a group, with one body."""
+        recorder = _Recorder(self.tape, group, self.negative)
+        known = recorder.record()
+        stores, left = self._stores(group)
+        exports = sorted({*group.exports, *(offset for items in left for offset, _ in items)})
+        body = SharedBody(
+            recorder.kernel,
+            tuple(known[offset] for offset in exports),
+            tuple((output, known[offset] if sign > 0 else -known[offset]) for offset, output, sign, _ in stores),
+        )
+        return [
+            Stretch(
+                body,
+                tuple(nodes),
+                tuple(column[k] for column in group.columns),
+                tuple(nodes[offset] for offset in exports),
+                tuple(-1 if group.signs[k] >> offset & 1 else 1 for offset in exports),
+                tuple(components[k] for _, _, _, components in stores),
+                tuple(item for _, item in left[k]),
+                tuple(values[k] for values in recorder.numbers),
+            )
+            for k, nodes in enumerate(group.nodes)
+        ]
+
+    def _stores(self, group: _Group) -> tuple[list[tuple[int, int, int, list[int]]], list[list[tuple[int, Unmatched]]]]:
+        """Return the stores that all occurrences have alike: offset, output, sign and component of each, and the others
+        of each occurrence with their offsets."""
+        alike: list[tuple[int, int, int, list[int]]] = []
+        left: list[list[tuple[int, Unmatched]]] = [[] for _ in group.nodes]
+        for offset in range(len(group.nodes[0])):
+            stored = [
+                sorted(
+                    (output, -sign if signs >> offset & 1 else sign, component)
+                    for output, component, sign in self.stores.get(nodes[offset], ())
+                )
+                for nodes, signs in zip(group.nodes, group.signs, strict=True)
+            ]
+            if len({tuple(item[:2] for item in items) for items in stored}) == 1:
+                for place, (output, sign, _) in enumerate(stored[0]):
+                    alike.append((offset, output, sign, [items[place][2] for items in stored]))
+                continue
+            for others, nodes in zip(left, group.nodes, strict=True):
+                node = nodes[offset]
+                others += [(offset, (*store, node)) for store in self.stores.get(node, ())]
+        return sorted(alike, key=lambda item: item[1]), left
+
+
+def _terms(tape: Tape, node: int) -> list[Ref]:
+    """Return the operands of an operation, a difference as a sum."""
+    taken = list(operands(tape, node))
+    if tape.op[node] is _SUB:
+        taken[1] = -taken[1]
+    return taken
+
+
+class _Recorder:
+    """Records the body of a group from the first occurrence.
+
+    Attributes
+    ----------
+    kernel : the tape of the body
+    numbers : columns of numbers, one for each occurrence, in order of their components of ``NUMBER``
+    """
+
+    def __init__(self, tape: Tape, group: _Group, negative: Collection[int]) -> None:
+        self.kernel = Tape()
+        self.numbers: dict[tuple[float, ...], Ref] = {}
+        self._tape = tape
+        self._group = group
+        self._negative = negative
+        self._offsets = {node: offset for offset, node in enumerate(group.nodes[0])}
+        self._read: dict[tuple[int, ...], Ref] = {}
+
+    def record(self) -> list[Ref]:
+        """Return the references of all operations on the tape of the body."""
+        known: list[Ref] = []
+        for offset, node in enumerate(self._group.nodes[0]):
+            taken: list[Ref] = []
+            for operand, column in enumerate(self._group.taken[offset]):
+                flips = [moved.get((offset, operand), 0) for moved in self._group.moved]
+                value = self._operand(column, [-1.0 if flip else 1.0 for flip in flips], known)
+                taken.append(value if column[0] > 0 else -value)
+            code = self._tape.op[node]
+            known.append(record(self.kernel, _ADD if code is _SUB else code, taken))
+        return known
+
+    def _operand(self, column: Sequence[Ref], signs: Sequence[float], known: Sequence[Ref]) -> Ref:
+        """Return an operand of all occurrences, times the sign of each."""
+        tape, first = self._tape, abs(column[0])
+        if tape.op[first] is _CONST:
+            values = [sign * tape.constants[tape.a[abs(ref)]] for ref, sign in zip(column, signs, strict=True)]
+            return self.kernel.constant(values[0]) if len(set(values)) == 1 else self._numbered(values)
+        value = known[self._offsets[first]] if first in self._offsets else self._column(tuple(map(abs, column)))
+        return self.kernel.mul(self._numbered(signs), value) if -1.0 in signs else value
+
+    def _numbered(self, values: Sequence[float]) -> Ref:
+        """Return the input for a number of each occurrence."""
+        key = tuple(values)
+        if key not in self.numbers:
+            self.numbers[key] = self.kernel.input(NUMBER, len(self.numbers))
+        return self.numbers[key]
+
+    def _column(self, column: tuple[int, ...]) -> Ref:
+        """Return the input for a value that each occurrence reads from the workspace."""
+        if column not in self._read:
+            place = self._group.columns[column]
+            value = self.kernel.input(READ, place)
+            signs = [-1.0 if factors >> place & 1 else 1.0 for factors in self._group.factors]
+            value = self.kernel.mul(self._numbered(signs), value) if -1.0 in signs else value
+            self._read[column] = -value if column[0] in self._negative else value
+        return self._read[column]
