@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 
 from eomgen.errors import ModelError, Problem
@@ -258,7 +258,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         facts=facts,
         kept=kept,
         dropped=dropped,
-        notes=(*scene.notes, *overshoots(scene.curves), *_overshoots_of_parts(scene)),
+        notes=(*_of_equations(scene.notes), *overshoots(scene.curves), *_overshoots_of_parts(scene)),
         events=event_rows(derivation) if scene.events else (),
         modes=modes(derivation),
         sampled=sample_rows(derivation),
@@ -354,6 +354,11 @@ def _pruned(derivation: Derivation, function: Function, used: Collection[str], t
     }
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs and not absent.get(block, False))
     return Function(function.name, function.description, inputs, function.outputs)
+
+
+def _of_equations(notes: Iterable[str]) -> Iterator[str]:
+    """Yield the notes without notes on shapes: compiled libraries keep their notes, and shapes change without them."""
+    return (note for note in notes if not note.startswith("shapes."))
 
 
 def _overshoots_of_parts(scene: Scene) -> list[str]:

@@ -551,3 +551,4 @@ def test_shapes_beyond_the_size_of_the_scene_are_noted(shape: str, length: str, 
     notes = [note for note in eomgen.load(tmp_path / "scene.toml").notes if note.startswith("shapes.")]
     text = f"shapes.part: the size of the shape is {length} m, and the scene is no larger than 0.6 m; numbers without a"
     assert notes == ([f"{text} unit are in {hint}"] if length else [])
+    assert not any(note.startswith("shapes.") for note in eomgen.derive(tmp_path / "scene.toml").notes)

@@ -108,6 +108,9 @@ def _code(where: str, entry: LawEntry, reading: Reading) -> CCode | PythonCode |
     if entry.partials is not None:
         prototype = f"void {entry.partials}({arguments_of('double', 'partials')})"
         functions["partials"] = (entry.partials, prototype)
+    if (entry.source or "").endswith(".py"):
+        report.add(f"{where}.source", f"{shown(entry.source)} is a Python file", f'python = "{entry.source}"')
+        return None
     source = c_source(where, entry.source or "", functions, reading.folder, report)
     return None if source is None else CCode(source, entry.function, entry.partials or "")
 
