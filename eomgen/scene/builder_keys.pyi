@@ -239,6 +239,7 @@ class SectionMethods:
         *,
         center_of_mass: Sequence[Value] | None = ...,
         inertia: Sequence[Any] | Mapping[str, Value] | None = ...,
+        given_in: str | None = ...,
         group: str | None = ...,
     ) -> Self: ...
     def beam(

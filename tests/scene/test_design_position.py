@@ -120,6 +120,38 @@ def test_a_distance_without_a_length_is_the_one_of_the_design_position() -> None
     assert not run.metadata["corrections"]
 
 
+def test_masses_of_a_list_in_the_world_are_the_ones_in_the_bodies() -> None:
+    """Centre of mass and inertia of a turned body, given in the world, against SciPy's rotation."""
+    turn = Rotation.from_rotvec([0.3, -0.8, 0.5])
+    joints = {
+        "a": {
+            "type": "spherical", "parent": "base", "child": "a", "position": [1, "h", 3],
+            "rotation": rotation_of(turn.as_matrix()),
+        }
+    }  # fmt: skip  # a table
+    inertia = np.array([[0.3, 0.02, -0.01], [0.02, 0.25, 0.03], [-0.01, 0.03, 0.2]])
+    body = {"mass": 2.0, "center_of_mass": [1.1, "h + 0.2", 3.3], "inertia": inertia.tolist(), "in": "world"}
+    scene = eomgen.load({"format": 1, "name": "drawn", "parameters": LENGTHS, "bodies": {"a": body}, "joints": joints})
+    (read,) = scene.bodies
+    R = turn.as_matrix()
+    for height in (0.7, -2.0):
+        center = numbers(read.center_of_mass, {"h": height})
+        np.testing.assert_allclose(center, R.T @ [0.1, 0.2, 0.3], atol=1e-14)
+    xx, yy, zz, xy, xz, yz = numbers(read.inertia, {})
+    own = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    np.testing.assert_allclose(own, R.T @ inertia @ R, atol=1e-14)
+    with pytest.raises(DescriptionError, match="in needs a center_of_mass, in the axes of world") as caught:
+        eomgen.load(
+            {
+                "format": 1,
+                "name": "d",
+                "bodies": {"a": {**BODY, "in": "world"}},
+                "joints": {"a": {**ARMS["upper"], "child": "a", "position": [0, 0, 0]}},
+            }
+        )
+    assert "try: center_of_mass = [0, 0, 0]" in str(caught.value)
+
+
 def test_a_force_acts_at_a_place_of_the_world() -> None:
     joints = {**ARMS, "lower": {**ARMS["lower"], "rotation": [{"axis": [0, 0, 1], "angle": "90 deg"}]}}
     push = {"body": "lower", "point": [0.2, 0.3, 0.4], "force": [1, 2, 3], "in": "world"}

@@ -3,6 +3,7 @@ rotation, or of its acceleration."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 
@@ -11,12 +12,13 @@ import numpy as np
 from eomgen.base.messages import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.integration import Integration, IntegrationError, SecondIntegral
-from eomgen.formula.nodes import Application, Formula
+from eomgen.formula.nodes import ZERO, Application, Formula, Number
 from eomgen.formula.recording import law_and_rate
 from eomgen.formula.substitution import total
 from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.bodies import schema as written
 from eomgen.scene.bodies.model import Base, Body
+from eomgen.scene.design_poses import Axes
 from eomgen.scene.formula.scope import ACCELERATION, MOTION, PARAMETERS
 from eomgen.scene.reading import report
 from eomgen.scene.reading.key_metadata import added_keys
@@ -32,6 +34,8 @@ _KNOWN = 0.01
 #: Times at which the speed is looked at.
 _TIMES = 1025
 _UNIT = "m/s^2"
+#: Inertia (xx, yy, zz, xy, xz, yz).
+_Inertia = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
 
 
 def read_base(base: written.Base | None, values: Values, duration: float, units: Mapping[str, str]) -> Base | None:
@@ -169,6 +173,34 @@ def read_body(name: str, body: written.Body, values: Values) -> Body:
     xx, yy, zz, xy, xz, yz = (formula(f"{key}.inertia[{place}]", entry, PARAMETERS) for place, entry in entries)
     center = values.vector(f"{key}.center_of_mass", body.center_of_mass, PARAMETERS)
     return Body(name, formula(f"{key}.mass", body.mass, PARAMETERS), center, (xx, yy, zz, xy, xz, yz))
+
+
+def placed_body(body: Body, entry: written.Body, values: Values) -> Body:
+    """Return a body whose centre of mass and inertia may be given in another frame; the design position is known."""
+    if entry.given_in is None:
+        return body
+    positioned, eye = "center_of_mass" in entry.model_fields_set, rows(np.eye(3))
+    center, axes = read_placement(
+        key_of("bodies", body.name), entry.given_in, positioned, body.name, body.center_of_mass, eye, values,
+        "center_of_mass",
+    )  # fmt: skip  # arguments of one place
+    return replace(body, center_of_mass=center, inertia=_turned(body.inertia, axes))
+
+
+def _turned(inertia: _Inertia, axes: Axes) -> _Inertia:
+    """Return R I R^T with constant axes R; zeros stay out of the formulas."""
+    xx, yy, zz, xy, xz, yz = inertia
+    table = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
+    def entry(row: int, column: int) -> Formula:
+        terms = [
+            part if weight == 1.0 else Number(weight) * part
+            for k, other in itertools.product(range(3), range(3))
+            if (weight := axes[row][k] * axes[column][other]) != 0.0 and (part := table[k][other]) != ZERO
+        ]
+        return sum(terms[1:], terms[0]) if terms else ZERO
+
+    return entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)
 
 
 def read_body_frame(name: str, frame: written.BodyFrame, bodies: Collection[str], values: Values) -> FixedFrame:

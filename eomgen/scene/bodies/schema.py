@@ -47,6 +47,9 @@ class Body(Table):
         kind="see below, kg m²",
         shown_default="zero, a point mass",
     )
+    given_in: str | None = given_in(
+        "frame in which centre of mass and inertia are given, at the [design position](#design-position)"
+    )
     group: Literal["SE3", "R3xSO3"] | None = optional(
         "for [absolute coordinates](#absolute-coordinates) only", shown_default="`SE3`"
     )

@@ -20,7 +20,7 @@ from eomgen.scene.bodies.beam_schema import Beam
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.cosserat_reading import check_keys, is_exact, read_cosserat
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point
+from eomgen.scene.bodies.reading import placed_body, read_base, read_body, read_body_frame, read_point
 from eomgen.scene.design_poses import DesignPoses, FramePlacement
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.formula.scope import PARAMETERS
@@ -169,6 +169,11 @@ class _Joints(Section):
             _check_types(entries, reading.report)
         read = {name: read_joint(name, entry, reading.values) for name, entry in entries.items()}
         reading.values.design = self._design(read, entries, reading)
+        written = reading.document.section("bodies")
+        reading.items["bodies"] = {
+            name: placed_body(body, written[name], reading.values) if name in written else body
+            for name, body in reading.items["bodies"].items()
+        }
         return {name: self._placed(joint, entries[name], reading) for name, joint in read.items()}
 
     def _design(self, read: Mapping[str, Joint], entries: Mapping[str, joints.Joint], reading: Reading) -> DesignPoses:
