@@ -8,6 +8,8 @@ import tomllib
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import mpmath
 import numpy as np
@@ -15,6 +17,7 @@ import pytest
 from scipy.optimize import brentq
 
 import eomgen
+from eomgen.analysis import equilibrium
 from eomgen.cli import main
 from eomgen.lie import product
 from eomgen.solvers.equilibrium_search import phi
@@ -366,3 +369,50 @@ def test_functions_of_exponential_steps_are_right_to_rounding_at_all_sizes(order
             rest = mpmath.exp(value) - sum(value**k / mpmath.factorial(k) for k in range(order))
             expected.append(float(rest / value**order if value else 1 / mpmath.factorial(order)))
     np.testing.assert_allclose(phi(x, order), expected, rtol=2e-15)
+
+
+# -- words, from numbers that are given --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("values", "why", "more", "stable", "frequencies"),
+    [
+        ([4.0, 9.0], "", "", True, [2.0, 3.0]),
+        ([4.0, -0.25], "", "; unstable along v.b: it would leave with e^(0.5 t)", False, [2.0, -0.5]),
+        (
+            [4.0, 9.0],
+            "states",
+            "; whether it is stable was not examined, for stiffness alone does not decide it: states",
+            None,
+            [2.0, 3.0],
+        ),
+        ([4.0, 0.0], "", "; nothing determines v.b", True, [2.0, 0.0]),
+        ([0.0, 0.0], "", "; nothing determines v.a, v.b", True, [0.0, 0.0]),
+    ],
+)
+def test_stability_and_undetermined_coordinates_in_words(
+    values: list[float],
+    why: str,
+    more: str,
+    stable: bool | None,
+    frequencies: list[float],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    zero = np.zeros(2)
+    at = {"q": zero, "z": zero, "lam": zero}
+    point = SimpleNamespace(acceleration=np.array([1e-9, -3e-9]), residual=np.array([-2e-9, 0.0]), **at)
+    stiffness = SimpleNamespace(values=np.array(values), directions=np.eye(2))
+    model, measures = SimpleNamespace(v_names=("v.a", "v.b")), SimpleNamespace(t=0.0, base=None)
+    monkeypatch.setattr(equilibrium, "_not_by_stiffness", lambda *_: why)
+    search = SimpleNamespace(point=point, steps=7)
+    given: tuple[object, ...] = (model, None, stiffness, search, zero, measures, ("a note",))
+    found = equilibrium._result(*cast(Any, given))
+    assert found.message == f"at rest after 7 steps, unbalanced acceleration 3e-09{more}; a note"
+    assert found.stable == stable and found.frequencies.tolist() == frequencies
+    assert (found.residual, found.acceleration) == (2e-9, 3e-9)
+
+
+def test_six_names_are_listed() -> None:
+    names = [f"v{k}" for k in range(8)]
+    assert equilibrium._few(names[:6]) == "v0, v1, v2, v3, v4, v5"
+    assert equilibrium._few(names) == "v0, v1, v2, v3, v4, v5 and 2 more"
