@@ -109,8 +109,8 @@ def test_words_of_options_are_read() -> None:
     ] == [0.0, 1.0]
     assert linearize._sweep(None) is None
     assert linearize._pair(" road : body ") == ("road", "body")
-    assert linearize._band("0.1:50", ALONE) == (0.1, 50.0) and linearize._band(None, ALONE) is None
-    assert linearize._band("0:5", DIAGRAM) == (0.0, 5.0)
+    assert linearize._band("0.1:50") == (0.1, 50.0) and linearize._band(None) is None
+    assert linearize._band("0:5", from_zero=True) == (0.0, 5.0)
     assert linearize._speeds("10, 20") == (10.0, 20.0) and linearize._speeds(None) == ()
     assert equilibrium._range(" load = 0:10") == ("load", 0.0, 10.0)
     assert equilibrium._preload("load=2.5") == ("load", 2.5) and equilibrium._preload("load") == ("load", 0.0)
@@ -119,8 +119,14 @@ def test_words_of_options_are_read() -> None:
     assert RideRequest.read((), None, None, None) is None
 
 
-ALONE: dict[str, Any] = {"diagram": None, "responses": (), "rides": ()}
-DIAGRAM: dict[str, Any] = {**ALONE, "diagram": "spin=0:10:3"}  # which alone may begin at 0
+@pytest.mark.parametrize("other", ["responses", "rides"])
+def test_a_band_begins_at_zero_for_a_diagram_alone(other: str) -> None:
+    diagram = {"diagram": "spin=0:10:3", "responses": (), "rides": ()}
+    assert linearize._draws_campbell_alone(diagram)
+    assert not linearize._draws_campbell_alone({**diagram, other: ("body",)})
+    assert not linearize._draws_campbell_alone({**diagram, "diagram": None})
+
+
 HINT = "--root-locus damping=10:1000:40, or damping=10:1000:40:log"
 
 
@@ -173,23 +179,19 @@ HINT = "--root-locus damping=10:1000:40, or damping=10:1000:40:log"
             "--response road: an input and an output are needed; try: --response road:body_acceleration",
         ),
         (
-            lambda: linearize._band("0:50", ALONE),
+            lambda: linearize._band("0:50"),
             "--band 0:50: two positive frequencies in Hz are needed, the lower first; try: --band 0.1:50",
         ),
         (
-            lambda: linearize._band("0:50", {**DIAGRAM, "rides": ("body",)}),
-            "--band 0:50: two positive frequencies in Hz are needed, the lower first; try: --band 0.1:50",
-        ),
-        (
-            lambda: linearize._band("-1:50", DIAGRAM),
+            lambda: linearize._band("-1:50", from_zero=True),
             "--band -1:50: two frequencies in Hz from 0 on are needed, the lower first; try: --band 0:5",
         ),
         (
-            lambda: linearize._band("2:2", ALONE),
+            lambda: linearize._band("2:2"),
             "--band 2:2: two positive frequencies in Hz are needed, the lower first; try: --band 0.1:50",
         ),
         (
-            lambda: linearize._band("1:inf", ALONE),
+            lambda: linearize._band("1:inf"),
             "--band 1:inf: two positive frequencies in Hz are needed, the lower first; try: --band 0.1:50",
         ),
         (lambda: linearize._speeds("10,0"), "--speeds 10,0: positive speeds in m/s are needed; try: --speeds 10,20,30"),
