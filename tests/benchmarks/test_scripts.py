@@ -32,6 +32,7 @@ from benchmarks import (
     sensitivities,
     solar_system,
     spin_up_beam,
+    statics,
     stepper_overhead,
     stepping,
     steps_in_passes,
@@ -327,6 +328,14 @@ def test_beams_are_simulated_from_a_file_twice(tmp_path: Path) -> None:
     (beam,) = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["beams"]
     first, second = (beam["runs"][0][case] for case in beam_simulations.CASES)
     assert beam["elements"] == 3 and 0.0 < second["CPU, s"] < first["CPU, s"]
+
+
+@pytest.mark.long
+def test_statics_of_examples_are_timed(tmp_path: Path) -> None:
+    assert statics.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
+    jobs = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["jobs"]
+    assert [job["job"] for job in jobs] == ["equilibrium", "linearize", "path t"]
+    assert all(job["calls"] > 10 and 0.0 < job["Python, %"] < 100.0 for job in jobs)
 
 
 @pytest.mark.long
