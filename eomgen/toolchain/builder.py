@@ -37,7 +37,15 @@ from eomgen.toolchain.compiler import (
     processor,
 )
 from eomgen.toolchain.library import LaneLibrary, Library
-from eomgen.toolchain.profiles import ENGINE_FLAGS, STANDARD_PROFILE, Profile, passes_for, without_slow_passes
+from eomgen.toolchain.profiles import (
+    AFTER_REGISTERS,
+    ENGINE_FLAGS,
+    OF_STRAIGHT,
+    STANDARD_PROFILE,
+    Profile,
+    passes_for,
+    without_slow_passes,
+)
 from eomgen.toolchain.profiles import profile as profile_named
 
 
@@ -356,8 +364,8 @@ class Builder:
         if name == _ENGINE:
             return (*ENGINE_FLAGS, *_REALS[self.real])
         if name in straight:
-            return without_slow_passes(self.flags, self.compiler.version)
-        return passes_for(text, self.flags, self.compiler.version)
+            return without_slow_passes(self.flags, self.compiler.version, OF_STRAIGHT)
+        return passes_for(text, self.flags, self.compiler.version, AFTER_REGISTERS if straight else ())
 
     def build_lanes(self, library: Library, cdef: str, files_of: LaneFiles) -> LaneLibrary | str:
         """Return the library that steps several trajectories side by side, made of the files of a library of one, or

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -70,6 +71,13 @@ _WITHOUT_SLOW_PASSES = (
     "-fno-tree-dse",
     "-fno-dse",
 )
+#: Further passes that gcc leaves out for models whose functions have no branches: copies after registers are chosen,
+#: which compare all pairs of entries of the workspace, a seventh of the compiler's time; of these functions also the
+#: analysis of pointers. Bits are the same, and times of functions within 3 %.
+AFTER_REGISTERS = ("-fdisable-rtl-postreload",)
+OF_STRAIGHT = (*AFTER_REGISTERS, "-fno-tree-pta")
+#: Versions of gcc, on x86-64, that have the pass by this name.
+_LAST_GCC = 14
 #: Characters of a source with branches from which on the slow passes are left out. Steps of shorter models were up to
 #: 5 % slower without these passes, and take at most a second to compile with them.
 _LONG = 130_000
@@ -118,25 +126,29 @@ def profile(name: str) -> Profile:
     return PROFILES[name]
 
 
-def without_slow_passes(flags: Sequence[str], version: str) -> tuple[str, ...]:
+def without_slow_passes(flags: Sequence[str], version: str, further: Sequence[str] = ()) -> tuple[str, ...]:
     """Return flags that make the same code of generated C in less time.
 
     Parameters
     ----------
     version : the first line of the compiler's text about its version
+    further : flags that leave out more passes, if the compiler has these
     """
     gcc = re.match(_GCC, version)
     if gcc is None or int(gcc[1]) < _FIRST_GCC:
         return tuple(flags)
-    return tuple(part for flag in flags for part in (_WITHOUT_SLOW_PASSES if flag == "-O2" else (flag,)))
+    known = int(gcc[1]) <= _LAST_GCC and platform.machine() in ("x86_64", "AMD64")
+    passes = (*_WITHOUT_SLOW_PASSES, *(further if known else ()))
+    return tuple(part for flag in flags for part in (passes if flag == "-O2" else (flag,)))
 
 
-def passes_for(source: str, flags: Sequence[str], version: str) -> tuple[str, ...]:
+def passes_for(source: str, flags: Sequence[str], version: str, further: Sequence[str] = ()) -> tuple[str, ...]:
     """Return the flags for a generated source: without the slow passes if the source is so long that these passes take
     seconds.
 
     Parameters
     ----------
     version : the first line of the compiler's text about its version
+    further : as of ``without_slow_passes``
     """
-    return without_slow_passes(flags, version) if len(source) > _LONG else tuple(flags)
+    return without_slow_passes(flags, version, further) if len(source) > _LONG else tuple(flags)

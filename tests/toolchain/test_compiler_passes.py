@@ -15,7 +15,7 @@ from eomgen.pipeline.pipeline import built_in
 from eomgen.toolchain import profiles
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import find_compiler
-from eomgen.toolchain.profiles import PROFILES, passes_for, without_slow_passes
+from eomgen.toolchain.profiles import OF_STRAIGHT, PROFILES, passes_for, without_slow_passes
 from tests.toolchain.test_builder import FILES, build
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -41,6 +41,26 @@ def test_only_compilers_with_these_passes_are_called_without_them(version: str, 
         assert ("-O2" not in flags and "-O1" in flags) == (changed and "-O2" in profile.flags)
         assert [flag for flag in flags if flag in profile.flags] == [f for f in profile.flags if f in flags]
         assert set(profile.flags) - set(flags) <= {"-O2"}
+
+
+@pytest.mark.parametrize(
+    ("version", "machine", "changed"),
+    [
+        ("cc (Debian 12.2.0-14+deb12u1) 12.2.0", "x86_64", True),
+        ("cc (Debian 12.2.0-14+deb12u1) 12.2.0", "aarch64", False),
+        ("gcc (GCC) 15.1.1 20250425", "x86_64", False),  # may name the pass otherwise
+        ("gcc (Ubuntu 11.4.0-1ubuntu1~22.04) 11.4.0", "x86_64", False),
+    ],
+)
+def test_passes_with_names_of_some_versions_are_left_out_by_these_alone(
+    version: str, machine: str, changed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(profiles.platform, "machine", lambda: machine)
+    flags = PROFILES["fast"].flags
+    plain, fewer = without_slow_passes(flags, version), without_slow_passes(flags, version, OF_STRAIGHT)
+    assert set(fewer) - set(plain) == (set(OF_STRAIGHT) if changed else set())
+    assert passes_for("x" * 130_001, flags, version, OF_STRAIGHT) == fewer
+    assert passes_for("x" * 130_000, flags, version, OF_STRAIGHT) == flags
 
 
 def test_short_sources_are_compiled_with_all_passes() -> None:
@@ -77,6 +97,7 @@ def test_the_bits_are_as_of_all_passes(
 ) -> None:
     scene = EXAMPLES / example / "scene.toml"
     monkeypatch.setattr(profiles, "_LONG", 0)  # as if these sources were long
+    monkeypatch.setattr(profiles, "_WITHOUT_SLOW_PASSES", (*profiles._WITHOUT_SLOW_PASSES, *OF_STRAIGHT))
     few = _bits(built_in(tmp_path / "few", scene, method="generalized_alpha", profile=profile))
     monkeypatch.setattr(profiles, "_WITHOUT_SLOW_PASSES", ("-O2",))
     every = _bits(built_in(tmp_path / "every", scene, method="generalized_alpha", profile=profile))
