@@ -378,3 +378,34 @@ def test_a_shear_frame_in_an_earthquake_against_scipy(tmp_path: Path, capsys: py
     assert text in " ".join(capsys.readouterr().out.split())
     assert main(["simulate", str(scene), "--out", str(tmp_path / "out")]) == 0
     assert list((tmp_path / "out").glob("*.png"))
+
+
+@pytest.mark.parametrize(
+    ("keys", "note"),
+    [
+        (
+            {"acceleration": "quake(-t)", "curve": {"outside": "hold"}},
+            "base.acceleration[0] is zero from t = 0 to 4 s, the end of the run; try: a curve that begins at t = 0",
+        ),
+        (
+            {"acceleration": "quake(t)", "points": [[0, 0], [400, 1.2], [900, 0]], "drift": "remove"},
+            'base.acceleration[0] lasts 900 s, and the run 4 s; try: argument_unit = "ms" of a table whose times are in'
+            " milliseconds",
+        ),
+        ({"acceleration": "quake(t)", "drift": "remove"}, ""),
+        ({"acceleration": "quake(t)", "points": [[0, 0], [50, 1.2], [199, 0]], "drift": "remove"}, ""),
+    ],
+)
+def test_records_that_move_nothing_or_last_much_longer_than_the_run_are_noted(keys: Any, note: str) -> None:
+    notes = [text for text in read(keys.pop("acceleration"), **keys).notes if text.startswith("base.acceleration")]
+    assert notes == ([note] if note else [])
+
+
+@pytest.mark.parametrize(("acceleration", "falls"), [(-9.81, True), (9.81, False), (-9.0, False)])
+def test_a_base_that_accelerates_by_gravity_is_noted(acceleration: float, falls: bool) -> None:
+    data = frame([0, 0, acceleration]) | {"gravity": [0, 0, -9.81]}
+    note = (
+        "base.acceleration is the gravity of the scene: the base falls freely, and bodies in it have no weight; try:"
+        " no acceleration, if gravity alone is meant"
+    )
+    assert (note in from_data(data).notes) == falls

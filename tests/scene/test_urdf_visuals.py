@@ -144,3 +144,13 @@ def test_faults_of_visuals_are_notes_also_if_strict(visual: str, note: str) -> N
     scene = load_urdf(robot(hand=visual), strict=True)
     assert [text for text in scene.notes if "pictures" in text] == [note]
     assert [shape.kind for shape in scene.shapes] == (["sphere"] if FELT in visual else [])
+
+
+def test_colours_of_255_are_noted() -> None:
+    scene = load_urdf(
+        robot(hand=BOX.format("0 0 0", "0 0 0", "<material name='red'><color rgba='255 0 0 1'/></material>"))
+    )
+    assert [text for text in scene.notes if "pictures" in text] == [
+        'colours that pictures limit to parts from 0 to 1 (1: hand): rgba="255 0 0 1"; try: parts of 255 divided by 255'
+    ]
+    assert [shape.color for shape in scene.shapes] == ["#ff0000"]

@@ -31,6 +31,8 @@ from eomgen.system.description import BASE, WORLD, FixedFrame, Point
 _DRIFTS = 0.02
 #: Error of a displacement as a part of the largest one, above which an integral is refused.
 _KNOWN = 0.01
+#: Ratio of the length of a record to the duration of a run above which the record is noted.
+_LONGER = 50.0
 #: Times at which the speed is looked at.
 _TIMES = 1025
 _UNIT = "m/s^2"
@@ -94,8 +96,23 @@ def _accelerated(
             integrals[axis] = _described(key, integral)
         if drift is None and _drifts(integral, values.parameters):
             values.note([f'{integrals[axis]}; try: drift = "remove"; or drift = "keep" if that motion is meant'])
+        values.note(_doubts(key, written_formula, integral, duration, values.parameters))
     x, y, z = position
     return replace(base, position=(x, y, z), integrals=integrals)
+
+
+def _doubts(
+    key: str, acceleration: float | str, integral: SecondIntegral, duration: float, parameters: Mapping[str, float]
+) -> list[str]:
+    """Return notes on an acceleration without effect within a run, or of a record much longer than the run."""
+    if not duration > 0.0 or acceleration == 0.0:
+        return []
+    if not np.any(law_and_rate(integral.formula, parameters)(np.linspace(0.0, duration, _TIMES))[1]):
+        return [f"{key} is zero from t = 0 to {duration:.6g} s, the end of the run; try: a curve that begins at t = 0"]
+    if integral.end > _LONGER * duration:
+        fault = f"{key} lasts {integral.end:.6g} s, and the run {duration:.6g} s"
+        return [f'{fault}; try: argument_unit = "ms" of a table whose times are in milliseconds']
+    return []
 
 
 def _described(key: str, integral: SecondIntegral) -> str:

@@ -118,6 +118,15 @@ def _tyres_in_the_road(facts: SceneFacts) -> Iterable[str]:
     return tyres_in_the_road(tyres, facts.scene["points"], facts.places, facts.values) if tyres else ()
 
 
+def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:
+    """Note an acceleration of the base that equals the gravity of the scene."""
+    given, gravity = facts.data.get("base", {}).get("acceleration"), facts.document.gravity
+    if given is None or tuple(given) != gravity or not any(gravity):
+        return
+    fault = "base.acceleration is the gravity of the scene: the base falls freely, and bodies in it have no weight"
+    yield f"{fault}; try: no acceleration, if gravity alone is meant"
+
+
 #: The group of rows that products add.
 GROUP = "eomgen.notes"
 #: Notes of the core, in the order of their listing.
@@ -133,6 +142,7 @@ NOTES: tuple[Note, ...] = (
     Note("efforts on drives", lambda facts: efforts_on_drives(facts.document)),
     Note("doubtful beams", _doubtful_beams),
     Note("tyres in the road", _tyres_in_the_road),
+    Note("base that falls freely", _base_with_gravity),
     Note("doubtful values", lambda facts: facts.values.notes),
 )
 

@@ -48,18 +48,21 @@ class Visuals:
     by_link : drawn visuals
     substituted : reasons for which collision geometry takes the place of visuals, with the links
     left_out : reasons for which visuals without collision geometry in their place are left out, with the links
+    limited : colours with parts beyond 0 to 1, with the links
     """
 
     by_link: dict[str, list[Visual]] = field(default_factory=dict)
     substituted: dict[str, list[str]] = field(default_factory=dict)
     left_out: dict[str, list[str]] = field(default_factory=dict)
+    limited: dict[str, list[str]] = field(default_factory=dict)
 
     def notes(self) -> list[str]:
-        """Return notes on visuals that pictures do not show."""
+        """Return notes on visuals that pictures do not show, or show in another colour."""
         result = []
         for reasons, effect in (
             (self.substituted, "pictures show collision geometry in place of visuals"),
             (self.left_out, "visuals that pictures leave out"),
+            (self.limited, "colours that pictures limit to parts from 0 to 1"),
         ):
             for reason, links in reasons.items():
                 names = list(dict.fromkeys(links))
@@ -83,23 +86,23 @@ class VisualReader:
     def link(self, name: str, element: Element) -> None:
         """Keep the visuals of a link, or its collision geometry if no visual can be drawn."""
         visuals = list(element.named("visual"))
-        drawn, reasons = self._drawn(visuals)
-        instead = self._drawn(list(element.named("collision")))[0] if visuals and not drawn else []
+        drawn, reasons = self._drawn(name, visuals)
+        instead = self._drawn(name, list(element.named("collision")))[0] if visuals and not drawn else []
         for reason in reasons:
             (self.result.substituted if instead else self.result.left_out).setdefault(reason, []).append(name)
         if drawn or instead:
             self.result.by_link[name] = drawn or instead
 
-    def _drawn(self, elements: Sequence[Element]) -> tuple[list[Visual], list[str]]:
+    def _drawn(self, name: str, elements: Sequence[Element]) -> tuple[list[Visual], list[str]]:
         drawn, reasons = [], []
         for element in elements:
             try:
-                drawn.append(self._visual(element))
+                drawn.append(self._visual(name, element))
             except NotDrawnError as error:
                 reasons.append(str(error))
         return drawn, reasons
 
-    def _visual(self, element: Element) -> Visual:
+    def _visual(self, name: str, element: Element) -> Visual:
         geometry = element.first("geometry")
         solids = [(kind, item) for kind in _SIZES for item in (geometry.named(kind) if geometry else ())]
         if not solids:
@@ -113,7 +116,7 @@ class VisualReader:
             entry[key] = list(values) if count > 1 else values[0]
         if kind == "mesh":
             entry |= self._mesh(solid)
-        return Visual(*self.placement(element), entry | self._color(element))
+        return Visual(*self.placement(element), entry | self._color(name, element))
 
     def _mesh(self, element: Element) -> dict[str, Any]:
         file = element.get("filename")
@@ -126,8 +129,8 @@ class VisualReader:
             raise NotDrawnError("the scale of a mesh is 0")
         return {"file": file, "scale": list(scale), "required": False}
 
-    def _color(self, element: Element) -> dict[str, Any]:
-        """Return colour and opacity of a visual's material, given there, by name, or by neither."""
+    def _color(self, name: str, element: Element) -> dict[str, Any]:
+        """Return colour and opacity of the material of a visual of a link, given there, by name, or by neither."""
         own = element.first("material")
         if own is not None and own.first("color") is not None:
             self.materials[own.get("name")] = own
@@ -135,7 +138,11 @@ class VisualReader:
         color = named.first("color") if named is not None else None
         if color is None:
             return {}
-        *rgb, alpha = (min(max(part, 0.0), 1.0) for part in self.numbers(color, "rgba", (0.5, 0.5, 0.5, 1.0)))
+        parts = self.numbers(color, "rgba", (0.5, 0.5, 0.5, 1.0))
+        *rgb, alpha = (min(max(part, 0.0), 1.0) for part in parts)
+        if (*rgb, alpha) != parts:
+            written = " ".join(f"{part:g}" for part in parts)
+            self.result.limited.setdefault(f'rgba="{written}"; try: parts of 255 divided by 255', []).append(name)
         if alpha == 0.0:
             raise NotDrawnError("the colour is transparent")
         return {"color": "#" + "".join(f"{round(255 * part):02x}" for part in rgb), "opacity": alpha}
