@@ -207,10 +207,9 @@ LONG = 60_000
 
 def _is_long(system: System, wanted: Sequence[str]) -> bool:
     """Return whether the functions have so many operations that equal stretches are worth a call."""
-    functions = [system.functions[name] for name in wanted]
-    if sum(system.counts[function.name].statements for function in functions) < LONG:  # elements of Maps included
+    if 2 * len(system.tape.op) < LONG:  # functions share operations, so a sum is rarely more than twice the tape
         return False
-    return sum(len(system.tape.live(function.refs)) for function in functions) >= LONG
+    return sum(len(system.tape.live(system.functions[name].refs)) for name in wanted) >= LONG
 
 
 def _patterns(system: System) -> dict[str, str]:

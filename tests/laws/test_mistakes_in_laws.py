@@ -28,7 +28,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ("change", "message"),
     [
         ({"source": "rubber.c"}, "rubber.c' is not a file"),
-        ({"source": "tyre.py"}, "'tyre.py' does not end in .c"),
+        ({"source": "tyre.py"}, "'tyre.py' is a Python file; try: python = \"tyre.py\""),
         ({"function": "tire"}, "tyre.c has no function tire; try: void tire("),
         ({"partials": "slopes"}, "tyre.c has no function slopes; try: void slopes("),
         ({"function": "double"}, "'double' cannot be the name of a C function here"),

@@ -123,7 +123,7 @@ def test_rotor_behind_a_gear_adds_to_the_diagonal_only() -> None:
 def test_unknown_term_is_named() -> None:
     rod = rigid_body("rod", 1.0, (0.5, 0, 0), (0, 0, 0.1, 0, 0, 0))
     scene = Scene("pendulum", (rod,), (Joint("hinge", "revolute", "base", "rod", (0, 0, 1)),))
-    with pytest.raises(ModelError, match=r"no term is called 'inertia'.*one of mass, coupling"):
+    with pytest.raises(ModelError, match=r"no term is called 'inertia'.*one of mass, mass_values, coupling"):
         derive(scene, ["inertia"])
 
 

@@ -43,9 +43,9 @@ LIMITS = {
     "length 1 to 64": "Controller.function LawEntry.function LawEntry.partials",
     "0 to 256": "Controller.memory",
     "length  to 64": (
-        "Controller.unit Curve.argument_unit Curve.unit Include.prefix Input.unit Map.unit MapFile.value_unit "
-        "MapFile.x_unit MapFile.y_unit Output.unit RandomProcess.unit State.unit TableFile.argument_unit "
-        "TableFile.value_unit"
+        "Controller.unit Curve.argument_unit Curve.unit Include.prefix Input.unit Map.unit Map.value_unit "
+        "Map.x_unit Map.y_unit MapFile.value_unit MapFile.x_unit MapFile.y_unit Output.unit RandomProcess.unit "
+        "State.unit TableFile.argument_unit TableFile.value_unit"
     ),
     "length  to 10000": (
         "Controller.description Curve.description Document.description Event.description Input.description "
