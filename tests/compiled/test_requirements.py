@@ -68,6 +68,7 @@ _GIVEN: dict[str, Any] = {
     "values": [-1.0, -0.5],
     "to": 2.0,
     "speed": "hinge",
+    "period": 1.0,
 }
 #: What a call says instead whose subject the model has not.
 ABSENT = ("is not in this model", "the model has no geometrically exact beam")

@@ -61,6 +61,8 @@ FAILURES = [
         "A force that breaks at once",
         6,
         "note: the input motor changes nothing: no formula mentions it\n"
+        "note: efforts.motor.effort: the formula subtracts t in s from load - 1 in kg; try: a factor that turns one"
+        " unit into the other\n"
         "stopped at t = 0 s, after 0 of 1000 steps: a value became infinite or not a number; the first block that is"
         " not finite is Q (the generalized force), component v.shoulder at t = 0 s, where in a formula log(0) has"
         " no value at load = 1, t = 0; try: another start, or a formula that has a value there, such as max(x, 1e-3) in"
