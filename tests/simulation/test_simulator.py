@@ -332,7 +332,7 @@ def test_starts_that_cannot_be_are_refused() -> None:
         ({"parameters": [[1.0], [2.0]]}, "one set of parameters is needed, not a batch"),
         ({"start": "rest"}, "a run cannot start at 'rest'"),
         ({"settings": {"rtol": 1.0}, "method": "rk4"}, "has no setting 'rtol'"),
-        ({"step": 1e-9, "t_start": 1e9}, "too far for a step of 1e-09 s"),
+        ({"step": 1e-9, "t_start": 1e9}, "too much for a step of 1e-09 s"),
     ):
         with pytest.raises(eomgen.UsageError, match=text):
             model.start(**options)
