@@ -34,7 +34,7 @@ _CHANGE, _WEIGHTS = 1e-3, (2.0 / 3.0, -1.0 / 12.0)
 
 
 def check_continuous(model: CompiledModel, analysis: str) -> None:
-    """Raise ModelError if states are sampled: such states are constant between samples, for any motion.
+    """Raise ModelError if the model has sampled states: they are constant between samples, so they have no equilibrium.
 
     Parameters
     ----------

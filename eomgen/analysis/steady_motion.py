@@ -311,8 +311,11 @@ def _undetermined(conditions: Conditions, search: SteadySearch, given: Prescribe
 def _check_lasting(
     model: CompiledModel, conditions: Conditions, search: SteadySearch, measures: SceneMeasures, names: Sequence[str]
 ) -> None:
-    """Raise NumericalError if accelerations appear later along the motion found, beyond rounding at the
-    start, in directions that may turn with the motion."""
+    """Raise NumericalError if the motion found is not steady: accelerations appear later along it.
+
+    Permitted are rounding errors and, in every component, twice the largest acceleration left at the start, whose
+    direction may turn with the motion.
+    """
     state, extents = search.state, conditions.extents
     fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))
     turn = 2.0 * np.pi / fastest if fastest > _ROUNDING * conditions.pace else 1.0 / conditions.pace

@@ -1,5 +1,5 @@
-"""Dataclasses whose methods are compiled on first use, so that imports take less time; and work without the search for
-circles of references (garbage collection).
+"""Dataclasses whose methods are compiled on first use, so that imports take less time; and work without the cyclic
+garbage collector.
 
 Compiling takes 0.3 ms for each class, and a process uses few of the several hundred classes that it imports.
 """
@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, field, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["asdict", "dataclass", "field", "fields", "is_dataclass", "replace", "without_search_for_circles"]
+__all__ = ["asdict", "dataclass", "field", "fields", "is_dataclass", "replace", "without_garbage_collection"]
 
 #: Attributes that ``dataclasses.dataclass`` makes, by the option that asks for the attribute; empty for any options.
 _MADE = {
@@ -104,12 +104,12 @@ else:
 
 
 @contextmanager
-def without_search_for_circles() -> Iterator[None]:
-    """Switch Python's search for circles of references off meanwhile, and on again if the search was on before.
+def without_garbage_collection() -> Iterator[None]:
+    """Disable the cyclic garbage collector within the block, and enable it again if it was enabled before.
 
-    Modules and tapes are up to millions of objects without circles. The search looks at all objects each time that the
-    number of objects has grown by a quarter, which was a quarter to a third of the time of a model of thousands of
-    bodies, and a tenth of the way to a first step. Objects without references are freed as ever.
+    Modules and tapes are up to millions of objects without cycles. The collector looks at all objects each time that
+    the number of objects has grown by a quarter, which was a quarter to a third of the time of a model of thousands
+    of bodies, and a tenth of the way to a first step. Objects without references are freed as ever.
 
     All objects are counted as old afterwards: else the next search, for young objects, would look at all that were made
     meanwhile.

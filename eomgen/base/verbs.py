@@ -13,7 +13,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from eomgen.base.data import dataclass, field, without_search_for_circles
+from eomgen.base.data import dataclass, field, without_garbage_collection
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.messages import shown
 from eomgen.base.products import placed, rows_of
@@ -73,7 +73,7 @@ class Verb:
         """
         module, _, name = target.partition(":")
         try:
-            with without_search_for_circles():
+            with without_garbage_collection():
                 value = getattr(import_module(module), name)
         except Exception as error:  # modules of other distributions may raise anything
             if self.entry is None:

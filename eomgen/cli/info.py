@@ -347,8 +347,13 @@ def _print_lists(data: dict[str, Any]) -> None:
 
 
 def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
-    """Print the first places at the design position, in the frame of the body and in the frame that carries the
-    tree."""
+    """Print a table of joints, points and frames at the design position, ``_PLACES`` rows at most.
+
+    Parameters
+    ----------
+    places : entries of ``design_places``
+    fixed : name of the frame that carries the tree, ``base`` or ``world``
+    """
     lines = [
         (place["name"], place["body"], *(", ".join(f"{x:.6g}" for x in place[key]) for key in ("position", "world")))
         for place in places[:_PLACES]

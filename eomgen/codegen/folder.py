@@ -1,4 +1,5 @@
-"""Write a folder of generated files completely or not at all; only files that eomgen generated are overwritten."""
+"""The folder of generated files: its manifest, and writing, completely or not at all; only files that eomgen generated
+are overwritten."""
 
 from __future__ import annotations
 

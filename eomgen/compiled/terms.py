@@ -38,7 +38,11 @@ _CHECKED = 16
 
 
 class Terms:
-    """The terms of a compiled model, with checks of arguments and names of results."""
+    """Evaluator of a compiled model's terms on NumPy arrays.
+
+    Validates arguments, completes omitted ones from the scene (base, inputs, internal states, multipliers), and has the
+    names and units of the components of q, v and z.
+    """
 
     def __init__(self, library: Library, description: Description) -> None:
         layout: Mapping[str, Any] = library.layout

@@ -33,7 +33,10 @@ _UNDEFINED_HALVINGS = 60
 
 
 def undefined(laws: Iterable[Law], values: Mapping[str, float], start: float, end: float) -> list[Problem]:
-    """Return a problem for each law that has no value from some time on, or until some time.
+    """Return a problem for each law that has no value over an interval of time: a root, a logarithm or a power of a
+    negative number.
+
+    A single time without a value does not count. Laws with curves are left out, since curves have no value here.
 
     Parameters
     ----------

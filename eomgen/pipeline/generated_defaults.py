@@ -1,5 +1,5 @@
 """Values that generated C starts from: other defaults of tunable parameters, and the static equilibrium, which is found
-when the folder is made, not by the C. Units of coordinates and ranges of values for the manifest.
+when the folder is made, not by the C; and names, units and ranges of coordinates for its manifest.
 """
 
 from __future__ import annotations

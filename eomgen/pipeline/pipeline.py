@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from eomgen.base.calls import checked_call
-from eomgen.base.data import replace, without_search_for_circles
+from eomgen.base.data import replace, without_garbage_collection
 from eomgen.base.extensions import extensions, loaded
 from eomgen.base.messages import Log, shown
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
@@ -95,7 +95,7 @@ def load(
     other = other_document(path, given)
     if other is not None:
         return cast("Scene", other[1])
-    with without_search_for_circles():
+    with without_garbage_collection():
         return load_scene(path, strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
 
 
@@ -396,7 +396,7 @@ def build(
     other = None if stored else other_document(scene, {"terms": terms, "real": real not in (None, "double")})
     if other is not None:
         return cast("Model", other[0].build(other[1], method, profile))
-    with without_search_for_circles():
+    with without_garbage_collection():
         document, front_end = as_document(stored.lean if stored else scene)
         chosen = front_end.describe(document).simulation.real if real is None else real
         return built_in(None, document, terms, method, profile, chosen)
@@ -816,7 +816,7 @@ def _library(
     def program() -> tuple[Program, str]:
         from eomgen.codegen.targets.c.target import C  # noqa: PLC0415
 
-        with without_search_for_circles():
+        with without_garbage_collection():
             return _program(document, front_end, selection, method, C, for_runs=True)
 
     def made(builder: Builder, running: RunningCompilers | None = None) -> Library:
@@ -871,7 +871,7 @@ def _made(
     from eomgen.codegen.targets.c.target import INTERFACE_CDEF, straight_sources, written_library  # noqa: PLC0415
     from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
-    with without_search_for_circles():
+    with without_garbage_collection():
         printed, tape = on_tape(program) if builder.profile.on_tape else (program, None)
         layout: dict[str, Any] = {**interface_layout(printed), "stepper_refused": refusal, **marks}
         written = {source.name: file_name(source.written) for source in printed.sources}

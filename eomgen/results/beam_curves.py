@@ -127,9 +127,14 @@ def stations(axis: Mapping[str, Any], pose: Array, q: Array) -> Array:
 
 
 def nearest_station(axis: Mapping[str, Any], position: list[float]) -> tuple[int, list[float]]:
-    """Return the number of the frame at a place of the undeformed beam, with the place in that frame.
+    """Return the index of the station nearest to a point along the axis, and the point's position in its frame.
 
-    There is a frame at each place to which the scene attaches something.
+    There is a station at each place to which the scene attaches something.
+
+    Parameters
+    ----------
+    axis : axis as of ``axes_of``
+    position : (3,) in the frame of the undeformed beam, m
     """
     number = int(np.argmin(np.abs(np.array(axis["x"]) - position[0])))
     return number, [position[0] - axis["x"][number], *position[1:]]

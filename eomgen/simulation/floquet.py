@@ -270,7 +270,14 @@ def _periodic_start(orbit: _Orbit, initial: Any) -> tuple[Any, int]:
 
 
 def _check_equations(orbit: _Orbit, run: Solution, turns: Array) -> None:
-    """Raise NumericalError if the equations differ one period later, in the states of a periodic motion."""
+    """Raise NumericalError unless the equations have the period of the orbit: they are equal one period later, and
+    equations that do not change within the period do not change afterwards.
+
+    Parameters
+    ----------
+    run : one period of the motion
+    turns : (nv,) angles by which coordinates advance in whole turns per period, rad, else 0
+    """
     rows = [row_of(run, k) for k in (0, round(_INNER * (len(run.t) - 1)))]
     for now in rows:
         q = update(orbit.model.factors, now.q, turns)

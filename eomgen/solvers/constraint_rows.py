@@ -1,5 +1,5 @@
-"""Constraint equations at one configuration: their Jacobian in the metric of the kinetic energy, and their
-scales.
+"""Constraint equations at one configuration: their Jacobian in the metric of the kinetic energy, and the lengths
+(extents of the joined bodies) that scale their violations.
 
 No absolute number is a scale here: a row is compared with the sum of magnitudes of its summands, with rounding
 a few digits below, and with its largest possible value, the extent of the joined bodies. So units and the

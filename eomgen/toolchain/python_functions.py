@@ -97,7 +97,7 @@ class PythonFunctions:
         return numbers
 
     def _failure(self, error: BaseException, x: list[Any]) -> ModelError:
-        """Return the error of a function that raised another one, with file and line."""
+        """Return the ModelError for an exception in a user's function, with file, line and arguments."""
         file = str(self._data["file"])
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
         place = f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name

@@ -1,4 +1,5 @@
-"""Plan of a function before scheduling: live operations, fused groups, parts, and numbers of uses."""
+"""Plan of a function before scheduling: live operations, fused groups, numbers of uses, and number and lengths of the
+parts of a long function."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def find_loops(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
 
 
 def is_circular(tape: Tape, node: int) -> bool:
-    """Return whether a node is a sine or cosine of an input: all of a function are computed at once."""
+    """Return whether a node is a sine or cosine of an input; one loop evaluates all sines and cosines of inputs."""
     return tape.op[node] in (_SIN, _COS) and tape.op[abs(tape.a[node])] is _INPUT
 
 

@@ -1,4 +1,5 @@
-"""Scheduling of one function: statement order, fused sine and cosine, nested expressions, parts of limited length.
+"""Scheduling of one function: statement order, fused sine and cosine, nested expressions, and values that later parts
+read.
 
 Compilers need time that grows faster than the length of a function (72 600 statements: over 180 s whole, 10 s in
 chunks), so a long function becomes parts of nearly equal length; a value that a later part needs waits in a slot of a

@@ -254,7 +254,7 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     Raises
     ------
     UsageError
-        Modes that there are not, or gains of another number.
+        Mode indices out of range, or a number of gains that differs from the number of modes.
     ModelError
         Actuators that do not reach the controlled modes, or a closed loop that spillover makes unstable.
     """

@@ -126,7 +126,7 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
 
 
 @dataclass(frozen=True)
-class Flow:
+class CompositeMomentum:
     """Composite momentum of a subtree: P = int V dm and H = int V s^T dm about the link's origin, in link axes."""
 
     momentum: Vector
@@ -145,12 +145,14 @@ class Flow:
         return scaled(2.0, plus(cross(self.momentum, u), turned))
 
 
-def _flows(tree: Tree, twists: Sequence[tuple[Vector, Vector]]) -> list[Flow]:
-    total: list[Flow] = []
+def _flows(tree: Tree, twists: Sequence[tuple[Vector, Vector]]) -> list[CompositeMomentum]:
+    total: list[CompositeMomentum] = []
     for link, (omega, velocity) in zip(tree.links, twists, strict=True):
         body = link.inertia
         momentum = plus(scaled(body.mass, velocity), cross(omega, body.first))
-        total.append(Flow(momentum, matrix_plus(outer(velocity, body.first), multiply(skew(omega), body.second))))
+        total.append(
+            CompositeMomentum(momentum, matrix_plus(outer(velocity, body.first), multiply(skew(omega), body.second)))
+        )
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
         if link.parent != ROOT:
@@ -158,7 +160,9 @@ def _flows(tree: Tree, twists: Sequence[tuple[Vector, Vector]]) -> list[Flow]:
                 momentum = link.rotation.rotate(total[index].momentum)
                 moment = matrix_plus(link.rotation.congruence(total[index].moment), outer(momentum, link.position))
                 above = total[link.parent]
-                total[link.parent] = Flow(plus(above.momentum, momentum), matrix_plus(above.moment, moment))
+                total[link.parent] = CompositeMomentum(
+                    plus(above.momentum, momentum), matrix_plus(above.moment, moment)
+                )
     return total
 
 
@@ -204,7 +208,7 @@ def _column(
     screw: Screws,
     screws: list[list[Screws]],
     body: RecordedInertia,
-    flow: Flow,
+    flow: CompositeMomentum,
     load: Wrench,
     blocks: tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]],
 ) -> None:

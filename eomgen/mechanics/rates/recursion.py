@@ -35,7 +35,8 @@ Entry = Callable[[int, int], Vector]
 
 
 def to_child(rotation: FactoredRotation, turn: Sequence[Vector], x: Sequence[Vector]) -> Path:
-    """Return the path of R^T x, as long as the path of x; ``turn`` is the path of w in child axes."""
+    """Return the path (components with their time derivatives) of R^T x in child axes; ``turn`` is the path of the
+    child's angular velocity, in child axes."""
     return in_rotating_axes([rotation.rotate_back(value) for value in x], turn)
 
 
@@ -247,7 +248,14 @@ def _fields(tree: Tree, drive: Drive, order: int) -> tuple[list[Path], list[list
 
 
 def _carried(link: Link, turn: Path, drive: Drive, loads: Sequence[Wrench]) -> list[Wrench]:
-    """Return the path of a wrench on a link, given the path of the wrench on the parent link."""
+    """Return the wrench that a link passes on to its parent, with its time derivatives, in the parent's axes about the
+    parent's origin.
+
+    Parameters
+    ----------
+    turn : path of the joint's angular velocity, in child axes
+    loads : wrench on the link and its time derivatives, in link axes
+    """
     order = len(loads) - 1
     moments = to_parent(link.rotation, turn, [load[0] for load in loads])
     forces = to_parent(link.rotation, turn, [load[1] for load in loads])

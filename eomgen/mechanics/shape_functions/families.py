@@ -41,7 +41,7 @@ class ShapeFunctions(Protocol):
 
 
 @dataclass(frozen=True)
-class Scaled:
+class ScaledShapeFunctions:
     """A family with functions multiplied by factors (n,)."""
 
     family: ShapeFunctions

@@ -18,7 +18,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.mechanics.shape_functions import uniform_beams
 from eomgen.mechanics.shape_functions.elements import elements
-from eomgen.mechanics.shape_functions.families import QuadratureGrid, Scaled, ShapeFunctions
+from eomgen.mechanics.shape_functions.families import QuadratureGrid, ScaledShapeFunctions, ShapeFunctions
 from eomgen.mechanics.shape_functions.fixed_point import (
     BITS,
     ONE,
@@ -45,10 +45,10 @@ def normalised(family: ShapeFunctions, ends: Ends, normalisation: Normalisation)
         return family
     with mpmath.workprec(WORKING):
         if normalisation == "unit":
-            return Scaled(family, array(1 / unfixed(greatest) for greatest in _greatest(family, ends)))
+            return ScaledShapeFunctions(family, array(1 / unfixed(greatest) for greatest in _greatest(family, ends)))
         grid = QuadratureGrid([family])
         squares = [grid.integral(f, f) for f in family.values(grid.positions)[0]]
-        return Scaled(family, array(1 / mpmath.sqrt(unfixed(square)) for square in squares))
+        return ScaledShapeFunctions(family, array(1 / mpmath.sqrt(unfixed(square)) for square in squares))
 
 
 def _greatest(family: ShapeFunctions, ends: Ends) -> list[int]:

@@ -92,7 +92,8 @@ def acceleration_partials(derivation: Derivation) -> list[Block]:
 
 
 def joint_velocity_partials(derivation: Derivation) -> list[Block]:
-    """Return joint velocities and accelerations of absolute bodies, and the partials Pv, Pq, Pav, Paq."""
+    """Return velocities and accelerations of joints between absolute bodies, and their partials: Pv and Pq of the
+    velocities in v and q, Pav and Paq of the accelerations at held body accelerations; q is left-trivialised."""
     calculus = joint_velocities(derivation.scene, derivation.tree, derivation.quantities)
     nv, count = derivation.tree.nv, len(calculus.level)
     refs = tuple(entry.ref for row in calculus.jacobian() for entry in row)

@@ -191,8 +191,17 @@ class Equations:
         return EquationPartials(Jq, Jv, Ja, Jz, Jlam, self._with_inputs(Jp, values) if parameters else Jp)
 
     def output_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
-        """Return partials of the outputs, (n, outputs, 3 nv + nz + nl) in q, v, vdot, z, multipliers, and (n, outputs,
-        parameters)."""
+        """Return the partials of the chosen outputs at n rows of a run.
+
+        Parameters
+        ----------
+        values : arguments of the compiled terms by name (``t``, ``q``, ...), n rows each
+
+        Returns
+        -------
+        Y : (n, outputs, 3 nv + nz + nl) in q (left-trivialised), v, vdot, z and the multipliers
+        Yp : (n, outputs, ...) in the chosen parameters, then along the directions of inputs
+        """
         count, rows = len(values["t"]), len(self.outputs)
         partials = self.of("output_partials", values)
         sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}

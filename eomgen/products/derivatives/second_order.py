@@ -107,7 +107,7 @@ def _along(group: Group, theta: Array, component: int) -> Array:
     return result
 
 
-class SecondBeginning:
+class StartSecondDerivatives:
     """Second derivatives of the start along pairs of directions.
 
     Parameters
@@ -403,7 +403,7 @@ def hessians(run: AlphaRun, weights: Sequence[RowWeights], known: Gradients | No
             result[number] += _paired(tangents.steps, of_steps) + tangents.parameters.T @ of_parameters
     for number in range(len(weights)):
         of_start = adjoint.state[:, number], adjoint.record[:, number], adjoint.parameters[len(run.asked.dp) :, number]
-        result[number] += SecondBeginning(run).of(*of_start)
+        result[number] += StartSecondDerivatives(run).of(*of_start)
     first: Array = adjoint.state.T @ run.state + adjoint.record.T @ run.record + adjoint.parameters.T @ run.along.dp
     return first, 0.5 * (result + np.swapaxes(result, 1, 2))
 
@@ -426,7 +426,7 @@ def hessian_products(run: AlphaRun, weights: RowWeights, directions: Array) -> A
         second.record = of_rows[0, :width]
     result: Array = run.state.T @ second.state + run.record.T @ second.record + run.along.dp.T @ second.parameters
     of_start = first.state[:, 0], first.record[:, 0], first.parameters[len(run.asked.dp) :, 0]
-    return result + SecondBeginning(run, asked).of(*of_start)
+    return result + StartSecondDerivatives(run, asked).of(*of_start)
 
 
 def _paired(one: Array, other: Array) -> Array:

@@ -20,7 +20,7 @@ from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
 from eomgen.products.derivatives.functionals import RowWeights
 from eomgen.products.derivatives.linear_steps import StepMatrices
 from eomgen.products.derivatives.motion import RunSegment
-from eomgen.products.derivatives.second_order import SecondBeginning
+from eomgen.products.derivatives.second_order import StartSecondDerivatives
 
 #: Tolerated acceleration of the constant state, relative to the largest by a parameter; the same of rates.
 _BALANCED = 1e-9
@@ -113,7 +113,7 @@ class StationaryRun:
             result[np.ix_(parameters, parameters)] += bent[:, state_count:, state_count:].sum(axis=0)
         record = np.zeros(width) if row else self._asked[:, number]
         state = states[row - 1] if row else np.zeros(self.run.linear.state_size)
-        result += SecondBeginning(self.run).of(state, record, np.zeros(0))
+        result += StartSecondDerivatives(self.run).of(state, record, np.zeros(0))
         return 0.5 * (result + result.T).reshape(size, size)
 
     @cached_property

@@ -44,8 +44,14 @@ def laws_that_vary(model: CompiledModel) -> list[str]:
 
 
 def law_of(model: CompiledModel, name: str, where: str) -> int:
-    """Return the index of the input of ``seed.road`` or ``scale.road``, waves after all inputs. Raises
-    UsageError if there is none whose law so varies."""
+    """Return the index of the input that ``seed.NAME`` or ``scale.NAME`` varies; waves are counted after all inputs.
+
+    Raises UsageError if the law has no seed or no scale.
+
+    Parameters
+    ----------
+    name : ``seed.NAME`` or ``scale.NAME``
+    """
     kind, _, of = name.partition(".")
     place = {item.name: k for k, item in enumerate(model.description.inputs)}.get(of)
     label = f"{where} {name}"

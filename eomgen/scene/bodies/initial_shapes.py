@@ -48,8 +48,14 @@ class InitialShape(Protocol):
 
 @dataclass(frozen=True)
 class CurvatureShape:
-    """A shape by curvature, (3,), 1/m, section axes, at x; ``constant`` returns whether the curvature is constant on a
-    range."""
+    """Axis of a beam given by its curvature.
+
+    Attributes
+    ----------
+    length : m
+    curvature : function of x, m along the axis, that returns the curvature vector (3,), 1/m, in section axes
+    constant : function of both ends of a range of x that returns whether the curvature is constant between them
+    """
 
     length: float
     curvature: Callable[[float], Array]

@@ -1,5 +1,5 @@
-"""Reading of constraints: keys permitted for each type, the two frames, and constraints by a formula (equation), with
-its unit and its linearity in velocities.
+"""Reading of constraints: keys permitted for each type, the two frames, shapes and surfaces of rolling and sliding
+contacts, and constraints by a formula (equation), with its unit and its linearity in velocities.
 
 Frames never depend on the initial state, which need not close the loop. Formulas of constraints need two derivatives
 along a motion, so curves that jump or bend and functions with a corner are refused.
@@ -256,11 +256,14 @@ def read_equation(
 def _holds(
     place: str, formula: Formula, values: Values, still: Collection[str], *, framed: bool, at_velocity: bool
 ) -> bool:
-    """Return whether an equation holds a motion, linear in velocities; faults are reported.
+    """Return whether an equation constrains a motion: the equation names a coordinate (at velocity level a velocity),
+    not of fixed points alone, and is linear in velocities. Faults are reported.
 
     Parameters
     ----------
-    still : points that never move
+    still : names of points fixed in the base or the world
+    framed : whether the equation is in x, y, z between two frames
+    at_velocity : whether the equation is a ``velocity_equation``
     """
     kinds = {symbol.kind for symbol in symbols(formula)}
     report = values.report

@@ -1,5 +1,5 @@
-"""Reading of joints: keys permitted for each type, placement, axes, initial state, limits (compliant stops), dry
-friction and mimic joints; and reading of reactions."""
+"""Reading of joints: keys permitted for each type, placement, axes, initial positions and velocities (orientations,
+angular velocities), limits (compliant stops), dry friction and mimic joints; and reading of reactions."""
 
 from __future__ import annotations
 

@@ -62,8 +62,9 @@ def dimension_of_formula(formula: Formula, names: SceneNames) -> Dimension | Non
 
 
 def labelled_dimension(formula: Formula, names: SceneNames) -> Dimension | None:
-    """Return the dimension of a product, quotient, curve or law with labelled names, or of a sum with such a term; None
-    if unknown, and for a name alone."""
+    """Return the dimension of a formula by the units of its labelled names, curves and words; None if unknown, and for
+    a single name. The first term of known dimension decides for a sum, minimum, maximum or choice: others are not
+    compared."""
     units = _Units(names)
 
     def of_part(part: Formula) -> Dimension | None:

@@ -52,7 +52,8 @@ from eomgen.system.signals import Definition, Input, Output, Parameter, State
 
 
 def unit_of_formulas(formulas: Sequence[Formula], names: SceneNames) -> str:
-    """Return the common unit of formulas of quantities and labelled names; empty if it is not known."""
+    """Return the SI unit that all formulas share; empty if units differ or one is unknown. A single name has its own
+    unit, other formulas the unit that follows from labels (``labelled_dimension``)."""
     result = {
         unit_of_symbol(formula, names.joints, names.labels)
         if isinstance(formula, Symbol)

@@ -200,16 +200,18 @@ def at_rest(run: Run, rows: Array) -> bool:
 def _by_method(
     run: Run, library: Library, window: Array, before: Array, components: Components, finer: Sequence[int]
 ) -> Growth | None:
-    """Return the component that smaller steps from the first row of a window leave much smaller; None if there is
-    none.
+    """Return the growth of the component that grows by the method's instability; None if smaller steps grow alike.
 
-    If smaller and smaller steps never agree on the size of a component, that component is returned.
+    The window is stepped again from its first row with smaller and smaller steps. A component that stays much smaller
+    then has grown by the method, and so has a component whose size does not settle with the steps; the worst is
+    returned.
 
     Parameters
     ----------
-    window : (steps + 1, width)
-    before : (n, width) rows with which the growth is counted
+    window : (steps + 1, width) rows of the run, of which the last give the size after the growth
+    before : (n, width) earlier rows, which give the size before the growth
     components : indices of the components of v and z that have grown
+    finer : numbers of parts into which each step is divided, in the order of the repetitions
     """
     steps, step = len(window) - 1, run.settings["step"]
     tail, times = min(steps, WINDOW), (window[0, 0], window[-1, 0])
@@ -351,7 +353,8 @@ _ROWS = 8
 
 
 def unbounded_growth(run: Run, states: States) -> Finding | None:
-    """Return a finding on the velocity that grows most by the equations of motion; None if none grows far."""
+    """Return a finding on the velocity that grows most from quarter to quarter of a run; None if none grows
+    exponentially and far, or if a quarter has too few rows. Other checks find growth by the method's instability."""
     quarters = np.array_split(np.arange(len(states.t)), 4)
     if not run.model.nv or len(quarters[-1]) < _ROWS:
         return None

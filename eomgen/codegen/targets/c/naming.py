@@ -270,7 +270,8 @@ class CNames:
         )
 
     def buffers(self, function: ProgramFunction) -> list[tuple[str, str]]:
-        """Return the local copies of those interfaces, name and size; structs and the time need none."""
+        """Return name and size of each local array into which a wrapper copies arguments if the caller's number type is
+        not double; parameters and base (structs) and t are passed directly."""
         inputs = [(block, self.input_size(block)) for block in function.inputs if block not in ("p", "t", "base")]
         outputs = (
             [] if function.name == "base" else [(output.argument, str(output.size)) for output in function.outputs]

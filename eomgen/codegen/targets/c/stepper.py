@@ -414,7 +414,8 @@ class FunctionCalls:
     def residual(self) -> str:
         """Return the call of the equations of a step at the iterate: r, Phi and w to work->right.
 
-        With positions alone constrained (index 3), Phi is in the way of w, and goes elsewhere.
+        With positions alone constrained (index 3), w takes the place of Phi in the right-hand side, so Phi is written
+        to an array of its own.
         """
         un = self.program.method["unknowns"]
         if not un["lam"] and not self.program.sizes["z"]:

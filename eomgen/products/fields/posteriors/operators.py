@@ -93,7 +93,7 @@ class LinearOperator:
 
 
 def white(mesh: Mesh) -> LinearOperator:
-    """Return the operator that returns the white field."""
+    """Return the operator without filter and mask, which maps the spectrum of a white field to its cells."""
     return LinearOperator("white", mesh)
 
 

@@ -251,7 +251,7 @@ class FieldPosterior:
     # -- scales ------------------------------------------------------------------------------------------------------
 
     def mass(self, choice: str = "fisher") -> Array | None:
-        """Return masses by wave number, shape ``mesh.half``; None for 1.
+        """Return masses by wave number, shape ``mesh.half``; None if all masses are 1.
 
         Parameters
         ----------
@@ -421,7 +421,14 @@ class FieldPosterior:
         return None
 
     def _newton_direction(self, x: Complex, gradient: Complex, inverse: Array | float, accuracy: float) -> Complex:
-        """Return the direction of Newton's method, or of as many conjugate gradients as see no negative curvature."""
+        """Return a descent direction: the Newton step by preconditioned conjugate gradients, stopped at negative
+        curvature; the preconditioned steepest descent if the first direction has no positive curvature.
+
+        Parameters
+        ----------
+        inverse : preconditioner, an approximate inverse of the Hessian, entry by entry
+        accuracy : norm of the residual at which the iteration ends, relative to the gradient's norm
+        """
         product = self.mesh.product
         hessian, result = self.hessian(x), np.zeros_like(x)
         left = -gradient
@@ -444,7 +451,8 @@ class FieldPosterior:
 
 
 def _scaled(operator: LinearOperator, scale: float) -> Array | Complex | None:
-    """Return a copy of an operator's filter with the scale of transforms; None for 1."""
+    """Return an operator's filter times the scale of transforms, as a new array; None if there is no filter and the
+    scale is 1."""
     if scale == 1.0:
         return None if operator.symbol is None else operator.symbol.copy()
     symbol = np.ones(operator.mesh.half) if operator.symbol is None else operator.symbol

@@ -267,7 +267,8 @@ _FEWEST_QUANTILES = 3
 
 
 class Translations:
-    """Reader of translations, which reports faults."""
+    """Reader of translations X = T(g) of a Gaussian process g, given by a formula or by quantiles; reports faults by
+    key."""
 
     def __init__(self, values: Values) -> None:
         self.values = values

@@ -1,5 +1,6 @@
 """Distributions of responses: of a quadratic form of standard normal variables by three inversions of its
-characteristic function, and small probabilities by importance sampling.
+characteristic function, and small probabilities by importance sampling about the most probable point and the far
+branches of a form that bends back.
 
 With eigenvalues l and the gradient d along their eigenvectors, the cumulant generating function is
 

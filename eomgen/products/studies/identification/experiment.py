@@ -136,7 +136,7 @@ class Experiment:
 
     @property
     def units(self) -> list[str]:
-        """Units of the unknown components."""
+        """Units of the estimated components of the initial state, in the order of ``states``, without parameters."""
         model = self.model
         of_q = [unit.removesuffix("/s") for unit in model.v_units]
         every = [*of_q, *model.v_units, *model.z_units]

@@ -1,5 +1,5 @@
-"""The section of waves, the key ``follow`` of the base, which then goes with their surface, and the rule for gravity in
-scenes with water."""
+"""The section of waves, the key ``follow`` of the base, which then goes with their surface, and the requirement that
+gravity points along -z in scenes with water."""
 
 from __future__ import annotations
 
