@@ -107,6 +107,14 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(every[:_LISTED]) + more
 
 
+def unmentioned(singular: str, plural: str, names: Sequence[str]) -> str:
+    """Return a note on entries that no formula mentions, with the nouns of one and of several; empty without names."""
+    if not names:
+        return ""
+    subject = f"the {plural} {listed(names)} change" if len(names) > 1 else f"the {singular} {names[0]} changes"
+    return f"{subject} nothing: no formula mentions {'them' if len(names) > 1 else 'it'}"
+
+
 def counted(count: int, singular: str, plural: str = "") -> str:
     """Return a count with the noun: ``1 body``, ``2 bodies``."""
     return f"{count} {singular if count == 1 else plural or singular + 's'}"

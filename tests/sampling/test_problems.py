@@ -61,6 +61,44 @@ def test_a_file_is_the_posterior_that_calls_make() -> None:
     assert made.posterior.gradient(x) == pytest.approx(by_calls.gradient(x), abs=1e-13)
 
 
+#: A definition for each kind of formula, one of another that follows, and the formulas with their definitions in place.
+DEFINED: dict[str, Any] = {
+    "definitions": {"q": "(radius*k)**2", "e": "log(mean) + contrast", "contrast": "s - s_variance/2", "edge": 20},
+    "operators": {"s": {"power": "300*exp(-q)"}, "half": {"mask": "1 if x < edge else 0"}},
+    "data": {"counts": {"poisson": "mean*exp(contrast)"}},
+    "cell": {"energy": "part - counts*e + half**2", "where": {"part": "exp(e)"}},
+}
+WRITTEN: dict[str, Any] = {
+    "operators": {"s": {"power": "300*exp(-((radius*k)**2))"}, "half": {"mask": "1 if x < 20 else 0"}},
+    "data": {"counts": {"poisson": "mean*exp((s - s_variance/2))"}},
+    "cell": {
+        "energy": "part - counts*(log(mean) + (s - s_variance/2)) + half**2",
+        "where": {"part": "exp((log(mean) + (s - s_variance/2)))"},
+    },
+}
+
+
+def test_definitions_are_the_text_in_their_place_with_paragraphs_of_their_own_in_the_c() -> None:
+    """Energy, gradient and products with the Hessian have the same bits; an expression is evaluated once."""
+    defined, written = problem(**DEFINED), problem(**WRITTEN)
+    x, along = MESH.white(stream()), MESH.white(stream(7))
+    assert defined.truth is not None and written.truth is not None
+    assert np.array_equal(defined.posterior.data["counts"], written.posterior.data["counts"])
+    assert defined.posterior.energy(x) == written.posterior.energy(x)
+    assert np.array_equal(defined.posterior.gradient(x), written.posterior.gradient(x))
+    assert np.array_equal(defined.posterior.hessian(x)(along), written.posterior.hessian(x)(along))
+    text = defined.posterior.source
+    assert "/* Definition e */" in text and "e_value" in text
+    assert text.count("EG_EXP(") == written.posterior.source.count("EG_EXP(")
+    assert not defined.system.notes
+
+
+def test_definitions_that_no_formula_mentions_are_noted() -> None:
+    made = problem(definitions={"used": "2*mean", "spare": "s"}, cell__energy="used*s**2")
+    note = "the definition spare changes nothing: no formula mentions it"
+    assert made.system.notes == (note,) and note in made.notes
+
+
 def test_counts_of_a_file_are_drawn_about_the_truth() -> None:
     made = problem(mesh__cells=[32, 32], mesh__length=160.0, parameters__mean=3.0)
     true = made.true_field()
@@ -215,6 +253,25 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"cell": {}}, "cell.energy): the energy of a cell is missing"),
         ({"cell__energy": "exp(e) - count*e"}, "cell.energy): unknown name 'count' (column 10); try: counts"),
         ({"cell__where": {"mean": "1"}}, "cell.where.mean): the name 'mean' is taken, or not legal"),
+        ({"definitions": ["k"]}, "definitions): a table is needed here, not a list; try: [definitions]"),
+        ({"definitions__a": True}, "definitions.a): a formula is needed here, not a boolean (true)"),
+        ({"definitions__k": "2"}, "definitions.k): formulas have k of their own; try: another name than k"),
+        ({"definitions__s": "2"}, "operators.s): the name s is given twice, in [definitions] too"),
+        ({"definitions__exp": "2"}, "definitions.exp): the name exp is a word of formulas; try: exp_value"),
+        ({"definitions__e": "s"}, "cell.where.e): the name 'e' is taken, or not legal"),
+        ({"definitions": {"a": "b + 1", "b": "2*a"}}, "definitions.b): the definition a mentions itself"),
+        ({"definitions__a": "s +", "cell__energy": "a*counts"}, "definitions.a): "),
+        ({"definitions__a": "sigma*2", "cell__energy": "a*counts"}, "definitions.a): unknown name 'sigma'"),
+        ({"definitions__a": "4*k", "cell__energy": "a*s"}, "cell.energy): in the definition a, unknown name 'k'"),
+        ({"definitions__a": "2*e", "cell__energy": "a*s"}, "definitions.a): unknown name 'e'"),
+        (
+            {"definitions__a": "2*mean", "operators__t": {"smoothing": "a"}},
+            "operators.t.smoothing): unknown name 'a' (column 1); try: the formula of a: numbers are of parameters",
+        ),
+        (
+            {"definitions": {f"d{n}": f"d{n + 1} + 1" if n < 60 else "s" for n in range(61)}, "cell__energy": "d0"},
+            "more than 50 definitions are within one another",
+        ),
         ({"mass": {"choice": "heavy"}}, "mass.choice): there is no mass 'heavy'; try: one of fisher, prior, unit"),
         ({"sampling__samples": 1.5}, "sampling.samples): a whole number is needed here, not 1.5"),
         ({"sampling__field": "r"}, "sampling.field): there is no field 'r' in the energy; try: s"),

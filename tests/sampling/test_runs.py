@@ -283,6 +283,15 @@ def test_info_shows_a_system_of_fields(
     assert main(["info", "small.toml"]) == 0
     shown = capsys.readouterr().out
     assert "8 x 8 cells of 5 x 5" in shown and "energy of a cell" in shown and "minimum_norm2, order 2" in shown
+    with_definitions = FILE.replace("[operators]", '[definitions]\nspare = "2*s"\n\n[operators]')
+    Path("defined.toml").write_text(with_definitions, encoding="utf-8")
+    assert main(["info", "defined.toml", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    note = "the definition spare changes nothing: no formula mentions it"
+    assert told["definitions"] == {"spare": "2*s"} and told["notes"] == [note]
+    assert main(["info", "defined.toml"]) == 0
+    shown = capsys.readouterr().out
+    assert "spare = 2*s" in shown and note in shown
     Path("large.toml").write_text(FILE.replace("[8, 8]", "[10000000, 10000000]"), encoding="utf-8")
     assert main(["info", "large.toml"]) == 4
     assert "large.toml:5 (mesh.cells): sampling with 2 chains on 10000000 x 10000000 cells" in capsys.readouterr().err

@@ -221,8 +221,10 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
                 "wave_numbers": [low, high],
                 "operators": operators,
                 "data": data,
+                "definitions": dict(system.definitions),
                 "energy": system.energy,
                 "where": dict(system.where),
+                "notes": list(system.notes),
                 "fields": list(system.fields),
                 "transforms_per_gradient": transforms,
                 "mass": system.mass,
@@ -243,6 +245,7 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
         ("memory", f"{memory / 2**20:.4g} MiB at most, with {counted(system.sampling.chains, 'chain')}"),
         *(("operator", f"{name}: {meaning}") for name, meaning in operators.items()),
         *(("data", f"{name}: {meaning}") for name, meaning in data.items()),
+        *(("definition", f"{name} = {text}") for name, text in system.definitions.items()),
         *(("where", f"{name} = {text}") for name, text in system.where.items()),
         ("energy of a cell", system.energy),
         ("gradient", f"{counted(transforms, 'transform')}, of {', '.join(system.fields)}"),
@@ -252,6 +255,7 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
             f"{chosen.name}, order {chosen.order}, {counted(chosen.gradients, 'gradient')} a step, stable up to step x"
             f" frequency = {chosen.stability_limit:.4g}",
         ),
+        *(("note", note) for note in system.notes),
     ]
     print_table(system.name, ("", ""), rows)
 

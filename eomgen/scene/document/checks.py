@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from itertools import takewhile
 
-from eomgen.base.messages import NAME_RULE, is_legal, key_of, listed, nearest, shown
+from eomgen.base.messages import NAME_RULE, is_legal, key_of, nearest, shown, unmentioned
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
 from eomgen.scene.control.controllers import outputs_of_controllers, states_of_controllers
@@ -153,11 +153,7 @@ def unused_names(document: Document, reading: Reading) -> list[str]:
         )
         for kind in ("parameter", "input", "curve")
     ]
-    for singular, plural, unused in (*every, *(row.unused(reading) for row in reading.rows)):
-        if unused:
-            several = len(unused) > 1
-            note = f"the {plural} {listed(unused)} change" if several else f"the {singular} {unused[0]} changes"
-            notes.append(f"{note} nothing: no formula mentions {'them' if several else 'it'}")
+    notes += [note for item in (*every, *(row.unused(reading) for row in reading.rows)) if (note := unmentioned(*item))]
     for name in document.section("modes"):
         if ("parameter", mode_parameter(name)) not in values.mentioned:
             notes.append(f"the mode {name} changes nothing: no formula mentions it")

@@ -101,6 +101,15 @@ class NamedExpression:
             raise DefinitionError(fault, 1, "an internal state, an input or an output in place of a definition")
 
 
+def named_expressions(texts: Mapping[str, str | float]) -> dict[str, NamedExpression]:
+    """Return the named expressions of a file, which may mention one another; a number is a text, too."""
+    together: list[NamedExpression] = []
+    return {
+        name: NamedExpression(name, text if isinstance(text, str) else repr(text), together)
+        for name, text in texts.items()
+    }
+
+
 def expanded(symbol: Symbol, names: SceneNames, scope: Scope, read: Callable[[str], Formula]) -> WrittenDefinition:
     """Return the expression of a symbol of a definition.
 

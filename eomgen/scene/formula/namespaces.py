@@ -7,13 +7,14 @@ So a message quotes the file's text, and no text is ever edited.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from eomgen.base.data import dataclass, field, fields, replace
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Operation, Quantity, Symbol
-from eomgen.scene.formula.definitions import check_extent, expanded, mentioned
+from eomgen.scene.formula.definitions import NamedExpression, check_extent, expanded, mentioned
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import DRIVEN, PARAMETERS, REACTING, SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
@@ -59,8 +60,10 @@ def spaces_of(text: str) -> tuple[Namespace, ...]:
     return text.spaces if isinstance(text, IncludedText) else ()
 
 
-def read_included(text: str, names: SceneNames, scope: Scope) -> Formula:
+def read_included(text: str, names: SceneNames, scope: Scope, inner: SceneNames | None = None) -> Formula:
     """Read a formula in the names of its file, and return the formula in the scene's names, ``names``.
+
+    ``inner``: names for the texts of definitions; by default ``names``.
 
     Raises
     ------
@@ -69,7 +72,8 @@ def read_included(text: str, names: SceneNames, scope: Scope) -> Formula:
     """
     formula = _read(text, spaces_of(text), names, scope)
     if names.definitions and (used := mentioned(formula)):
-        parts = {one: expanded(one, names, scope, lambda text: read_included(text, names, scope)) for one in used}
+        own = inner or names
+        parts = {one: expanded(one, names, scope, lambda text: read_included(text, own, scope)) for one in used}
         check_extent(formula, parts)
         formula = mapped(formula, lambda symbol: parts[symbol].formula if symbol in parts else symbol)
     if not names.modes and not names.motions and not any(laws.formulas for laws in names.laws.values()):
@@ -114,6 +118,31 @@ def known_there(text: str, names: Collection[str]) -> frozenset[str]:
             if name in names:
                 result.add(local)
     return frozenset(result)
+
+
+def mentions_any(text: str, names: Collection[str]) -> bool:
+    """Return whether a text mentions a name of the main file, by the name in the file of the text."""
+    here = known_there(text, names)
+    return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in here)
+
+
+def in_order_of_mention(definitions: Mapping[str, NamedExpression]) -> list[str]:
+    """Return the names of definitions, each after the definitions in its formula, unless in a circle."""
+    order: dict[str, None] = {}
+    for first in definitions:
+        path = [first]
+        seen = {first}
+        while path:
+            name = path[-1]
+            inner = names_of_file(definitions[name].text, "definitions", definitions)
+            words = re.findall(r"[A-Za-z_]\w*", definitions[name].text)
+            ahead = next((inner[word] for word in words if inner.get(word, name) not in (*order, *seen)), None)
+            if ahead is None:
+                order[path.pop()] = None
+            else:
+                path.append(ahead)
+                seen.add(ahead)
+    return list(order)
 
 
 def _read(text: str, spaces: tuple[Namespace, ...], names: SceneNames, scope: Scope) -> Formula:

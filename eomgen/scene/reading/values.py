@@ -19,7 +19,7 @@ from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 from eomgen.formula.substitution import substituted
 from eomgen.formula.units.parser import Dimension, dimension_of, read_unit
 from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, UnknownPoseError
-from eomgen.scene.formula.namespaces import known_there, read_included
+from eomgen.scene.formula.namespaces import mentions_any, read_included
 from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.formula_units import FACTOR, disagreement, labelled_dimension, unit_of
@@ -266,8 +266,7 @@ class Values:
 
     def mentions_refused(self, text: str) -> bool:
         """Return whether a formula mentions a refused entry, by name in the file of the formula."""
-        refused = known_there(text, self.refused)
-        return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in refused)
+        return mentions_any(text, self.refused)
 
     def point(self, key: str, name: str) -> bool:
         """Report the name of a missing point, or of a body instead; return whether the name is a point."""

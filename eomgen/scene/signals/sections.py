@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import functools
 import operator
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -17,8 +16,8 @@ from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.units.parser import Dimension, Factors, UnitError, dimension_of, read_unit
 from eomgen.formula.units.table import names
-from eomgen.scene.formula.definitions import NamedExpression
-from eomgen.scene.formula.namespaces import names_of_file
+from eomgen.scene.formula.definitions import named_expressions
+from eomgen.scene.formula.namespaces import in_order_of_mention
 from eomgen.scene.formula.scope import (
     ANYWHERE,
     ANYWHERE_ALONG_A_BEAM,
@@ -262,19 +261,12 @@ class _Definitions(Section):
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         entries: Mapping[str, schema.Definition] = reading.document.section("definitions")
-        together: list[NamedExpression] = []
-        texts = {name: entry.formula for name, entry in entries.items()}
-        return {
-            "definitions": {
-                name: NamedExpression(name, text if isinstance(text, str) else repr(text), together)
-                for name, text in texts.items()
-            }
-        }
+        return {"definitions": named_expressions({name: entry.formula for name, entry in entries.items()})}
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
         entries: Mapping[str, schema.Definition] = reading.document.section("definitions")
         read: dict[str, Definition | None] = {}
-        for name in _in_order_of_mention(reading.names.definitions):
+        for name in in_order_of_mention(reading.names.definitions):
             read[name] = self.read_entry(name, entries[name], reading)
         return {name: read[name] for name in entries}
 
@@ -305,25 +297,6 @@ class _Definitions(Section):
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         made = tuple(item for item in reading.items["definitions"].values() if item is not None)
         return {"parts": {"definitions": made}} if made else {}
-
-
-def _in_order_of_mention(definitions: Mapping[str, NamedExpression]) -> list[str]:
-    """Return the names of definitions, each after the definitions in its formula, unless in a circle."""
-    order: dict[str, None] = {}
-    for first in definitions:
-        path = [first]
-        seen = {first}
-        while path:
-            name = path[-1]
-            inner = names_of_file(definitions[name].text, "definitions", definitions)
-            words = re.findall(r"[A-Za-z_]\w*", definitions[name].text)
-            ahead = next((inner[word] for word in words if inner.get(word, name) not in (*order, *seen)), None)
-            if ahead is None:
-                order[path.pop()] = None
-            else:
-                path.append(ahead)
-                seen.add(ahead)
-    return list(order)
 
 
 class _Inputs(Section):

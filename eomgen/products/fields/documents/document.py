@@ -293,11 +293,13 @@ class FieldSystem:
     ----------
     cells, lengths : of the mesh, along each axis
     energy, where : formulas of a cell, as text
+    definitions : named expressions of all formulas, as text
     fields, columns : operators and data that these name
     truth : seed of the white field that random data are made from; None without random data
     folder : folder of relative paths
     places : file and line of each key, for messages
     content : all that determines the posterior but for files of data
+    notes : definitions that no formula mentions
     """
 
     name: str
@@ -318,6 +320,8 @@ class FieldSystem:
     folder: Path = Path()
     places: Mapping[str, str] = field(default_factory=dict)
     content: bytes = b""
+    definitions: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def parameter_values(self) -> dict[str, float]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, replace
 from typing import Any
 
 from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown
@@ -14,7 +14,8 @@ from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.products.fields.documents.document import DATA_KINDS, OPERATOR_KINDS, Chains, Parameter, Run
-from eomgen.scene.formula.parser import read_formula
+from eomgen.scene.formula.definitions import NamedExpression
+from eomgen.scene.formula.namespaces import mentions_any, read_included
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.kinds import described
@@ -31,6 +32,8 @@ class FieldEntries:
     def __init__(self, data: Mapping[str, Any], report: Report) -> None:
         self.data = data
         self.report = report
+        #: Definitions with a fault that is reported, and definitions that mention such a definition.
+        self.refused: set[str] = set()
 
     def head(self, known: Iterable[str]) -> str:
         """Check keys, format and kind of a file; return the name."""
@@ -98,17 +101,20 @@ class FieldEntries:
             return math.nan, None
         return float(value), None
 
-    def formula(self, key: str, text: object, names: SceneNames, scope: Scope) -> Formula | None:
-        """Return a formula; None for a value that is none, which is reported."""
+    def formula(
+        self, key: str, text: object, names: SceneNames, scope: Scope, inner: SceneNames | None = None
+    ) -> Formula | None:
+        """Return a formula; None for a value that is none, which is reported. ``inner``: names for definitions."""
         if isinstance(text, int | float) and not isinstance(text, bool):
             return Number(float(text))
         if not isinstance(text, str):
             self.report.add(key, f"a formula is needed here, not {described(text)}", 'a text: "p_x**2/2"')
             return None
         try:
-            return read_formula(text, names, scope)
+            return read_included(text, names, scope, inner)
         except FormulaError as error:
-            self.report.add(key, error.what, self.hint(error))
+            if not mentions_any(text, self.refused):
+                self.report.add(key, error.what, self.hint(error))
             return None
 
     def hint(self, error: FormulaError) -> str:
@@ -131,18 +137,30 @@ def check_keys(key: str, table: Mapping[str, Any], known: Iterable[str], report:
             report.add(f"{key}.{name}" if key else str(name), f"the key {shown(str(name))} is unknown here", hint)
 
 
-_SCOPE = Scope("fields, data, parameters and names of where", frozenset({"state"}))
+_SCOPE = Scope("fields, data, parameters, definitions and names of where", frozenset({"state"}))
 
 
-def cell_formula(where: str, text: str, names: Iterable[str]) -> Formula:
+def cell_formula(
+    where: str,
+    text: str,
+    names: Iterable[str],
+    definitions: Mapping[str, NamedExpression] | None = None,
+    of_where: Iterable[str] = (),
+) -> Formula:
     """Read a formula of a cell, whose symbols are states with one of the names.
+
+    Parameters
+    ----------
+    definitions : named expressions of ``names``
+    of_where : further names, which definitions do not have
 
     Raises
     ------
     DescriptionError
     """
+    inner = SceneNames(states=tuple(names), definitions=definitions or {})
     try:
-        return read_formula(text, SceneNames(states=tuple(names)), _SCOPE)
+        return read_included(text, replace(inner, states=(*inner.states, *of_where)), _SCOPE, inner)
     except FormulaError as error:
         raise DescriptionError(Problem(where, error.what, error.hint)) from None
 
@@ -290,6 +308,7 @@ def _of_fields() -> Schema:
         {
             "mesh": _table(mesh, "cells", "length", description="periodic"),
             "parameters": _entries(_parameters(), "numbers of formulas"),
+            "definitions": _entries(_FORMULA, "names of formulas, each of other definitions in any order"),
             "operators": _entries(_table(operators), "from the white field to fields of the cells"),
             "prior": _table({"white": {"enum": [True], "description": "independent standard normal numbers"}}),
             "truth": _table({"seed": {"type": "integer", "minimum": 0, "description": "of the white field"}}, "seed"),

@@ -11,7 +11,7 @@ from dataclasses import fields as fields_of
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown
+from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown, unmentioned
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula  # ZERO: in place of refused values, which are reported
@@ -33,7 +33,10 @@ from eomgen.products.fields.documents.document import (
     Table,
 )
 from eomgen.products.fields.documents.entries import KIND, FieldEntries, cell_formula, check_keys
+from eomgen.scene.formula.definitions import NamedExpression, named_expressions
+from eomgen.scene.formula.namespaces import in_order_of_mention, mentions_any
 from eomgen.scene.formula.scope import SceneNames, Scope
+from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import read_text, shown_file
@@ -44,13 +47,14 @@ OF_COORDINATES = "eomgen simulate, or a [mesh] with cells and length"
 #: Reserved words of formulas, which are not valid names; the time is refused at its use.
 _WORDS = RESERVED - {"t"}
 _KEYS = (
-    "format", "kind", "name", "description", "mesh", "parameters", "operators", "prior", "truth", "data", "cell",
-    "mass", "sampling",
+    "format", "kind", "name", "description", "mesh", "parameters", "definitions", "operators", "prior", "truth",
+    "data", "cell", "mass", "sampling",
 )  # fmt: skip  # a list of keys
 _KINDS = frozenset({"parameter", "state"})
-_WAVES = Scope(f"{', '.join(OF_WAVES)}, {VOLUME} of a cell, parameters and names of where", _KINDS)
+_WAVES = Scope(f"{', '.join(OF_WAVES)}, {VOLUME} of a cell, parameters, definitions and names of where", _KINDS)
 _PLACES = Scope(f"{', '.join(OF_PLACES)} of a cell's centre, parameters, and data above", _KINDS)
 _DRAWN = Scope(f"operators, {', '.join(OF_PLACES)} of a cell's centre, parameters, and data above", _KINDS)
+_ANYWHERE = Scope("wave numbers, places, operators, data, parameters and other definitions", _KINDS)
 #: Data that cannot be below 0, by name.
 _NOT_NEGATIVE = ("counts", "response")
 _MASSES = ("fisher", "prior", "unit")
@@ -116,6 +120,7 @@ class _FieldReader(FieldEntries):
         self.folder = folder
         self.known: list[Parameter] = []
         self.axes: tuple[str, ...] = ()
+        self.defined: dict[str, NamedExpression] = {}
 
     def read(self) -> FieldSystem | None:
         """Return the system; None if a problem has been reported."""
@@ -125,6 +130,7 @@ class _FieldReader(FieldEntries):
         cells, lengths, unit = self.mesh()
         self.axes = OF_PLACES[: len(cells)]
         self.check_names()
+        self.definitions()
         given = self.columns()
         operators = self.operators([item.name for item in given if item.kind not in DRAWN])
         truth = self.truth(given)
@@ -163,6 +169,8 @@ class _FieldReader(FieldEntries):
                 sort_keys=True,
                 default=str,
             ).encode(),
+            {name: item.text for name, item in self.defined.items()},
+            (unused,) if (unused := self.unused()) else (),
         )
 
     def places(self, operators: Iterable[Operator], given: Iterable[Data]) -> list[str]:
@@ -195,7 +203,7 @@ class _FieldReader(FieldEntries):
     def check_names(self) -> None:
         """Report names that are not legal, that are words of formulas, and that two entries have."""
         seen: dict[str, str] = {}
-        for section in ("parameters", "operators", "data"):
+        for section in ("parameters", "definitions", "operators", "data"):
             for name in self.section(section):
                 key = f"{section}.{name}"
                 if not is_legal(name):
@@ -212,6 +220,34 @@ class _FieldReader(FieldEntries):
             if f"{name}{VARIANCE}" in seen:
                 key = f"{seen[f'{name}{VARIANCE}'].strip('[]')}.{name}{VARIANCE}"
                 self.report.add(key, f"this is the name of the variance of {name}", "another name")
+
+    # -- definitions -------------------------------------------------------------------------------------------------
+
+    def definitions(self) -> None:
+        """Read the definitions alone, each with all names of the file; formulas read them in their own names."""
+        texts: dict[str, str | float] = {}
+        for name, text in self.section("definitions").items():
+            if isinstance(text, str | int | float) and not isinstance(text, bool):
+                texts[name] = text
+            else:
+                fault = f"a formula is needed here, not {described(text)}"
+                self.report.add(f"definitions.{name}", fault, f'{name} = "exp(-(4*k)**2)"')
+                self.refused.add(name)
+        own = [*self.section("operators")]
+        more = (*self.axes, *own, *(f"{name}{VARIANCE}" for name in own), *self.section("data"))
+        self.defined = named_expressions(texts)
+        names = self.names(self.waves, more)
+        for name in in_order_of_mention(self.defined):
+            if self.formula(f"definitions.{name}", self.defined[name].text, names, _ANYWHERE) is None:
+                self.refused.add(name)
+
+    def unused(self) -> str:
+        """Return a note on the definitions that no formula mentions; empty if there are none."""
+        return unmentioned("definition", "definitions", [name for name, item in self.defined.items() if not item.used])
+
+    def hint(self, error: FormulaError) -> str:
+        own = [name for name in self.defined if error.fault.startswith(f"unknown name {shown(name)}")]
+        return f"the formula of {own[0]}: numbers are of parameters alone" if own else super().hint(error)
 
     @property
     def waves(self) -> tuple[str, ...]:
@@ -271,7 +307,8 @@ class _FieldReader(FieldEntries):
                 fault = "a table is of a power spectrum, and a filter is a formula"
                 self.report.add(f"{key}.filter", fault, 'filter = "exp(-(k/0.2)**2)"')
             return Operator(name, kind, table=self.table(f"{key}.{kind}", value), of=of)
-        made = self.formula(f"{key}.{kind}", value, self.names(self.waves, [*dict(where)]), _WAVES)
+        names, inner = self.names(self.waves, [*dict(where)]), self.names(self.waves, ())
+        made = self.formula(f"{key}.{kind}", value, names, _WAVES, inner)
         return Operator(name, kind, made or ZERO, where, of=of)
 
     def kind_of(self, key: str, entry: Mapping[str, Any], kinds: Sequence[str], more: Sequence[str]) -> Any:
@@ -304,11 +341,12 @@ class _FieldReader(FieldEntries):
             self.report.add(key, f"a table is needed here, not {described(entry)}", 'where = { q = "k/0.2" }')
             return ()
         for name, text in entry.items():
-            if not is_legal(name) or name in (*_own_names(), *(item.name for item in self.known)):
+            if not is_legal(name) or name in (*_own_names(), *(item.name for item in self.known), *self.defined):
                 self.report.add(f"{key}.{name}", f"the name {shown(name)} cannot be taken here", NAME_RULE)
             elif name in _WORDS:
                 self.report.add(f"{key}.{name}", f"the name {name} is a word of formulas", f"{name}_value")
-            result = self.formula(f"{key}.{name}", text, self.names(own, [one for one, _ in made]), _WAVES)
+            names = self.names(own, [one for one, _ in made])
+            result = self.formula(f"{key}.{name}", text, names, _WAVES, self.names(own, ()))
             if result is not None:
                 made.append((name, result))
         return tuple(made)
@@ -316,7 +354,7 @@ class _FieldReader(FieldEntries):
     def names(self, own: Sequence[str], more: Iterable[str]) -> SceneNames:
         """Return the names for a formula: parameters, predefined variables, and further names."""
         values = dict.fromkeys((VOLUME, *(item.name for item in self.known)), True)
-        return SceneNames(parameters=values, states=(*own, *more))
+        return SceneNames(parameters=values, states=(*own, *more), definitions=self.defined)
 
     # -- data --------------------------------------------------------------------------------------------------------
 
@@ -418,25 +456,27 @@ class _FieldReader(FieldEntries):
         own, columns = [item.name for item in operators], [item.name for item in given]
         known = [*own, *(f"{name}{VARIANCE}" for name in own), *columns, VOLUME, *(item.name for item in self.known)]
         result: set[str] = set()
+        of_where: list[str] = []
         for name, text in (*((f"where.{name}", text) for name, text in where.items()), ("energy", energy)):
             key = f"cell.{name}"
             label = name.removeprefix("where.")
-            if name != "energy" and (not is_legal(label) or label in known):
+            if name != "energy" and (not is_legal(label) or label in (*known, *of_where, *self.defined)):
                 self.report.add(key, f"the name {shown(label)} is taken, or not legal", NAME_RULE)
             elif name != "energy" and label in _WORDS:
                 self.report.add(key, f"the name {label} is a word of formulas", f"{label}_value")
             if text:
-                result |= self.named_in_cell(key, text, known)
+                result |= self.named_in_cell(key, text, known, of_where)
             if name != "energy":
-                known.append(label)
+                of_where.append(label)
         return tuple(name for name in own if name in result), tuple(name for name in columns if name in result)
 
-    def named_in_cell(self, key: str, text: str, known: Sequence[str]) -> set[str]:
+    def named_in_cell(self, key: str, text: str, known: Sequence[str], of_where: Sequence[str]) -> set[str]:
         """Return the names in a formula of a cell; none for a faulty formula, which is reported."""
         try:
-            return {symbol.name for symbol in symbols(cell_formula(self.report.where(key), text, known))}
+            formula = cell_formula(self.report.where(key), text, known, self.defined, of_where)
+            return {symbol.name for symbol in symbols(formula)}
         except DescriptionError as error:
-            for problem in error.problems:
+            for problem in error.problems if not mentions_any(text, self.refused) else ():
                 self.report.add(key, problem.what, problem.hint)
         return set()
 

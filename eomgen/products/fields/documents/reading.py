@@ -136,9 +136,11 @@ class _HamiltonianReader(FieldEntries):
             ).encode(),
         )
 
-    def formula(self, key: str, text: object, names: SceneNames, scope: Scope) -> Formula | None:
+    def formula(
+        self, key: str, text: object, names: SceneNames, scope: Scope, inner: SceneNames | None = None
+    ) -> Formula | None:
         """Return a formula with definitions replaced by their formulas; None for a fault, which is reported."""
-        return self.expanded(key, super().formula(key, text, names, scope))[0]
+        return self.expanded(key, super().formula(key, text, names, scope, inner))[0]
 
     def expanded(self, key: str, formula: Formula | None) -> tuple[Formula | None, int]:
         """Return a formula with definitions replaced, and the number of names in the result."""

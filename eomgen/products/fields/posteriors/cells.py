@@ -18,6 +18,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.messages import NAME_RULE, is_legal, shown
 from eomgen.base.threads import share
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
+from eomgen.codegen.targets.c.naming import local_names
 from eomgen.codegen.targets.c.printer import Printer, folded, indented
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.errors import DescriptionError, ModelError, Problem
@@ -25,6 +26,7 @@ from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
 from eomgen.products.fields.documents.entries import cell_formula
 from eomgen.products.fields.posteriors.mesh import Complex, Reals, Spectrum
+from eomgen.scene.formula.definitions import NamedExpression, named_expressions
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
@@ -48,6 +50,10 @@ void eomgen_field_residual_single(long n, float *const *fields, const double *co
 """
 
 
+#: Names of the loops over cells in the template.
+_TAKEN = frozenset(
+    {"n", "i", "f", "d", "j", "h", "r", "lane", "sum", "lost", "sums", "losses", "total", "both", "added"}
+)
 #: Size of arrays from which on threads share the work, and divisor of the sizes of parts: whole vector registers.
 _SHARED, _MULTIPLE = 2**19, 1024
 
@@ -58,16 +64,18 @@ class CellEnergy:
 
     Attributes
     ----------
-    formula : of names of fields, data, parameters and ``where``; "0" for a prior alone
+    formula : of names of fields, data, parameters, ``where`` and definitions; "0" for a prior alone
     where : named formulas, each of previous names
     parameters : numbers, folded into the C
     smallest : by name of data, the value below which the data have no meaning, such as 0 for counts
+    definitions : named expressions of fields, data, parameters and other definitions, in any order; C has the names
     """
 
     formula: str
     where: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     smallest: Mapping[str, float] = field(default_factory=dict)
+    definitions: Mapping[str, str] = field(default_factory=dict)
 
 
 #: e is the logarithm of the mean number of objects that a cell with a response of 1 has.
@@ -192,7 +200,7 @@ def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], ma
     known: dict[str, Scalar] = dict(zip(fields, q, strict=True))
     for name, value in zip(masks, given[len(data) :], strict=True):
         known[name] = known[name] * value
-    names = [*fields, *data, *energy.parameters, *energy.where]
+    names = [*fields, *data, *energy.parameters, *energy.where, *energy.definitions]
     for place, name in enumerate(names):
         if not is_legal(name):
             raise DescriptionError(Problem("cell energy", f"the name {shown(name)} is not legal", NAME_RULE))
@@ -200,20 +208,30 @@ def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], ma
             raise DescriptionError(Problem("cell energy", f"two things are called {name}", "another name for one"))
     known |= dict(zip(data, given, strict=False))
     known |= {name: algebra.scalar(float(value)) for name, value in energy.parameters.items()}
+    defined, of_where = named_expressions(energy.definitions), dict[str, Scalar]()
     for name, text in energy.where.items():
-        known[name] = _recorded(algebra, f"cell energy (where.{name})", text, known)
-    h = _recorded(algebra, "cell energy", energy.formula, known)
+        of_where[name] = _recorded(algebra, f"cell energy (where.{name})", text, known, defined, of_where)
+    h = _recorded(algebra, "cell energy", energy.formula, known, defined, of_where)
     slopes = gradient(tape, h.ref, [item.ref for item in q])
     products = jacobian_vector(tape, slopes, {item.ref: to.ref for item, to in zip(q, along, strict=True)})
     return CellTape(tape, h.ref, tuple(slopes), tuple(products))
 
 
-def _recorded(algebra: Algebra, where: str, text: str, known: Mapping[str, Scalar]) -> Scalar:
+def _recorded(
+    algebra: Algebra,
+    where: str,
+    text: str,
+    known: Mapping[str, Scalar],
+    definitions: Mapping[str, NamedExpression],
+    of_where: Mapping[str, Scalar],
+) -> Scalar:
+    values = {**known, **of_where}
+
     def resolve(symbol: Symbol) -> Scalar:
-        return known[symbol.name]
+        return values[symbol.name]
 
     try:
-        return record(algebra, cell_formula(where, text, known), resolve)
+        return record(algebra, cell_formula(where, text, known, definitions, of_where), resolve)
     except ModelError as error:
         raise ModelError([Problem(where, problem.what, problem.hint) for problem in error.problems]) from None
 
@@ -227,7 +245,8 @@ def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequ
 
     def body(refs: Sequence[Ref], targets: Sequence[str]) -> str:
         plan = schedule(made.tape, [refs], ("f", "d", "j"), 10**9, NEST_LIMIT, fill=False, reroll=False)
-        return indented(Printer(inputs, [list(targets)]).lines(plan.parts[0].statements), 2)
+        names = local_names(plan.parts[0].names, _TAKEN)
+        return indented(Printer(inputs, [list(targets)], names=names).lines(plan.parts[0].statements), 2)
 
     results = [f"r[{k}]" for k in range(len(fields))]
     text = environment().get_template("fields/cells.c.jinja")

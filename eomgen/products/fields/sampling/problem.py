@@ -87,8 +87,9 @@ class FieldProblem:
 
     @property
     def notes(self) -> list[str]:
-        """Deviations of the fields of the energy from the requests of the file, by name."""
-        return [f"{name}: {note}" for name in self.system.fields if (note := self.operators[name].note)]
+        """Notes of the file, and deviations of the fields of the energy from the requests of the file, by name."""
+        deviations = [f"{name}: {note}" for name in self.system.fields if (note := self.operators[name].note)]
+        return [*self.system.notes, *deviations]
 
     def true_field(self) -> Array | None:
         """Return the watched field of the truth; None without a truth. None if there is none."""
@@ -131,6 +132,7 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
         system.where,
         {**system.parameter_values, **made.variances()},
         {item.name: item.minimum for item in system.data if item.minimum is not None},
+        system.definitions,
     )
     with _at(system, "cell.energy"):
         posterior = FieldPosterior(
