@@ -275,8 +275,8 @@ def test_the_height_of_a_road_is_in_metres(unit: str, note: str | None) -> None:
     bump = "bump = { position = 1, length = 1, height = 0.1 }"
     road = f'motor = {{ unit = "{unit}", road = {{ speed = 10, {bump} }} }}'
     text = SLIDER.replace('motor = { unit = "N" }', road).replace('effort = "motor"', 'effort = "2 * motor"')
-    notes = load_toml(text).notes
-    assert notes == (() if note is None else (f"inputs.motor: {note}",))
+    notes = [each for each in load_toml(text).notes if each.startswith("inputs.")]
+    assert notes == ([] if note is None else [f"inputs.motor: {note}"])
 
 
 def test_a_length_that_is_a_time_is_one_problem() -> None:

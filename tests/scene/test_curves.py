@@ -276,6 +276,11 @@ def test_what_a_table_holds_is_part_of_the_scene(tmp_path: Path) -> None:
         ("t,F\n0,1\n1,1\n1,2\n2,1\n", '4|1 occurs again; try: one value for each, or interpolation = "linear"'),
         ("t,F\n0,1\n1,1\n1.0000001,2\n2,1\n", "4|distances of points: 1e-07 here, 1 elsewhere, too uneven"),
         ("t,F\n0,1\n1,1e200\n", "3|a number is beyond 1e+100; try: other units"),
+        (
+            b"PK\3\4\24",
+            "|the file is a spreadsheet (xlsx, ods or xls), and tables are read from CSV; try: the sheet saved",
+        ),
+        (b"\xd0\xcf\x11\xe0\xa1", "|the file is a spreadsheet (xlsx, ods or xls), and tables are read from CSV"),
         ("t,F\n0,1\n1,\0\n", "3|there is a zero byte: this is not a text; try: the file saved as CSV in UTF-8"),
         ("t,F\n0,1\n1,\N{DEGREE SIGN}\n".encode("latin-1"), "3|byte 10 is not UTF-8; try: the file saved"),
         (GOOD.encode("utf-16"), "1|the file is UTF-16; try: the file saved as CSV in UTF-8"),
@@ -407,3 +412,23 @@ def test_arguments_labelled_in_degrees_are_told_how_to_write_them() -> None:
         '; try: argument_unit = "rad", or no argument_unit; numbers in deg have their unit in the points, "3 deg", or'
     )
     assert hint in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("table", "units", "noted"),
+    [
+        ("x,F\n0,1\n1,2\n", 'value_unit = "kN"', "argument"),
+        ("x,F\n0,1\n1,2\n", 'argument_unit = "mm"', "value"),
+        ("x,F\n0,1\n1,2\n", 'argument_unit = "mm", value_unit = "1"', ""),
+        ("x [m],F\n0,1\n1,2\n", 'value_unit = "kN"', ""),
+        ("t,F\n0,1\n1,2\n", 'value_unit = "kN"', ""),
+        ("x,F\n0,1\n1,2\n", "", ""),
+    ],
+)
+def test_a_column_without_a_unit_next_to_one_with_a_unit(table: str, units: str, noted: str, tmp_path: Path) -> None:
+    entry = f'[curves.pull]\ninterpolation = "linear"\ntable = {{ file = "push.csv"{units and ", " + units} }}\n'
+    notes = [note for note in loaded(tmp_path, table, entry).notes if note.startswith("curves.pull.table")]
+    fault = "its numbers are taken as they are, without a unit, unlike the numbers of"
+    assert [note.partition(";")[0] for note in notes] == [
+        f"curves.pull.table.{noted}: {fault} {'value' if noted == 'argument' else 'argument'}"
+    ][: bool(noted)]

@@ -145,10 +145,12 @@ def test_quantities_of_loads_have_units(text: str, unit: str) -> None:
 HEAD = """
 format = 1
 name = "cart"
-[parameters]
-k = { value = 100.0, unit = "N/m" }
-[inputs]
-push = { formula = "sin(3 * t)", unit = "N" }
+[parameters.k]
+value = 100.0
+unit = "N/m"
+[inputs.push]
+formula = "sin(3 * t)"
+unit = "N"
 [bodies.cart]
 mass = 2.0
 [joints.x]
@@ -242,11 +244,63 @@ def notes(folder: Path, effort: str, more: str = "") -> list[str]:
             '[definitions]\nforce = { formula = "3 * q.x", unit = "N" }',
             ": the formula adds force in N and",
         ),
+        (
+            "-2 * k * v.x",
+            "",
+            "efforts.e.effort: the formula is in kg m/s^3 if its numbers have no unit, and its place takes N; try: a"
+            " parameter in s in place of -2",
+        ),
+        (
+            "k * sin(3 * q.x)",
+            "",
+            "efforts.e.effort: the formula is in N/m if its numbers have no unit, and its place takes N; try: a factor"
+            " in m, as a parameter",
+        ),
+        (
+            "push + 2 * map.m(q.x, v.x)",
+            MAP.replace("UNIT", "N m"),
+            "efforts.e.effort: the formula adds push in N and 2 * map.m(q.x, v.x) in N m if its numbers have no unit",
+        ),
+        (
+            "force",
+            '[definitions]\nforce = { formula = "3 * k", unit = "N" }',
+            "definitions.force.formula: the formula is in N/m if its numbers have no unit, and its place takes N; try:"
+            " a parameter in m in place of 3",
+        ),
+        (
+            "push",
+            '[states.s]\nrate = "2 * k"\nunit = "N"',
+            "states.s.rate: the formula is in N/m if its numbers have no unit, and its place takes kg m/s^3; try: a"
+            " parameter in m/s in place of 2",
+        ),
+        (
+            "push",
+            '[outputs]\no = { formula = "push / 2", unit = "N m" }',
+            "outputs.o: the formula is in N if its numbers have no unit, and its place takes N m; try: a parameter in"
+            " m in place of 2",
+        ),
     ],
 )
 def test_one_note_at_the_place_of_the_terms(effort: str, more: str, note: str, tmp_path: Path) -> None:
     [found] = notes(tmp_path, effort, more)
     assert note in found
+
+
+def test_units_that_numbers_hide_in_masses_drives_and_stiffnesses(tmp_path: Path) -> None:
+    body = '[bodies.arm]\nmass = "2 * r"\ninertia = [1, 1, 1]\n[joints.h]\ntype = "revolute"\nparent = "cart"\n'
+    more = (
+        body + 'child = "arm"\naxis = [0, 0, 1]\nstiffness = "2 * k"\nrest = "r / 2"\n[parameters.r]\nvalue = "10 cm"\n'
+    )
+    driven = more.replace("stiffness", 'drive = "r * sin(t)"\n#').replace("rest", "#")
+    common = "if its numbers have no unit, and its place takes"
+    assert notes(tmp_path, "push", more) == [
+        f"bodies.arm.mass: the formula is in m {common} kg; try: a parameter in kg/m in place of 2",
+        f"joints.h.stiffness: the formula is in N/m {common} N m/rad; try: a parameter in m^2 in place of 2",
+        f"joints.h.rest: the formula is in m {common} rad; try: a parameter in 1/m in place of 2",
+    ]
+    assert f"joints.h.drive: the formula is in m {common} rad; try: a factor in 1/m, as a parameter" in notes(
+        tmp_path, "push", driven
+    )
 
 
 @pytest.mark.parametrize(
@@ -255,9 +309,13 @@ def test_one_note_at_the_place_of_the_terms(effort: str, more: str, note: str, t
         ("map.m(q.x, v.x) - push", MAP.replace("UNIT", "N")),
         ("map.m(q.x, v.x) - push", MAP.replace("UNIT", "")),
         ("law.drag(v.x) + k * q.x", LAW),
-        ("-2 * k * v.x", ""),
         ("-q.x - c * q.x**3", "[parameters.c]\nvalue = 2.0"),
-        ("k * sin(3 * q.x)", ""),
+        ("-2 * k * q.x + 3", ""),
+        ("push * (1 + sin(3 * t)) / 2", ""),
+        ("100 * throttle", '[inputs.throttle]\nformula = "0.5 * sin(t)"\nunit = "1"'),
+        ("5 * angle - 2 * angle / pause", '[parameters.angle]\nvalue = "3 deg"\n[parameters.pause]\nvalue = "2 s"'),
+        ("push", '[states.s]\nrate = "(push - s) / 0.05"\nunit = "N"'),
+        ("push", '[outputs]\no = { formula = "push * v.x / 1000", unit = "kW" }'),
         ("push", '[states.s]\nrate = "3 * v.x"\nunit = "N"'),
         ("push", '[states.s]\nrate = "q.x"\nunit = "m s"'),
         ("push", '[outputs]\no = { formula = "k * q.x", unit = "kg m/s^2" }'),

@@ -216,7 +216,8 @@ def test_twice_the_same_file(folder: Path) -> None:
     assert [item.name for item in scene.outputs] == ["both", "left_height", "r_height"]
     assert scene.source["springs.left_coil.stiffness"] == scene.source["springs.r_coil.stiffness"] == "wheel.toml:28"
     assert scene.source["joints.left_base.position"] == "car.toml:16"
-    assert scene.notes == ("wheel.toml: its gravity is left out, that of the scene which includes it holds",) * 2
+    left_out = [note for note in scene.notes if "gravity" in note]
+    assert left_out == ["wheel.toml: its gravity is left out, that of the scene which includes it holds"] * 2
 
 
 def test_an_included_scene_runs(folder: Path) -> None:

@@ -273,7 +273,9 @@ def test_netcdf_files_are_scaled_turned_and_without_missing_values(tmp_path: Pat
         "maps.torque.table.x: the numbers of the column 'x [rpm]' are taken in SI without a conversion; try: x_unit = "
     )
     assert notes == [f'{text}"rpm"']
-    assert not [note for note in eomgen.load(_file(tmp_path, {**table, "x_unit": "rpm"})).notes if "taken" in note]
+    assert not [
+        note for note in eomgen.load(_file(tmp_path, {**table, "x_unit": "rpm"})).notes if "taken in SI" in note
+    ]
     assert np.array_equal(eomgen.load(_file(tmp_path, table)).parts["maps"][0].z, z)
     with netcdf_file(tmp_path / "grid.nc", "a") as file:
         file.variables["x"][1] = np.nan
@@ -409,6 +411,50 @@ def test_units_in_titles_of_columns_are_noted(tmp_path: Path) -> None:
 def test_calls_by_another_name_are_told_the_word(effort: str, message: str) -> None:
     with pytest.raises(DescriptionError) as raised:
         eomgen.load(scene(efforts={"drag": {"joint": "axle", "effort": effort}}))
+    assert message in str(raised.value)
+
+
+def test_columns_without_a_unit_next_to_others_are_noted(tmp_path: Path) -> None:
+    write(tmp_path / "grid.csv", GRID)
+    fault = "its numbers are taken as they are, without a unit, unlike the numbers of x"
+
+    def found(**units: str) -> list[str]:
+        notes = eomgen.load(_file(tmp_path, {"file": "grid.csv", **units})).notes
+        return [note for note in notes if note.startswith("maps.")]
+
+    assert found(x_unit="rpm") == [
+        f'maps.torque.table.{name}: {fault}; try: {name}_unit = "1" for plain numbers, or the unit of its column'
+        for name in ("y", "value")
+    ]
+    assert found() == found(x_unit="rpm", y_unit="deg", value_unit="1") == []
+    text = (tmp_path / "grid.csv").read_text().replace("angle,torque", "angle [rad],torque [N m]")
+    (tmp_path / "grid.csv").write_text(text)
+    assert found(x_unit="rpm") == []
+
+
+def test_an_argument_that_is_a_plain_number_is_no_angle(tmp_path: Path) -> None:
+    write(tmp_path / "grid.csv", GRID)
+    path = _file(tmp_path, {"file": "grid.csv", "y_unit": "1"})
+    path.write_text(path.read_text().replace("q.axle)", "gravity.axle)"))
+    with pytest.raises(
+        DescriptionError, match=r"argument y of map\.torque is in 1 by its own entry, and is given here"
+    ):
+        eomgen.load(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"x": ["0 rpm", "100 rpm"]},
+            "(maps.torque.x[0]): a number is needed here, not '0 rpm'; try: x_unit = \"rpm\"",
+        ),
+        ({"values": [["1 kN m", 2], [3, 4]]}, "not '1 kN m'; try: value_unit = \"kN m\", and numbers alone in values"),
+    ],
+)
+def test_numbers_with_units_in_lists_are_told_the_key(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(DescriptionError) as raised:
+        eomgen.load(scene({"x": [0, 1], "y": [0, 1], "values": [[1, 2], [3, 4]], **change}))
     assert message in str(raised.value)
 
 

@@ -536,7 +536,7 @@ _ROUND = 'type = "rolling"\nfirst = { body = "FIRST", axis = [0, 1, 0] }\nsecond
             "base",
             "rod",
             ' }\nshape = "sphere"\nradius = 1\nsurface = "0.2 * stiffness * x"\n' + _STIFFNESS,
-            "",
+            "constraints.loop.surface: the formula is in N if its numbers have no unit, and its place takes m",
         ),
         (
             "base",

@@ -19,7 +19,7 @@ from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.nodes import Number
 from eomgen.formula.units.conversion import coherent, measure, to_si, to_unit
 from eomgen.formula.units.labels import in_label
-from eomgen.formula.units.parser import UnitError, is_quantity, read_quantity, read_unit
+from eomgen.formula.units.parser import Dimension, UnitError, dimension_of, is_quantity, read_quantity, read_unit
 from eomgen.formula.units.table import NAMED, PREFIXES, UNITS, names
 from eomgen.scene.document.schema import Document
 from eomgen.scene.document.units import in_si
@@ -320,7 +320,7 @@ def test_a_label_beside_a_number_converts_nothing_and_says_so() -> None:
     what = "its unit mm is a label, so 0.8 is taken as it is"
     assert scene.notes[0] == f'parameters.length: {what}; "0.8 mm" would be converted to SI'
     assert scene.notes[1] == "parameters.turns.unit: 'per day' is not a known unit, and is shown unchanged"
-    assert len(scene.notes) == 3 and not any(note.startswith("parameters.") for note in read().notes)
+    assert len(scene.notes) == 4 and not any(note.startswith("parameters.") for note in read().notes)
 
 
 @pytest.mark.parametrize(
@@ -612,3 +612,17 @@ def test_the_exit_code_is_that_of_a_description() -> None:
         load_toml(replaced('"2*length"', '"250 mm"'), file="arm.toml")
     assert caught.value.exit_code == 3
     assert str(caught.value).startswith("description error: arm.toml:7 (bodies.link.mass): '250 mm' is a length")
+
+
+@pytest.mark.parametrize("text", ["1", " 1 "])
+def test_one_is_the_unit_of_plain_numbers(text: str) -> None:
+    assert read_unit(text) == ()
+    assert dimension_of(text) == Dimension((0.0,) * 5)
+    scene = read(text=replaced("length = 0.8", f'length = 0.8\nturns = {{ value = 2, unit = "{text}" }}'))
+    assert not any("turns" in note for note in scene.notes if "change" not in note)
+
+
+@pytest.mark.parametrize("text", ["1 m", "1m", "11", "1 1", "2", "/1"])
+def test_other_numbers_are_no_units(text: str) -> None:
+    with pytest.raises(UnitError):
+        read_unit(text)

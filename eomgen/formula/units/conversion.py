@@ -137,7 +137,7 @@ def coherent(factors: Factors) -> str:
     above = _product((name, power) for name, power in powers.items() if power > 0)
     below = [(name, -power) for name, power in powers.items() if power < 0]
     if not below:
-        return above
+        return above or "1"
     divisor = _product(below)
     return f"{above or '1'}/{f'({divisor})' if len(below) > 1 else divisor}"
 

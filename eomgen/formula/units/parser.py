@@ -126,10 +126,10 @@ def read_quantity(text: str, known: Collection[str] = ()) -> QuantityWithUnit:
 
 
 def read_unit(text: str) -> Factors:
-    """Read a unit alone, such as a label. Raises UnitError."""
+    """Read a unit alone, such as a label; ``1`` of plain numbers has no factors. Raises UnitError."""
     if not text.strip() or len(text) > LENGTH:
         raise UnitError(f"{shown(text)} is not a unit", '"mm"')
-    return _Unit(text.strip(" \t"), text, ()).read()
+    return () if text.strip(" \t") == "1" else _Unit(text.strip(" \t"), text, ()).read()
 
 
 class _Unit:

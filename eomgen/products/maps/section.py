@@ -22,7 +22,7 @@ from eomgen.scene.reading.kinds import Description, Numbers, Unit
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading, Section, UnusedEntries
 from eomgen.scene.signals.curves import LARGEST, fault, unit_factor
-from eomgen.scene.signals.tables import TableError, is_in_si, note_of_label, read_columns, unit_of_title
+from eomgen.scene.signals.tables import TableError, is_in_si, note_of_label, read_columns, unit_of_title, without_unit
 
 #: Largest number of nodes, and of nodes along the shorter axis: each line of the grid is a spline in the C.
 MOST_NODES, MOST_LINES = 100_000, 200
@@ -31,6 +31,9 @@ _COLUMN = "title or number from 0"
 _SAME = 1e-6
 #: First bytes of a file of NetCDF 4.
 _HDF5 = b"\x89HDF"
+#: Columns of a map, and the keys of their units.
+_NAMES = ("x", "y", "value")
+_UNITS = tuple(f"{name}_unit" for name in _NAMES)
 #: Arrays x (n,), y (m,) and z (n, m), with the title of each.
 _TitledGrid = tuple[tuple[Array, Array, Array], tuple[str, str, str]]
 
@@ -151,13 +154,17 @@ class _Grid:
                 return None
         return self._in_si(self.key, (x, y, np.array(rows)))
 
-    def _in_si(self, key: str, grid: tuple[Array, Array, Array]) -> tuple[Array, Array, Array] | None:
+    def _in_si(
+        self, key: str, grid: tuple[Array, Array, Array], titles: Sequence[str] = ("", "", "")
+    ) -> tuple[Array, Array, Array] | None:
         """Return a grid converted by the units of nodes and values, whose keys stand below ``key``."""
         before = len(self.report.noted)
-        factors = [
-            unit_factor(f"{key}.{name}", getattr(self.units, name), self.report)
-            for name in ("x_unit", "y_unit", "value_unit")
-        ]
+        given = [name for name in _NAMES if getattr(self.units, f"{name}_unit").strip()]
+        for name, title in zip(_NAMES, titles, strict=True):
+            labelled = name == "value" and self.entry.unit.strip()
+            if given and name not in given and not labelled and not unit_of_title(title):
+                self.values.note([f"{key}.{name}: {without_unit(name, given)}"])
+        factors = [unit_factor(f"{key}.{name}", getattr(self.units, name), self.report) for name in _UNITS]
         if len(self.report.noted) > before:
             return None
         x, y, z = (factor * part for factor, part in zip(factors, grid, strict=True))
@@ -170,7 +177,7 @@ class _Grid:
                 f"{self.key}.table", f"table and {listed(given)} are both given", "either the table or lists"
             )
             return None
-        for name in ("x_unit", "y_unit", "value_unit"):
+        for name in _UNITS:
             if unit := getattr(self.entry, name):
                 hint = f'table = {{ file = ..., {name} = "{unit}" }}'
                 self.report.add(f"{self.key}.{name}", f"{name} is the unit of a list, and a table has its own", hint)
@@ -183,12 +190,12 @@ class _Grid:
             place = f"{error.problem.where} ({self.key}.table)"
             self.report.add_problem(f"{self.key}.table", replace(error.problem, where=place))
             return None
-        for name, title in zip(("x", "y", "value"), titles, strict=True):
+        for name, title in zip(_NAMES, titles, strict=True):
             unit = "" if getattr(table, f"{name}_unit").strip() else unit_of_title(title)
             if unit and not is_in_si(unit):
                 note = f"the numbers of the column {shown(title)} are taken in SI without a conversion"
                 self.values.note([f'{self.key}.table.{name}: {note}; try: {name}_unit = "{unit}"'])
-        return self._in_si(f"{self.key}.table", grid)
+        return self._in_si(f"{self.key}.table", grid, titles)
 
     def _csv(self, path: Path, table: MapFile, columns: Sequence[str | int]) -> _TitledGrid:
         """Return a grid from rows of x, y and value in any order."""

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from eomgen.base.messages import is_legal, key_of, nearest, shown
 from eomgen.base.products import fault_of_absent, rows_of
+from eomgen.formula.units.parser import is_quantity
 from eomgen.scene.document.schema import Document, document_for, section_keys, without_absent_sections
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.key_metadata import ForeignKeys, added_keys
@@ -252,6 +253,8 @@ def _concept_of_bases(name: str) -> str:
 #: Largest number of admissible words of a key listed in a hint; of more words, the nearest are listed.
 _LISTED = 12
 _AXES = ("x", "y", "z")
+#: Signs of numbers, before a unit.
+_OF_NUMBERS = "+-0123456789.eE \t"
 #: Nouns of types, by the kind of pydantic's message.
 _NEEDED: Mapping[str, str] = {
     "string_type": "a text",
@@ -300,9 +303,20 @@ def explained(
         sign = "-" if given[0] == "-" else ""
         entries = ", ".join(f"{sign}1" if axis == given[-1] else "0" for axis in _AXES)
         return fault, f"[{entries}]"
+    if kind == "number" and isinstance(given, str) and (hint := _unit_of_list(location, given, table, depth)):
+        return fault, hint
     if kind in _NEEDED:
         fault = f"{_NEEDED[kind]} is needed here, not {described(given)}"
     return fault, example(location, given)
+
+
+def _unit_of_list(location: tuple[str | int, ...], given: str, table: type[BaseModel], depth: int) -> str:
+    """Return the hint of a number with a unit in a list whose unit has a key of its own; empty for other lists."""
+    words = [part for part in location if isinstance(part, str)]
+    keys = [f"{words[-1]}_unit", f"{words[-1].removesuffix('s')}_unit"]
+    unit_key = next((key for key in _keys_at(tuple(words[depth:-1]), table) if key in keys), "")
+    unit = given.strip().lstrip(_OF_NUMBERS)
+    return f'{unit_key} = "{unit}", and numbers alone in {words[-1]}' if unit_key and is_quantity(given) else ""
 
 
 def _unknown_key(location: tuple[str | int, ...], given: object, table: type[BaseModel], depth: int) -> tuple[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from eomgen.formula.nodes import VECTORS, Application, Formula, Number, Operation, Quantity, Symbol, infix
@@ -38,7 +38,10 @@ _OF_NUMBERS = {name for name, count in FUNCTIONS.items() if count == 1} - {"sqrt
 _KEEPING = frozenset({"add", "sub", "min", "max", "select"})
 #: Remedy for terms that disagree.
 FACTOR = "a factor that turns one unit into the other"
+_NO_UNIT = Dimension((0.0,) * 5, None)
 SECOND = Dimension((0.0, 0.0, 1.0, 0.0, 0.0))
+#: Index of seconds among the powers of a dimension.
+_TIME = SECOND.powers.index(1.0)
 _LONGEST = 48
 
 
@@ -65,15 +68,7 @@ def labelled_dimension(formula: Formula, names: SceneNames) -> Dimension | None:
     """Return the dimension of a formula by the units of its labelled names, curves and words; None if unknown, and for
     a single name. The first term of known dimension decides for a sum, minimum, maximum or choice: others are not
     compared."""
-    units = _Units(names)
-
-    def of_part(part: Formula) -> Dimension | None:
-        if isinstance(part, Operation) and (part.name in _KEEPING or part.name == "neg"):
-            return next(filter(None, map(of_part, part.arguments[-2:])), None)
-        known = units.of(part)
-        return known if id(part) in units.labelled and not isinstance(part, Symbol) else None
-
-    return of_part(formula)
+    return _Units(names).of_labelled(formula)
 
 
 def disagreement(formula: Formula, names: SceneNames) -> Disagreement | None:
@@ -84,6 +79,46 @@ def disagreement(formula: Formula, names: SceneNames) -> Disagreement | None:
     units = _Units(names)
     units.of(formula)
     return units.first
+
+
+def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None, *, by_time: bool = False) -> str:
+    """Return the fault of a formula in which a plain number stands for a quantity with a unit, and a remedy; empty if
+    none does, or if this is not known.
+
+    ``2 * torque`` has such a number as a force, if ``torque`` is labelled N m. Gains of plain numbers, angles, times
+    and their rates, as ``100 * throttle`` and ``5 * (wanted - q.hinge)``, may have any unit.
+
+    Parameters
+    ----------
+    expected : Dimension, optional
+        Unit of the formula's place; None if unknown.
+    by_time : bool
+        Whether a number may be a time or a rate, as the time constant in the rate of a state.
+    """
+    if not isinstance(formula, Operation | Application):
+        return ""
+    units = _Units(names, plain=True)
+    known = units.of_labelled(formula)
+    if units.first is not None and not by_time:
+        return f"{units.first.text} if its numbers have no unit; try: parameters with units in place of these"
+    if expected is None or known is None or known.powers == expected.powers or _is_of_gains(known):
+        return ""
+    unit = Dimension(expected.times(known, -1.0).powers, 0.0)
+    if by_time and _is_of_gains(unit):
+        return ""
+    number = next(factors(formula), "")
+    remedy = f"a parameter in {unit} in place of {number}" if number else f"a factor in {unit}, as a parameter"
+    return f"the formula is in {known} if its numbers have no unit, and its place takes {expected}; try: {remedy}"
+
+
+def factors(formula: Formula) -> Iterator[str]:
+    """Yield the numbers other than 1 that are factors or divisors in a formula, as text."""
+    if isinstance(formula, Operation) and not isinstance(formula, Quantity):
+        for argument in formula.arguments:
+            if formula.name in ("mul", "div") and isinstance(argument, Number) and abs(argument.value) != 1.0:
+                yield infix(argument)
+            elif formula.name not in _OF_NUMBERS:
+                yield from factors(argument)
 
 
 def unit_of_symbol(symbol: Symbol, joints: Mapping[str, str], labels: Mapping[str, str]) -> str:
@@ -121,6 +156,11 @@ def _has_angle(dimension: Dimension) -> bool:
     return dimension.angle is not None
 
 
+def _is_of_gains(dimension: Dimension) -> bool:
+    """Return whether values are numbers, angles, times, or rates of these, which plain gains are multiplied by."""
+    return not any(power for base, power in enumerate(dimension.powers) if base != _TIME)
+
+
 def _is_place(formula: Formula) -> bool:
     """Return whether a formula is made of positions of points alone."""
     if isinstance(formula, Symbol):
@@ -131,10 +171,17 @@ def _is_place(formula: Formula) -> bool:
 
 
 class _Units:
-    """Dimensions of the parts of one formula, and its first disagreement."""
+    """Dimensions of the parts of one formula, and its first disagreement.
 
-    def __init__(self, names: SceneNames) -> None:
+    Parameters
+    ----------
+    plain : bool
+        Whether factors that are numbers, and values of sines and the like, have no unit; else their unit is unknown.
+    """
+
+    def __init__(self, names: SceneNames, *, plain: bool = False) -> None:
         self.names = names
+        self.plain = plain
         self.first: Disagreement | None = None
         self.inner = 0  # definitions around the present part
         self.known: dict[int, Dimension | None] = {}
@@ -154,7 +201,16 @@ class _Units:
         """Return the dimension of a term; None for products and powers of quantities without a label: ``q.x**2`` next
         to ``q.x`` has an unwritten factor of 1/m."""
         known, unlabelled = self.of(formula), id(formula) not in self.labelled
-        return None if known is not None and known.angle is None and unlabelled else known
+        if known is None or (known.angle is None and unlabelled) or (self.plain and _is_of_gains(known)):
+            return None
+        return known
+
+    def of_labelled(self, formula: Formula) -> Dimension | None:
+        """Return the dimension of a formula as ``labelled_dimension`` does."""
+        known = self.of(formula)
+        if isinstance(formula, Operation) and (formula.name in _KEEPING or formula.name == "neg"):
+            return next(filter(None, map(self.of_labelled, formula.arguments[-2:])), None)
+        return known if id(formula) in self.labelled and not isinstance(formula, Symbol) else None
 
     def has_label(self, formula: Symbol | Operation | Application) -> bool:
         """Return whether the unit of a formula depends on labels."""
@@ -177,7 +233,8 @@ class _Units:
         else:
             known = self.operation(formula, arguments)
         self.inner -= bool(formula.label)
-        return known or dimension_of(self.names.labels.get(formula.label, ""))
+        label = dimension_of(self.names.labels.get(formula.label, "")) if formula.label else None
+        return label or known if self.plain else known or label
 
     def of_curve(self, formula: Application) -> Dimension | None:
         argument = self.of(formula.argument)
@@ -197,18 +254,27 @@ class _Units:
             return Dimension((0.0,) * 5, 1.0) if formula.name == "atan2" else None
         if formula.name in _OF_NUMBERS:
             self.check_number(formula, first)
-            return None
+            return _NO_UNIT if self.plain else None
         if formula.name in ("neg", "abs"):
             return first
         if formula.name == "sqrt":
             return first and first.power(0.5)
         if formula.name == "pow" and isinstance(formula.arguments[1], Number):
             return first and first.power(formula.arguments[1].value)
-        if formula.name in ("mul", "div") and first is not None and last is not None:
-            if any(_is_place(argument) for argument in formula.arguments):
-                return None  # a point at a distance of 1 m gives direction cosines
-            return first.times(last, 1.0 if formula.name == "mul" else -1.0)
-        return None
+        return self.product(formula, first, last) if formula.name in ("mul", "div") else None
+
+    def product(self, formula: Operation, first: Dimension | None, last: Dimension | None) -> Dimension | None:
+        """Return the dimension of a product or quotient; None if unknown."""
+        numerator, divisor = formula.arguments
+        if self.plain and isinstance(divisor, Number) and first is not None:
+            return first if id(numerator) in self.labelled else first.power(1.0)
+        if self.plain and isinstance(numerator, Number) and last is not None:
+            if formula.name == "div":
+                return last.power(-1.0)
+            return last if id(divisor) in self.labelled else last.power(1.0)
+        if first is None or last is None or any(_is_place(argument) for argument in formula.arguments):
+            return None  # a point at a distance of 1 m gives direction cosines
+        return first.times(last, 1.0 if formula.name == "mul" else -1.0)
 
     def check_number(self, formula: Operation, unit: Dimension | None) -> None:
         """Keep an argument of a function of numbers that has a unit."""

@@ -22,7 +22,7 @@ from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, Unknown
 from eomgen.scene.formula.namespaces import mentions_any, read_included
 from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
-from eomgen.scene.reading.formula_units import FACTOR, disagreement, labelled_dimension, unit_of
+from eomgen.scene.reading.formula_units import FACTOR, disagreement, hidden_unit, labelled_dimension, unit_of
 from eomgen.scene.reading.kinds import FaultyText, Rotations
 from eomgen.scene.reading.kinds import Rotation as WrittenRotation
 from eomgen.scene.reading.report import Report, check_reference
@@ -147,8 +147,10 @@ class Values:
         self.note(dict.fromkeys(self._periods_in_degrees(key, formula)))
         if terms := disagreement(formula, self.names):
             self.note([f"{key}: {terms.text}; try: {FACTOR}"])
-        elif unit := self.units.get(key):
-            self.note_unit(key, labelled_dimension(formula, self.names), dimension_of(unit))
+        else:
+            expected = dimension_of(self.units.get(key, ""))
+            if not self.note_unit(key, labelled_dimension(formula, self.names), expected):
+                self.note_hidden_unit(key, formula, expected)
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
         self.mentioned |= entries(formula)
@@ -161,15 +163,26 @@ class Values:
         self._require_bound(key, formula, scope)
         return formula
 
-    def note_unit(self, key: str, known: Dimension | None, expected: Dimension | None) -> None:
-        """Note a formula in another unit than the unit of its key, if both are known."""
+    def note_hidden_unit(
+        self, key: str, formula: Formula, expected: Dimension | None, *, by_time: bool = False
+    ) -> None:
+        """Note a formula in which a plain number stands for a quantity with a unit, at a key with the expected unit.
+
+        ``by_time``: a number may be a time or a rate, as time constants of states are.
+        """
+        if self.names.labels and (fault := hidden_unit(formula, self.names, expected, by_time=by_time)):
+            self.note([f"{key}: {fault}"])
+
+    def note_unit(self, key: str, known: Dimension | None, expected: Dimension | None) -> bool:
+        """Note a formula in another unit than the unit of its key, if both are known; return whether it is noted."""
         if expected is None or known is None or known.powers == expected.powers:
-            return
+            return False
         from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # pint comes with it
 
         plain = f"a plain number, a quantity in {expected} is expected"
         fault = plain if known.is_number else misplaced(str(known), str(expected))
         self.note([f"{key}: the formula is {fault}; try: {FACTOR}"])
+        return True
 
     def _check_arguments(self, key: str, formula: Formula) -> None:
         """Report curves and quantities in a formula with an argument of another kind than the entry's own argument."""

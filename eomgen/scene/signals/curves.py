@@ -20,7 +20,15 @@ from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
-from eomgen.scene.signals.tables import MOST_ROWS, TableError, is_in_si, read_columns, unit_of_title
+from eomgen.scene.signals.tables import (
+    MOST_ROWS,
+    TableError,
+    is_in_si,
+    is_time,
+    read_columns,
+    unit_of_title,
+    without_unit,
+)
 from eomgen.system.signals import RoadUnderWheel
 
 #: Distance of neighbouring points of a spline, relative to the largest distance, below which the equations of the
@@ -192,11 +200,15 @@ class Curves:
         return (x, y), [f"{shown_file}:{line} ({key})" for line in result.lines]
 
     def note_titles(self, key: str, table: written.TableFile, titles: tuple[str, str], units: tuple[str, str]) -> None:
-        """Note columns whose titles name units without a conversion, or incompatible units."""
+        """Note columns whose titles name units without a conversion, or incompatible units, and a column without a unit
+        next to the other with one."""
         for column, title, unit in zip(("argument", "value"), titles, units, strict=True):
             as_it_is = not getattr(table, f"{column}_unit").strip() and getattr(table, f"{column}_scale") == 1.0
             in_title = unit_of_title(title) if as_it_is else ""
             if not in_title:
+                other = "value" if column == "argument" else "argument"
+                if as_it_is and not unit and not is_time(title) and getattr(table, f"{other}_unit").strip():
+                    self.values.note([f"{key}.{column}: {without_unit(column, [other])}"])
                 continue
             if misfit := _misfit(in_title, unit):
                 self.values.note([f"{key}.{column}: the title of the column {shown(title)} says {in_title}, {misfit}"])

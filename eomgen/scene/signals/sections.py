@@ -142,7 +142,9 @@ def read_state(name: str, entry: schema.State, values: Values) -> list[State]:
             values.report.add(f"{key}.{word}", f"{word} is of sampled states", 'sample = "1 ms" in place of the rate')
     rate = values.formula(f"{key}.rate", entry.rate, STATE)
     known, label = dimension_of(unit_of_formulas((rate,), values.names)), dimension_of(entry.unit)
-    values.note_unit(f"{key}.rate", known, label and label.times(SECOND, -1.0))
+    expected = label and label.times(SECOND, -1.0)
+    if not values.note_unit(f"{key}.rate", known, expected):
+        values.note_hidden_unit(f"{key}.rate", rate, expected, by_time=True)
     initial = values.constant(f"{key}.initial", entry.initial)
     return [State(name, rate, initial, entry.unit, entry.description)]
 
@@ -206,7 +208,10 @@ def read_output(name: str, output: schema.Output, sections: Sections, values: Va
     own = unit or unit_of_formulas(formulas, values.names)
     if output.unit and (note := doubtful_label(output.unit, own)):
         values.note([f"{key}: {note}"])
-    return Output(name, formulas, output.unit or unit, output.description)
+    if not own:
+        for formula in formulas:
+            values.note_hidden_unit(key, formula, dimension_of(output.unit))
+    return Output(name, formulas, output.unit or own, output.description)
 
 
 class _Parameters(Section):

@@ -29,6 +29,8 @@ _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:(?:,\d{3})+(?:\.\d+)?|(?:\.\d{3})+(?:,\
 _TIME = re.compile(r"(?:t|time|zeit|timestamp)(?:[ _]*[\[(/].*|_(?:s|ms|us|min|h))?", re.IGNORECASE)
 _COUNTING = frozenset({"index", "idx", "n", "no", "no.", "nr", "row", "sample", "#", "unnamed: 0"})
 _BYTE_ORDERS = (b"\xff\xfe", b"\xfe\xff")
+#: First bytes of spreadsheets: of xlsx and ods, which are ZIP archives, and of xls.
+_SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 
 
 class TableError(Exception):
@@ -180,6 +182,9 @@ def _text(path: Path, name: str) -> str:
         raise TableError(name, f"{str(path)!a} cannot be read: {reason}", hint) from None
     if len(data) > LARGEST_TABLE:
         raise TableError(name, f"the file is larger than {LARGEST_TABLE // 1_000_000} MB", "fewer rows or columns")
+    if data.startswith(_SPREADSHEETS):
+        fault = "the file is a spreadsheet (xlsx, ods or xls), and tables are read from CSV"
+        raise TableError(name, fault, "the sheet saved as CSV in UTF-8, under another name")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -306,6 +311,17 @@ def unit_of_title(title: str) -> str:
     else:
         return ""
     return unit if _factors(unit) else ""
+
+
+def is_time(title: str) -> bool:
+    """Return whether a title names a time."""
+    return _TIME.fullmatch(title) is not None
+
+
+def without_unit(column: str, others: Sequence[str]) -> str:
+    """Return the fault of a column without a unit next to columns with units, and a remedy."""
+    hint = f'{column}_unit = "1" for plain numbers, or the unit of its column'
+    return f"its numbers are taken as they are, without a unit, unlike the numbers of {listed(others)}; try: {hint}"
 
 
 def is_in_si(unit: str) -> bool:
