@@ -72,6 +72,7 @@ DOORS: dict[str, set[str]] = {
         "lie",
         "linear",
         "results",
+        "solvers.sparse_rows",
         "system",
         "toolchain",
     },

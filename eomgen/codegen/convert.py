@@ -40,6 +40,7 @@ from eomgen.symbolic.operations import CurveLike, Op
 from eomgen.system.signals import CONTROLLER_ARGUMENTS
 from eomgen.system.sparsity import packed_places
 from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
+from eomgen.system.terms import NONZEROS
 
 #: Elements taken side by side if elements depend only on constants and shared values: two vectors of four doubles.
 _SIDE_BY_SIDE = 8
@@ -196,7 +197,7 @@ def to_program(
         method=data,
         series=series,
         curves=tuple(_curve(curves[key]) for key in curve_numbers),
-        patterns=_patterns(system) if "iteration" in wanted else {},
+        patterns=_patterns(system, wanted),
     )
 
 
@@ -212,9 +213,10 @@ def _is_long(system: System, wanted: Sequence[str]) -> bool:
     return sum(len(system.tape.live(system.functions[name].refs)) for name in wanted) >= LONG
 
 
-def _patterns(system: System) -> dict[str, str]:
-    """Return the positions of the nonzeros of ``iteration``, as text, by output."""
-    names = {block.name for block in system.functions["iteration"].outputs}
+def _patterns(system: System, wanted: Sequence[str]) -> dict[str, str]:
+    """Return the positions of the nonzeros of matrices, as text, by output of the wanted functions."""
+    functions = ("iteration", *NONZEROS.values())
+    names = {block.name for name in functions if name in wanted for block in system.functions[name].outputs}
     return {name: packed_places(pairs) for name, pairs in system.patterns.items() if name in names}
 
 

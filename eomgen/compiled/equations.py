@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults
@@ -19,6 +19,7 @@ from eomgen.compiled.terms import EvaluatedModel, Inputs, Parameters, States, ch
 from eomgen.errors import NumericalError
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, relative_error
 from eomgen.system.sparsity import unpacked_places
+from eomgen.system.terms import NONZEROS
 
 #: States of a batch that are looked at, and sets of parameters that are remembered.
 _STATES, _REMEMBERED = 4, 1000
@@ -534,6 +535,66 @@ def residual_partials(
         places = unpacked_places(functions.library.layout["patterns"][name])
         np.add.at(whole[name], (places[0], places[1]), entries[name])
     return whole["K"], whole["C"], whole["M"]
+
+
+class Nonzeros(NamedTuple):
+    """Nonzeros of a matrix in each of several states.
+
+    Attributes
+    ----------
+    rows, columns : (count,)
+    values : (states, count)
+    """
+
+    rows: NDArray[np.int64]
+    columns: NDArray[np.int64]
+    values: Array
+
+    def applied(self, vectors: Array, size: int) -> Array:
+        """Return the products, (states, size), with a vector of each state, (states, columns)."""
+        return _sums(self.rows, self.values * vectors[:, self.columns], size)
+
+    def transposed(self) -> Nonzeros:
+        """Return the nonzeros of the transposed matrix."""
+        return Nonzeros(self.columns, self.rows, self.values)
+
+    def magnitudes(self) -> Nonzeros:
+        """Return the absolute values."""
+        return self._replace(values=np.abs(self.values))
+
+    def block(self, part: slice) -> Array:
+        """Return the square block of these rows and columns, (states, size, size)."""
+        size = part.stop - part.start
+        row, column = self.rows - part.start, self.columns - part.start
+        within = (row >= 0) & (row < size) & (column >= 0) & (column < size)
+        flat = _sums(size * row[within] + column[within], self.values[:, within], size * size)
+        return flat.reshape(-1, size, size)
+
+
+def _sums(places: NDArray[np.int64], values: Array, size: int) -> Array:
+    """Return the sums of values, (states, count), at equal places, (states, size)."""
+    return np.array([np.bincount(places, row, size) for row in values]).reshape(-1, size)
+
+
+def nonzeros(
+    model: EvaluatedModel, whole: str, q: Array, t: ArrayLike = 0.0, *, parameters: Parameters = None
+) -> Nonzeros | None:
+    """Return the nonzeros of M or B, or all entries of small systems; None if the model has no such term.
+
+    Parameters
+    ----------
+    whole : the term of the whole matrix, of ``system.terms.NONZEROS``
+    q, t : (states, nq), (states,)
+    """
+    functions = model.evaluator.functions
+    term = next((name for name in (whole, NONZEROS[whole]) if name in functions.names), None)
+    if term is None:
+        return None
+    ((name, values),) = evaluate(model, term, q, t=t, parameters=parameters).items()
+    shape = values.shape[1:]
+    places = np.indices(shape) if term == whole else unpacked_places(functions.library.layout["patterns"][name])
+    rows, columns = places.reshape(2, -1)
+    return Nonzeros(rows, columns, np.broadcast_to(values.reshape(len(values), -1), (len(q), len(rows))))
 
 
 def evaluate(

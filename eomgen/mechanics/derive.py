@@ -173,7 +173,13 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
     if requested:
         return [term.name for term in existing if term.name in requested or term.of_events]
     whole = derivation.whole_matrices
-    return [term.name for term in existing if not term.on_request and (not term.quadratic or term.name in whole)]
+    # judgements of runs need M and B
+    packed = {"mass_values"} if derivation.absolute and derivation.constrained and "mass" not in whole else set()
+    return [
+        term.name
+        for term in existing
+        if term.name in packed or (not term.on_request and (not term.quadratic or term.name in whole))
+    ]
 
 
 def _existence_facts(derivation: Derivation) -> set[str]:

@@ -52,7 +52,8 @@ from eomgen.system.terms import TERMS
 
 #: Up to so large a mean of the squared depths a tree counts as flat: bodies on the base have 15.
 FLAT = 48
-#: Largest number of velocity components of absolute bodies with joints for checks of runs by whole matrices.
+#: Largest number of velocity components of absolute bodies with joints for checks of runs by whole matrices; above,
+#: runs are checked by the nonzeros.
 _WHOLE = 300
 
 

@@ -19,7 +19,7 @@ from eomgen.solvers.constraint_rows import EPSILON, ConstrainedSystem, RowsInMet
 from eomgen.solvers.redundancy import Redundancy, check_left_out, left_over, redundancy
 from eomgen.symbolic.evaluate import Evaluation
 from eomgen.symbolic.operations import InputSymbol
-from eomgen.system.terms import PURPOSES
+from eomgen.system.terms import NONZEROS, PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.system.description import Description
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 #: Terms for finding a consistent state, and the redundant rows.
 NEEDED = PURPOSES["initial_assembly"]
 #: The same with the nonzeros of M and B.
-SPARSE = tuple({"mass": "mass_values", "constraint_jacobian": "jacobian_values"}.get(name, name) for name in NEEDED)
+SPARSE = tuple(NONZEROS.get(name, name) for name in NEEDED)
 #: Number and distance of other sets of parameters that are examined for dependences at the defaults alone.
 _NEIGHBOURS, _NEARBY = 2, 1e-3
 

@@ -14,6 +14,7 @@ __all__ = [
     "quadrature",
     "redundancy",
     "rigid_beams",
+    "sparse_rows",
     "statics",
     "tangent_stiffness",
 ]

@@ -16,6 +16,10 @@ from eomgen.base.arrays import Array
 _NEW = 1e-4
 #: Largest block of M.
 _BLOCK = 12
+#: Number of rows up to which singular values are of whole matrices.
+_FEW = 40
+#: Relative error of eigenvalues.
+_TOLERANCE = 1e-6
 
 
 class SparseRows:
@@ -119,3 +123,36 @@ class IndependentRows:
         left = right - self.weighed @ (self.weighed.T @ multipliers)
         multipliers = multipliers + self.factors.solve(left)
         return np.asarray(self.inverse.T @ (self.weighed.T @ multipliers))
+
+
+def smallest_singular_value(rows: Any) -> float:
+    """Return the smallest singular value of sparse rows W, (rows, nv); 0 if rows depend on each other.
+
+    By Lanczos iterations on the inverse of W W^T, so values below 1e-8 of the largest are rounding.
+    """
+    from scipy.sparse.linalg import LinearOperator, eigsh, splu  # noqa: PLC0415  # systems without constraints need no SciPy
+
+    count, columns = rows.shape
+    if count > columns:
+        return 0.0
+    if count <= _FEW:
+        return float(np.linalg.svd(rows.toarray(), compute_uv=False)[-1])
+    normal = (rows @ rows.T).tocsc()
+    try:
+        factors = splu(normal, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        inverse = LinearOperator(normal.shape, factors.solve, dtype=float)
+        (largest,) = eigsh(inverse, k=1, which="LM", v0=np.ones(count), return_eigenvectors=False, tol=_TOLERANCE)
+    except RuntimeError:  # singular
+        return 0.0
+    return float(1.0 / np.sqrt(largest)) if largest > 0.0 else 0.0  # negative by rounding
+
+
+def largest_singular_value(rows: Any) -> float:
+    """Return the largest singular value of sparse rows W, (rows, nv)."""
+    from scipy.sparse.linalg import eigsh  # noqa: PLC0415  # systems without constraints need no SciPy
+
+    if min(rows.shape) <= _FEW:
+        return float(np.linalg.norm(rows.toarray(), 2))
+    start = np.ones(rows.shape[0])
+    (largest,) = eigsh(rows @ rows.T, k=1, which="LA", v0=start, return_eigenvectors=False, tol=_TOLERANCE)
+    return float(np.sqrt(largest))

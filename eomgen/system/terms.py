@@ -404,6 +404,8 @@ _LINEAR = (
     *("mass", "residual", "partials", "linearization", "outputs", "output_partials", "poses", "forward_dynamics"),
     *KINEMATIC,
 )
+#: Terms of whole matrices, and the terms of their nonzeros, which large systems have in place of these matrices.
+NONZEROS: Mapping[str, str] = {"mass": "mass_values", "constraint_jacobian": "jacobian_values"}
 #: Terms that are needed for a purpose, if present.
 PURPOSES: Mapping[str, tuple[str, ...]] = {
     "run": ("mass", "force", "internal_rate", "poses", "outputs", "energy", "section_loads", *KINEMATIC),
@@ -453,6 +455,7 @@ class Selection:
         accelerations = "forward_dynamics" if "forward_dynamics" in derived else "residual"
         of_residual = "iteration" if "iteration" in derived and "iteration" in called else "partials"
         needed = {*called, *PURPOSES["run"], accelerations, of_residual if implicit else "internal_partials"}
+        needed |= {packed for whole, packed in NONZEROS.items() if whole not in derived}
         if self.start == "equilibrium":
             needed |= {*PURPOSES["equilibrium"], *(() if "partials" in derived else ("iteration",))}
         return [name for name in derived if name in needed or name not in TERMS or TERMS[name].of_events]

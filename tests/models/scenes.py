@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 import eomgen
+from eomgen.base.arrays import Array
 
 MASS, LENGTH, INERTIA, DAMPING, GRAVITY = 1.3, 0.5, 0.02, 0.05, 9.81
 SHAKE, RATE = 0.05, 7.0
@@ -124,3 +126,34 @@ def absolute() -> eomgen.Model:
 @cache
 def breaking() -> eomgen.Model:
     return eomgen.build(breaking_scene(), profile="quick")
+
+
+#: Length of a rod of ``jointed_chain``, m.
+ROD = 0.1
+
+
+def jointed_chain(count: int, *, tied: bool) -> eomgen.Scene:
+    """Return absolute rods on hinges about y, without gravity: floating, or with the first hinge on the base and a
+    distance from the base to the last end."""
+    builder = eomgen.SceneBuilder("jointed_chain", coordinates="absolute", gravity=[0, 0, 0])
+    for k in range(count):
+        builder.body(f"rod{k}", 1.0, center_of_mass=[ROD / 2, 0, 0], inertia=[0.001, 0.002, 0.0021])
+        parent, place = (f"rod{k - 1}", [ROD, 0, 0]) if k else ("base", [0, 0, 0])
+        if k or tied:
+            turned = {"position": -0.2 if k % 2 else 0.2} if k else {"position": 0.1}
+            builder.joint(f"hinge{k}", "revolute", parent, f"rod{k}", axis=[0, 1, 0], position=place, initial=turned)
+        else:
+            builder.joint("root", "free", "base", "rod0", initial={"velocity": [0.1, 0.3, 0.2, 0.5, 0.2, 0.0]})
+    if tied:
+        ends = {"body": "base"}, {"body": f"rod{count - 1}", "position": [ROD, 0, 0]}
+        builder.constraint("tie", "distance", *ends, length=count * ROD * math.cos(0.1))
+    return builder.build()
+
+
+def zigzag(count: int, angle: float) -> Array:
+    """Return q of the tied chain with rods at angles of alternating sign to x, (7 count,)."""
+    turned = angle * (-1.0) ** np.arange(count)
+    along = np.stack([np.cos(turned), 0.0 * turned, -np.sin(turned)], axis=1)
+    middles = ROD * (np.cumsum(along, axis=0) - along / 2.0)
+    half = turned / 2.0
+    return np.column_stack([np.cos(half), 0.0 * half, np.sin(half), 0.0 * half, middles]).ravel()

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 
 import eomgen
+from eomgen.pipeline.pipeline import built_for_run
 from eomgen.simulation.judgement import invariants
 from eomgen.simulation.judgement.invariants import momentum_drift
 from tests.models.cosserat import beam_scene
-from tests.models.scenes import flyer, pendulum
+from tests.models.scenes import flyer, jointed_chain, pendulum
 
 
 def tumbling(gravity: float = 0.0) -> eomgen.Model:
@@ -108,3 +110,28 @@ def test_what_rounding_leaves_of_a_momentum_that_is_none_is_not_drift() -> None:
     assert run.message == "reached t = 0.05 s in 50 steps"
     momenta = made.mass(run.q) @ run.v[..., None]
     assert abs(momenta[1:, 1]).max() > 0.0  # so that some of it is there to be told
+
+
+@pytest.mark.parametrize(
+    ("count", "terms"), [(4, ("mass", "constraint_jacobian")), (60, ("mass_values", "jacobian_values"))]
+)
+def test_momentum_that_grows_in_a_jointed_chain_of_any_length_is_told(count: int, terms: tuple[str, ...]) -> None:
+    """By whole matrices of few bodies, by nonzeros of many, with multipliers that cancel in the whole chain."""
+    model = eomgen.build(jointed_chain(count, tied=False), terms=["force", *terms], profile="instant")
+    t, q = np.linspace(0.0, 1.0, 5), np.tile(model.initial_q, (5, 1))
+    multipliers = np.random.default_rng(1).normal(size=(5, len(model.multipliers)))
+    v = np.tile(model.initial_v, (5, 1))
+    assert momentum_drift(model, (t, q, v, v[:, :0]), model.parameter_array(), None, multipliers) is None
+    v[2:] *= 1.1
+    said = momentum_drift(model, (t, q, v, v[:, :0]), model.parameter_array(), None, multipliers)
+    assert said is not None and said.share == pytest.approx(0.1 / 1.1, rel=0.05)
+    assert momentum_drift(model, (t, q, v, v[:, :0]), model.parameter_array(), None, None) is None
+
+
+@pytest.mark.slow
+def test_runs_of_a_long_jointed_chain_have_what_tells_a_drift(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(invariants, "REPORTED_MOMENTUM", 0.0)
+    model = built_for_run(jointed_chain(60, tied=False), profile="instant")
+    assert "mass" not in model.terms
+    run = model.simulate(0.01, 1e-3, error_estimate=False)
+    assert re.search(r"momentum (along|about) [xyz], which no force changes, drifts by \S+ %", run.message)

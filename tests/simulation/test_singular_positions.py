@@ -10,11 +10,14 @@ import eomgen
 from eomgen.integrators.families.register import method_named
 from eomgen.simulation.judgement.singular_positions import (
     NEARLY,
+    _by_nonzeros,
+    _by_whole_matrices,
     nearest_singular,
     singular_ahead,
     way_past,
     way_through,
 )
+from tests.models.scenes import jointed_chain, zigzag
 from tests.oracles.placed_loops import four_bar, windows
 
 SINGULAR = ", where branches of configurations cross"
@@ -153,3 +156,32 @@ def test_a_stop_elsewhere_does_not_name_them() -> None:
     model = eomgen.build(four_bar("revolute"), profile="quick")
     run = model.simulate(2.0, 2e-2, method="generalized_alpha", settings={"max_iterations": 2, "max_halvings": 0})
     assert not run.success and "singular" not in run.message and "try: a step smaller than 0.02 s" in run.message
+
+
+@pytest.mark.parametrize(
+    ("count", "terms"), [(4, ("mass", "constraint_jacobian")), (60, ("mass_values", "jacobian_values"))]
+)
+def test_a_tied_chain_of_any_length_is_singular_where_it_is_straight(count: int, terms: tuple[str, ...]) -> None:
+    """By whole matrices of few bodies, by nonzeros of many: the tie follows from the hinges where all rods are in
+    line."""
+    model = eomgen.build(jointed_chain(count, tied=True), terms=terms, profile="instant")
+    p, angles = model.parameter_array(), np.geomspace(0.3, 1e-6, 30)
+    np.testing.assert_allclose(model.initial_q, zigzag(count, 0.1), atol=1e-12)
+    q, t = np.stack([zigzag(count, angle) for angle in angles]), np.linspace(0.0, 1.0, 30)
+    nearest = nearest_singular(model, t, q, p)
+    assert nearest is not None and nearest.time == 1.0 and nearest.part < 0.01
+    assert nearest_singular(model, t[:8], q[:8], p) is None
+    assert nearest_singular(model, t[:1], q[:1], p) is None
+    alone = nearest_singular(model, t[:1], zigzag(count, 0.0)[np.newaxis], p)
+    assert alone is not None and alone.part < 1e-7
+
+
+def test_nonzeros_give_the_singular_values_of_whole_matrices() -> None:
+    model = eomgen.build(jointed_chain(12, tied=True), terms=("mass", "constraint_jacobian"), profile="instant")
+    q, p = np.stack([zigzag(12, angle) for angle in (0.3, 0.01, 1e-3, 1e-5)]), model.parameter_array()
+    whole, sparse = (by(model, np.arange(4.0), q, p) for by in (_by_whole_matrices, _by_nonzeros))
+    assert whole is not None and sparse is not None
+    np.testing.assert_allclose(sparse[0], whole[0], rtol=1e-5)
+    whole, sparse = (by(model, np.zeros(1), q[:1], p) for by in (_by_whole_matrices, _by_nonzeros))
+    assert whole is not None and sparse is not None
+    assert sparse[1] == pytest.approx(whole[1], rel=1e-5)

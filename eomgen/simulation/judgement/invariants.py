@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.compiled.equations import nonzeros
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor
@@ -223,27 +224,36 @@ def momentum_drift(
     multipliers : (rows, number of constraints) if there are constraints
     """
     (roots, one_frame), (t, q, v, z) = _floating(model), states
-    needed = {"mass", "force"} | ({"constraint_jacobian"} if model.multipliers else set())
-    if not roots or len(t) < 2 or not needed <= set(model.terms) or (model.multipliers and multipliers is None):
+    if not roots or len(t) < 2 or "force" not in model.terms or (model.multipliers and multipliers is None):
         return None
     chosen = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOMENTUM_ROWS)).astype(int))
     t, q, v, z = t[chosen], q[chosen], v[chosen], z[chosen]
     u = None if signals is None else signals.rows(t)
-    M = model.mass(q, parameters=p)
+    M = nonzeros(model, "mass", q, parameters=p)
     forces = model.force(q, v, t, u, z=z, parameters=p)
-    if multipliers is not None and model.multipliers:
-        rows = next(iter(model.evaluate("constraint_jacobian", q, t=t, parameters=p).values()))
-        forces = forces - np.einsum("nij,ni->nj", rows.reshape(len(t), -1, model.nv), multipliers[chosen])
-    if not (np.all(np.isfinite(M)) and np.all(np.isfinite(forces))):
+    if multipliers is not None:
+        forces = forces - _constraint_forces(model, q, t, p, multipliers[chosen])
+    if M is None:
         return None
-    every = np.array([_of_root(root, q, v, M, forces) for root in roots])  # momentum, wrench, size of the momentum
+    momenta, sizes = M.applied(v, model.nv), M.magnitudes().applied(np.abs(v), model.nv)
+    if not (np.all(np.isfinite(M.values)) and np.all(np.isfinite(forces))):
+        return None
+    every = np.array([_of_root(root, q, momenta, sizes, forces) for root in roots])
     together = every.sum(axis=0)[np.newaxis] if one_frame and len(roots) > 1 else every[:0]
     rounding = _ROUNDING * np.abs(forces).max(initial=0.0)
     drift = np.array([_drifts(parts, rounding, t[-1] - t[0]) for parts in (*every, *together)]).max(axis=0)
     worst = int(np.argmax(drift))
-    if not drift[worst] > REPORTED_MOMENTUM or any(_in_water(M[:, root.v, root.v]) for root in roots):
+    if not drift[worst] > REPORTED_MOMENTUM or any(_in_water(M.block(root.v)) for root in roots):
         return None
     return Drift(_NAMES[worst], float(drift[worst]))
+
+
+def _constraint_forces(model: CompiledModel, q: Array, t: Array, p: Array, multipliers: Array) -> Array:
+    """Return B^T lam, (rows, nv); NaN if the model has no B, 0 without constraints."""
+    if not model.multipliers:
+        return np.zeros((len(t), model.nv))
+    B = nonzeros(model, "constraint_jacobian", q, t, parameters=p)
+    return np.full((len(t), model.nv), math.nan) if B is None else B.transposed().applied(multipliers, model.nv)
 
 
 def _in_water(M: Array) -> bool:
@@ -257,15 +267,13 @@ def _in_water(M: Array) -> bool:
     return bool(np.any(off > _SAME_MASS * np.abs(mass)))
 
 
-def _of_root(root: Factor, q: Array, v: Array, M: Array, forces: Array) -> Array:
+def _of_root(root: Factor, q: Array, momenta: Array, sizes: Array, forces: Array) -> Array:
     """Return momentum, wrench and the magnitude of the momentum of a free root and its tree, (3, rows, 6), in the
-    world."""
+    world, from values along all components of v."""
     group = group_named(root.group, root.v_size)
     turned = np.swapaxes(numeric.adjoint(group, numeric.inverse(group, q[:, root.q])), -1, -2)
-    M = M[:, root.v]
-    momentum = (turned @ np.einsum("nij,nj->ni", M, v)[..., np.newaxis])[..., 0]
-    wrench = (turned @ forces[:, root.v, np.newaxis])[..., 0]
-    size = (np.abs(turned) @ np.einsum("nij,nj->ni", np.abs(M), np.abs(v))[..., np.newaxis])[..., 0]
+    momentum, wrench = ((turned @ values[:, root.v, np.newaxis])[..., 0] for values in (momenta, forces))
+    size = (np.abs(turned) @ sizes[:, root.v, np.newaxis])[..., 0]
     return np.array([momentum, wrench, size])
 
 

@@ -6,6 +6,7 @@ one direction, so multipliers grow without bound and corrections lose their digi
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,8 +14,11 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.compiled.equations import nonzeros
 from eomgen.integrators.families.register import Method
 from eomgen.lie import product
+from eomgen.solvers.sparse_rows import SparseRows, largest_singular_value, smallest_singular_value
+from eomgen.system.terms import NONZEROS
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -27,6 +31,8 @@ NEARLY = 0.05
 #: Threshold at a start, as a part of the largest singular value at this position, since there are no other positions to
 #: compare with.
 _SINGULAR_START = 1e-6
+#: Number of rows above which this threshold falls with its square, as the singular values of chains do.
+_LONG = 300
 #: Examined rows of a run: at most ``_SPREAD`` rows over the whole run, as long as the sum of their products of nv and
 #: the square of the number of rows of B is at most ``_WORK``, but at least ``_LEAST`` rows; and the last ``_LAST``
 #: rows.
@@ -35,7 +41,6 @@ _SPREAD, _WORK, _LEAST, _LAST = 1000, 10**8, 50, 40
 _AHEAD = np.linspace(0.0, 2.0, 9)
 #: Ratio of the estimated error to the tolerance above which the error does not follow the tolerance.
 _FOLLOWED = 1e3
-_NEEDED = ("mass", "constraint_jacobian")
 
 
 @dataclass(frozen=True)
@@ -135,8 +140,26 @@ def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> 
     ----------
     t, q : (n,) in s, (n, nq)
     """
-    if not model.multipliers or not all(name in model.functions for name in _NEEDED):
+    if not model.multipliers:
         return None
+    whole = all(name in model.functions for name in NONZEROS)
+    measured = (_by_whole_matrices if whole else _by_nonzeros)(model, t, q, p)
+    if measured is None:
+        return None
+    values, largest = measured
+    at_start = _SINGULAR_START * min(1.0, (_LONG / len(model.multipliers)) ** 2)
+    measure, least = (largest, at_start) if len(t) == 1 else (values.max(), NEARLY)
+    place = first + int(np.argmin(values[first:]))
+    part = float(values[place] / measure) if measure > 0.0 else 1.0
+    return SingularPosition(float(t[place]), part) if part < least else None
+
+
+def _by_whole_matrices(model: CompiledModel, t: Array, q: Array, p: Array) -> tuple[Array, float] | None:
+    """Return the smallest singular value at each position, (n,), and the largest of a single position, of the rows of
+    constraints weighed by M, each as a part of its largest length in the run: units and kinds drop out.
+
+    None if M gives no weights, as massless bodies, or matrices are not finite.
+    """
     with np.errstate(all="ignore"):
         M = model.mass(q, parameters=p)
         (B,) = model.evaluate("constraint_jacobian", q, t=t, parameters=p).values()
@@ -144,16 +167,37 @@ def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> 
         return None
     try:
         weighed = np.swapaxes(np.linalg.solve(np.linalg.cholesky(M), np.swapaxes(B, -1, -2)), -1, -2)
-    except np.linalg.LinAlgError:  # massless bodies: M gives no weights
+    except np.linalg.LinAlgError:
         return None
-    # of each row, the largest in the run: units and kinds drop out
     lengths = np.linalg.norm(weighed, axis=-1).max(axis=0)
     singular_values = np.linalg.svd(weighed / np.where(lengths > 0.0, lengths, 1.0)[:, np.newaxis], compute_uv=False)
-    values, alone = singular_values[:, -1], len(t) == 1
-    measure, least = (singular_values[0, 0], _SINGULAR_START) if alone else (values.max(), NEARLY)
-    place = first + int(np.argmin(values[first:]))
-    part = float(values[place] / measure) if measure > 0.0 else 1.0
-    return SingularPosition(float(t[place]), part) if part < least else None
+    return np.asarray(singular_values[:, -1], dtype=float), float(singular_values[0, 0])
+
+
+def _by_nonzeros(model: CompiledModel, t: Array, q: Array, p: Array) -> tuple[Array, float] | None:
+    """Return both by nonzeros, for large systems; None also if a block of M is large."""
+    from scipy.sparse import csr_matrix, diags  # noqa: PLC0415  # runs of small systems need no SciPy
+
+    with np.errstate(all="ignore"):
+        M, B = (nonzeros(model, name, q, t, parameters=p) for name in NONZEROS)
+    if M is None or B is None or not (np.all(np.isfinite(M.values)) and np.all(np.isfinite(B.values))):
+        return None
+    shape, nv = (len(model.multipliers), model.nv), model.nv
+    constant = bool(np.all(M.values == M.values[0]))
+    inverse, weighed = None, []
+    for of_mass, of_rows in zip(M.values, B.values, strict=True):
+        if inverse is None or not constant:
+            inertia = csr_matrix((of_mass, (M.rows, M.columns)), shape=(nv, nv))
+            inertia.eliminate_zeros()
+            inverse = SparseRows(csr_matrix(shape), inertia).inverse
+        if inverse is None:
+            return None
+        weighed.append(csr_matrix((of_rows, (B.rows, B.columns)), shape=shape) @ inverse.T)
+    lengths = np.max([np.sqrt(rows.multiply(rows).sum(axis=1)) for rows in weighed], axis=0).ravel()
+    scales = diags(1.0 / np.where(lengths > 0.0, lengths, 1.0))
+    weighed = [scales @ rows for rows in weighed]
+    largest = largest_singular_value(weighed[0]) if len(t) == 1 else math.inf
+    return np.array([smallest_singular_value(rows) for rows in weighed]), largest
 
 
 def not_followed(relative: float, tolerance: float) -> str:
