@@ -331,17 +331,38 @@ static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosi
     *sine = (float)s;
     *cosine = (float)c;
 }
+/* Comparisons and choices on the bits of floats, as of doubles above. No operand becomes a double, for which processors
+ * with floats alone call library functions. */
+static inline uint32_t eg_float_to_bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+static inline float eg_float_from_bits(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+#define EG_FLOAT_MASK(condition) (0 - (uint32_t)(condition))
+static inline eomgen_real eg_float_truth(int holds, int unordered)
+{
+    return eg_float_from_bits((EG_FLOAT_MASK(holds) & eg_float_to_bits(1.0f)) | EG_FLOAT_MASK(unordered));
+}
 static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y)
 {
-    return (float)eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y)));
+    return eg_float_truth(x < y, (x != x) | (y != y));
 }
 static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
 {
-    return (float)eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y)));
+    return eg_float_truth(x <= y, (x != x) | (y != y));
 }
 static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
 {
-    return (float)eg_choose((double)c, (double)x, (double)y);
+    const uint32_t chosen = EG_FLOAT_MASK(c != 0.0f);
+    return eg_float_from_bits(
+        (chosen & eg_float_to_bits(x)) | (~chosen & eg_float_to_bits(y)) | EG_FLOAT_MASK(c != c));
 }
 #define EG_TAN(x) tanf(x)
 #define EG_ASIN(x) asinf(x)

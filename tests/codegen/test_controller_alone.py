@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import platform
+import re
 import subprocess
 from copy import deepcopy
 from pathlib import Path
@@ -207,6 +209,20 @@ def test_floats_and_values_that_are_not_finite(tmp_path: Path) -> None:
     ):
         ended = subprocess.run([program, argument], input="", capture_output=True, text=True, check=False)
         assert (ended.returncode, ended.stderr.strip()) == (2, told)
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="names instructions of x86-64")
+def test_limits_of_floats_have_no_doubles(tmp_path: Path) -> None:
+    """Processors with floats alone compute doubles by library calls; the time of a step is kept in doubles."""
+    eomgen.generate(servo(), tmp_path, only="controller", real="float")
+    flags = [*STRICT, "-DEOMGEN_REAL_FLOAT", "-Wdouble-promotion", "-Wfloat-conversion", "-S"]
+    text = {}
+    for file in ("servo_controller.c", "servo_controller_step.c"):
+        subprocess.run(["cc", *flags, file, "-o", f"{file}.s"], cwd=tmp_path, check=True)
+        text[file] = (tmp_path / f"{file}.s").read_text(encoding="utf-8")
+        assert "cvtss2sd" not in text[file]
+    assert not re.findall(r"\sv?(?:cvtsd2ss|(?:add|sub|mul|div|max|min|ucomi|comi)sd)\s", text["servo_controller.c"])
+    assert "mulss" in text["servo_controller.c"]
 
 
 def changed(**sections: Any) -> dict[str, Any]:
