@@ -121,6 +121,7 @@ CORE: tuple[Verb, ...] = (
             "eomgen.simulation.run_model:attach",
         ),
     ),
+    Verb("plot", "Draw a stored solution, over time or over another column.", "eomgen.cli.plot:plot"),
     Verb("animate", "Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate:animate"),
     Verb("schema", "Print the JSON Schema of scene files.", "eomgen.cli.schema:schema"),
     Verb("doctor", "Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.doctor:doctor"),

@@ -13,9 +13,7 @@ from eomgen.base.messages import nearest, shown
 #: Names of verbs in other tools.
 _VERBS: Mapping[str, str] = {
     **dict.fromkeys(("run", "sim", "solve", "integrate", "start"), "simulate"),
-    **dict.fromkeys(
-        ("plot", "draw", "figure"), "simulate SCENE --out FOLDER, which draws plots; animate takes a stored solution"
-    ),
+    **dict.fromkeys(("draw", "figure", "chart"), "plot"),
     **dict.fromkeys(("modes", "eigen", "modal", "poles", "stability", "frequencies"), "linearize"),
     **dict.fromkeys(("compile", "build", "codegen", "export", "c"), "generate"),
     **dict.fromkeys(("validate", "lint", "show", "print", "load"), "info"),

@@ -52,8 +52,8 @@ _OFFSET = 0.2
 #: Positions that change by less than this part of the largest change of a position, as heights of a car that drives
 #: away, are drawn as changes in panels of their own.
 _SMALL = 1.0 / 30.0
-#: Letters in one line of a legend.
-_LEGEND = 34
+#: Letters in one line of a legend, and in the name of a file.
+_LEGEND, _FILE_NAME = 34, 80
 
 
 @dataclass(frozen=True)
@@ -109,10 +109,53 @@ def draw_over(solution: RecordedSolution, folder: Path, over: str) -> list[Path]
     """
     abscissa = only_curve(solution, over, "--over")
     panels = _panels([curve for curve in chosen_curves(solution, ()) if curve.name != abscissa.name])[:_PANELS]
+    figure = _figure(solution, panels, abscissa)
+    return [saved(figure, folder / "outputs_over.png", "another folder, or --no-plots")]
+
+
+def draw_chosen(solution: RecordedSolution, names: Sequence[str], over: str | None, folder: Path) -> Path:
+    """Draw curves over time, or over another column, in one file that is named after the columns.
+
+    Parameters
+    ----------
+    names : of columns or kinds of columns; without any the outputs, or else the coordinates
+    over : column of the abscissa; None for the time
+
+    Raises
+    ------
+    UsageError
+        A name that is none of a curve, several for ``over``, or more panels than a figure has.
+    FileError
+        The figure cannot be written.
+    """
+    abscissa = None if over is None else only_curve(solution, over, "--over")
+    figure = _figure(solution, _chosen_panels(solution, names, abscissa), abscissa)
+    words = [*(names or ["outputs"]), *([] if over is None else ["over", over])]
+    file = re.sub(r"[^A-Za-z0-9.-]+", "_", "_".join(words))[:_FILE_NAME].strip("_.")
+    return saved(figure, folder / f"{file}.png")
+
+
+def _figure(solution: RecordedSolution, panels: Sequence[Sequence[PlottedCurve]], abscissa: PlottedCurve | None) -> Any:
+    """Return a figure of panels with the name of the scene as its title."""
     figure = new_figure(_size(len(panels)))
     _fill(_subplots(figure, len(panels)), solution, panels, abscissa)
-    figure.suptitle(f"{solution.metadata.get('scene', '')}: over {abscissa.name}", fontsize=11)
-    return [saved(figure, folder / "outputs_over.png", "another folder, or --no-plots")]
+    title = f"{solution.metadata.get('scene', '')}"
+    figure.suptitle(title + (_marks(solution.events) if abscissa is None else f": over {abscissa.name}"), fontsize=11)
+    return figure
+
+
+def _chosen_panels(
+    solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCurve | None
+) -> list[list[PlottedCurve]]:
+    """Return the panels of chosen curves without the abscissa. Raises UsageError for none, and for too many."""
+    curves = [curve for curve in chosen_curves(solution, names) if abscissa is None or curve.name != abscissa.name]
+    panels = _panels(curves)
+    if not panels:
+        raise UsageError(Problem("plot", "there is no other column to draw over this one", "another name"))
+    if len(panels) > _PANELS:
+        fault = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS}"
+        raise UsageError(Problem("plot", fault, f"fewer names: one of {listed(_by_kind(solution))}, or of components"))
+    return panels
 
 
 def _nodes_as_displacements(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
@@ -151,15 +194,13 @@ def _by_nodes(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
 def plot(solution: RecordedSolution, names: Sequence[str], axes: object = None, over: str | None = None) -> list[Any]:
     """Draw curves of a solution; see ``Solution.plot``."""
     abscissa = None if over is None else only_curve(solution, over, "plot over")
-    curves = [curve for curve in chosen_curves(solution, names) if abscissa is None or curve.name != abscissa.name]
-    panels = _panels(curves)
     if axes is not None:
+        curves = [curve for curve in chosen_curves(solution, names) if abscissa is None or curve.name != abscissa.name]
+        panels = _panels(curves)
         given = axes_of_caller("plot", axes, [listed(curve.name for curve in panel) for panel in panels])
         _fill(given, solution, panels, abscissa, beside=False)
         return given
-    if len(panels) > _PANELS:
-        fault = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS}"
-        raise UsageError(Problem("plot", fault, f"fewer names: one of {listed(_by_kind(solution))}, or of components"))
+    panels = _chosen_panels(solution, names, abscissa)
     figure = pyplot_figure(_size(len(panels)))
     drawn = _subplots(figure, len(panels))
     _fill(drawn, solution, panels, abscissa)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.cli import main
 from eomgen.results import plots
 from tests.models.scenes import flyer, pendulum
 
@@ -216,3 +217,64 @@ def test_a_long_curve_over_another_column_keeps_its_order() -> None:
     across, up = plots._thinned(np.cos(angle), np.sin(angle))
     assert len(across) <= 2 * plots._POINTS
     np.testing.assert_allclose(across**2 + up**2, 1.0, rtol=1e-14)
+
+
+def test_the_verb_draws_what_simulate_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = pendulum().simulate(0.05, 1e-3)
+    (tmp_path / "run").mkdir()
+    run.save(tmp_path / "run" / "solution.npz")
+    figures: dict[str, Any] = {}
+
+    def kept(figure: Any, path: Path, hint: str = "") -> Path:
+        figures[str(path.relative_to(tmp_path))] = figure
+        return path
+
+    assert main(["plot", str(tmp_path / "run")]) == 0
+    names = sorted(path.name for path in (tmp_path / "run").glob("*.png"))
+    assert names == ["coordinates.png", "energy.png", "outputs.png", "velocities.png"]
+    monkeypatch.setattr(plots, "saved", kept)
+    npz, out = str(tmp_path / "run" / "solution.npz"), str(tmp_path / "new" / "folder")
+    assert main(["plot", npz, "tip[0]", "v.hinge", "--over", "q.hinge", "--out", out]) == 0
+    assert main(["plot", npz, "--over", "q.hinge", "--out", out]) == main(["plot", npz, "energy"]) == 0
+    over, outputs, energy = figures
+    assert (over, outputs) == (
+        "new/folder/tip_0_v.hinge_over_q.hinge.png",
+        "new/folder/outputs_over_q.hinge.png",
+    )
+    assert energy == "run/energy.png"
+    first, second = figures[over].axes
+    for axis, column in ((first, run["tip"][:, 0]), (second, run["v.hinge"])):
+        np.testing.assert_array_equal(axis.get_lines()[0].get_xydata(), np.column_stack([run["q.hinge"], column]))
+    assert second.get_xlabel() == "q.hinge, rad" and figures[over].get_suptitle() == "shaken: over q.hinge"
+    assert [axis.get_xlabel() for axis in figures[energy].axes][-1] == "time, s"
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        (["{run}", "tipp"], 2, "plot: the solution has no curve 'tipp'; try: tip"),
+        (["{run}", "tip", "--over", "q.hing"], 2, "--over: the solution has no curve 'q.hing'; try: q.hinge"),
+        (
+            ["{run}", "--over", "tip"],
+            2,
+            "--over: 'tip' are 3 columns, and --over takes one; try: one of tip[0], tip[1]",
+        ),
+        (["{run}", "q.hinge", "--over", "q.hinge"], 2, "plot: there is no other column to draw over this one"),
+        (["{run}/scene.toml"], 2, "a stored solution is needed, a file .npz; try: {run}/solution.npz"),
+        (["scene.toml"], 2, "a file .npz; try: eomgen simulate scene.toml --out DIR, which draws, too"),
+        (["{run}/empty"], 2, "this folder has no solution.npz; try: the folder that eomgen simulate SCENE --out DIR"),
+        (["{run}/none.npz"], 7, "none.npz: cannot be read: No such file or directory"),
+        (["{run}/other.npz"], 7, "other.npz: "),
+        (["{run}", "--out", "{run}/solution.npz"], 7, "this is a file, and a folder is needed"),
+    ],
+)
+def test_mistakes_of_the_verb_are_named(
+    words: list[str], code: int, text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pendulum().simulate(0.01).save(tmp_path / "solution.npz")
+    (tmp_path / "empty").mkdir()
+    np.savez(tmp_path / "other.npz", a=np.zeros(3))
+    assert main(["plot", *(word.format(run=tmp_path) for word in words)]) == code
+    error = capsys.readouterr().err
+    assert text.format(run=tmp_path) in error and error.count("\n") == 1
+    assert not list(tmp_path.glob("*.png"))
