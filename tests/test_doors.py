@@ -33,6 +33,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
     },
     "products.fields": {"FieldSystem", "Hamiltonian", "HamiltonianModel", "hamiltonian", "posterior", "posteriors"},
     "products.laws": {"FileLaw"},
+    "products.optimisers": {"CASADI", "casadi"},
     "products.maps": {"Surface", "surfaces"},
     "products.waves": {
         *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),
@@ -198,6 +199,7 @@ DOORS: dict[str, set[str]] = {
         "system",
         "toolchain",
     },
+    "products.optimisers": {"base", "codegen", "errors", "integrators", "pipeline", "system", "toolchain"},
     "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
     "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
     "products.testing": {
@@ -215,6 +217,7 @@ DOORS: dict[str, set[str]] = {
     "products.offered": set(),
     "products.exported": {
         "products.fields",
+        "products.optimisers",
         "products.reliability",
         "products.studies",
         "products.testing",

@@ -42,6 +42,10 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("cli('info', 'maps.toml')", "maps.toml:51 (maps): the section 'maps' is unknown"),
         ("cli('info', 'map.toml')", "map.toml:52 (outputs.height.formula[0]): unknown quantity 'map'"),
     ),
+    "optimisers": (
+        ("eomgen.casadi", "module 'eomgen' has no attribute 'casadi'"),
+        ("eomgen.generate('pendulum.toml', 'c', target='casadi')", "target: there is no target 'casadi'"),
+    ),
     "reliability": (
         ("eomgen.random_vibration", "module 'eomgen' has no attribute 'random_vibration'"),
         ("cli('random', 'pendulum.toml')", "eomgen: there is no verb 'random'"),

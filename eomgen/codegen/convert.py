@@ -40,7 +40,7 @@ from eomgen.symbolic.operations import CurveLike, Op
 from eomgen.system.signals import CONTROLLER_ARGUMENTS
 from eomgen.system.sparsity import packed_places
 from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
-from eomgen.system.terms import NONZEROS
+from eomgen.system.terms import NONZEROS, TERMS
 
 #: Elements taken side by side if elements depend only on constants and shared values: two vectors of four doubles.
 _SIDE_BY_SIDE = 8
@@ -215,7 +215,8 @@ def _is_long(system: System, wanted: Sequence[str]) -> bool:
 
 def _patterns(system: System, wanted: Sequence[str]) -> dict[str, str]:
     """Return the positions of the nonzeros of matrices, as text, by output of the wanted functions."""
-    functions = ("iteration", *NONZEROS.values())
+    derivatives = (name for name in wanted if name in TERMS and TERMS[name].differentiated)
+    functions = ("iteration", *NONZEROS.values(), *derivatives)
     names = {block.name for name in functions if name in wanted for block in system.functions[name].outputs}
     return {name: packed_places(pairs) for name, pairs in system.patterns.items() if name in names}
 

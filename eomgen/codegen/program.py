@@ -285,7 +285,8 @@ class Program:
     start : str
         A note on the initial state, unless it consists of the initial values of joints.
     patterns : mapping from str to str
-        Positions of the nonzeros of ``iteration``, by the names of the outputs; see ``system.sparsity``.
+        Positions of the nonzeros of ``iteration`` and of derivatives in all arguments, by the names of the outputs;
+        see ``system.sparsity``.
     coordinates, velocities : tuples of Quantity
         Components of q and v with the values at the start, for the manifest; empty if no description gives units.
     controller : mapping

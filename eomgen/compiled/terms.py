@@ -187,8 +187,8 @@ class Terms:
 
         Parameters
         ----------
-        given : q and parameters; v, a, t, u, z, multipliers, base and time derivatives, as far as the term depends on
-            them
+        given : q and parameters; v, a, t, u, z, multipliers, base, weights and time derivatives, as far as the term
+            depends on them
             Values that are missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the
             scene's formulas, internal states at their initial values.
         """
@@ -250,7 +250,10 @@ class Terms:
         return t
 
     def _add_prescribed(self, values: dict[str, Array], given: Mapping[str, Any], blocks: set[str]) -> None:
-        """Add the state of the base and the inputs, by the caller or by the scene, if blocks have such arguments."""
+        """Add the state of the base and the inputs, by the caller or by the scene, and weights, if blocks have such
+        arguments."""
+        if "weights" in blocks:
+            values["weights"] = given["weights"]
         if given.get("base") is not None:
             values["base"] = self.base(given["base"])
         elif "base" in blocks:

@@ -15,6 +15,7 @@ from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
 from eomgen.mechanics.named_constants import described, named_constants, slopes
 from eomgen.mechanics.rates.jets import base_rates, input_rates
 from eomgen.mechanics.scene_tape import Derivation
+from eomgen.mechanics.terms.argument_derivatives import derivative_blocks
 from eomgen.mechanics.terms.events import event_rows, modes, needs_impulse, sample_rows
 from eomgen.mechanics.terms.rates import rate_blocks
 from eomgen.mechanics.terms.recorders import RECORDERS
@@ -284,6 +285,8 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
 def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:
     if TERMS[name].source:
         return rate_blocks(derivation, TERMS[name])
+    if of := TERMS[name].differentiated:
+        return derivative_blocks(derivation, name, RECORDERS[of](derivation))
     return RECORDERS[name](derivation)
 
 

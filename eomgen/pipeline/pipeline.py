@@ -252,7 +252,8 @@ def generate(
     document, front_end = as_document(scene)
     _check_real(real)
     if only is None:
-        program = _program(document, front_end, _selected(terms), method, chosen, parameters=parameters)[0]
+        wanted = _selected(chosen.terms(terms))
+        program = _program(document, front_end, wanted, method, chosen, parameters=parameters)[0]
     else:
         program = _controller_program(document, front_end, parameters)
     given = {key: value for key, value in (("real", real), ("method", method)) if value is not None}

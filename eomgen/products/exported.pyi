@@ -3,6 +3,7 @@
 from eomgen.products import studies
 from eomgen.products.fields import posteriors as fields
 from eomgen.products.fields import sampling
+from eomgen.products.optimisers.casadi_functions import casadi
 from eomgen.products.reliability.vibration import RandomVibration, random_vibration
 from eomgen.products.studies.identification import Identification, identify
 from eomgen.products.studies.ladders.result import Extremes
@@ -23,6 +24,7 @@ __all__ = [
     "RealTime",
     "Tradeoff",
     "Tuned",
+    "casadi",
     "extremes",
     "fields",
     "identify",

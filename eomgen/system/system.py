@@ -26,7 +26,7 @@ from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.events import EventRow, Mode
 from eomgen.system.notebook import equation, line, system_page
 from eomgen.system.signals import SampledController, SampleRow
-from eomgen.system.terms import TERMS, nearest_term
+from eomgen.system.terms import ARGUMENTS, TERMS, nearest_term
 
 if TYPE_CHECKING:
     import sympy
@@ -409,10 +409,18 @@ class System:
 
     @property
     def second_sizes(self) -> dict[str, int]:
-        """Numbers in the blocks of ``second_partials``; none unless requested."""
-        if "second_partials" not in self.functions:
-            return {}
-        return {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
+        """Numbers in the blocks of ``second_partials`` and in the weights of Hessians; none unless requested."""
+        if "second_partials" in self.functions:
+            return {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
+        if any(TERMS[name].differentiated for name in self.functions if name in TERMS):
+            return {"weights": sum(self.second_blocks.weights.values())}
+        return {}
+
+    @property
+    def argument_sizes(self) -> dict[str, int]:
+        """Numbers of directions in the arguments of derivatives, in the order of rows and columns."""
+        sizes = {**self.second_blocks.direction, "t": 1}
+        return {name: sizes[name] for name in ARGUMENTS}
 
     @property
     def second_blocks(self) -> SecondBlocks:

@@ -48,6 +48,8 @@ class Term:
         For time derivatives and matrices of the closed form: the quantity that is differentiated.
     first, order : int
         The lowest and the highest time derivative of ``source`` in the outputs.
+    differentiated : str
+        For first and second derivatives in all arguments: the term that is differentiated.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Term:
     source: str = ""
     first: int = 0
     order: int = 0
+    differentiated: str = ""
 
     def exists_with(self, facts: Collection[str]) -> bool:
         """Return whether the term exists in a system with these facts."""
@@ -394,8 +397,28 @@ def _rates() -> Iterator[Term]:
         yield replace(term, exists=("unconstrained",))
 
 
+#: Terms with derivatives in all arguments -> symbol in descriptions.
+DIFFERENTIATED: Mapping[str, str] = {"inverse_dynamics": "tau", "forward_dynamics": "vdot"}
+#: Arguments of these derivatives, in the order of rows and columns; t is one number.
+ARGUMENTS = ("q", "v", "a", "z", "lam", "u", "p", "t")
+
+
+def _derivatives() -> Iterator[Term]:
+    """Yield the terms of first and second derivatives in all arguments, as nonzeros."""
+    plain = {term.name: term for term in _PLAIN}
+    for name, symbol in DIFFERENTIATED.items():
+        term = plain[name]
+        arguments = ", ".join("q (left-trivialised)" if x == "q" else x for x in ARGUMENTS if x in term.inputs)
+        first = f"nonzeros of the Jacobian of {symbol} in {arguments}"
+        second = f"nonzeros of the lower triangle of the Hessian of weights . {symbol} in {arguments}"
+        changes: dict[str, Any] = {"on_request": True, "differentiated": name, "quadratic": False}
+        yield replace(term, name=f"{name}_derivatives", description=first, **changes)
+        inputs = (*term.inputs, "weights")
+        yield replace(term, name=f"{name}_hessian", inputs=inputs, description=second, **changes)
+
+
 #: All terms by name, in the order of recording.
-TERMS: Mapping[str, Term] = {term.name: term for term in (*_PLAIN, *_rates())}
+TERMS: Mapping[str, Term] = {term.name: term for term in (*_PLAIN, *_rates(), *_derivatives())}
 
 #: Terms of constraints that bring a state onto the constraints.
 KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")

@@ -99,7 +99,7 @@ _INCLUDED = r'(?m)^#include "([^"]+)"'
 _COMMENT = r'(?s)"(?:[^"\\\n]|\\.)*"|/\*.*?\*/'
 _OBJECT = "object.o"
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
-_LANES, _ROUTINE = "lanes.so", "routine.so"
+_LANES, _ROUTINE, SHARED = "lanes.so", "routine.so", "shared.so"
 #: The source of the tape engine is the same for all models, so that the object of the source is in the cache.
 _ENGINE = "eomgen_tape.c"
 #: Says why a stepper cannot be made for lanes.
@@ -428,6 +428,34 @@ class Builder:
         with self.cache.claim(key):
             entry = self.cache.get(key) or self.cache.put(key, fill)
         return _loaded(entry.file(_ROUTINE), cdef)
+
+    def build_folder(self, content: bytes, write: Callable[[Path], None]) -> Entry:
+        """Return the folder of C files of these content bytes with their shared library, ``SHARED``, from the cache if
+        possible.
+
+        Parameters
+        ----------
+        content : bytes
+            Everything that the files depend on.
+        write : callable
+            Writes the files to an empty folder.
+
+        Raises
+        ------
+        ToolchainError
+            There is no compiler, or a file cannot be compiled.
+        """
+        key = library_key(b"folder\0" + content, self.compiler, self.profile, self.flags, "abi")
+
+        def fill(folder: Path) -> None:
+            write(folder)
+            sources = sorted(folder.glob("*.c"))
+            compile_library(self.compiler, sources, folder / SHARED, self.flags, timeout=self.timeout)
+            for source in sources:
+                source.with_suffix(".o").unlink(missing_ok=True)
+
+        with self.cache.claim(key):
+            return self.cache.get(key) or self.cache.put(key, fill)
 
     def _wrapper(self, cdef: str, header: str) -> list[Path]:
         """Return the object of the extension module, which is the same for all models; none in the ABI mode."""

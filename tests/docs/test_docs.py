@@ -93,6 +93,7 @@ def test_there_is_something_to_test() -> None:
         "fields.md",
         "hamiltonian.md",
         "identification.md",
+        "optimisers.md",
         "python.md",
         "random_vibration.md",
         "scene.md",

@@ -134,6 +134,16 @@ PLANTED = [
     *_of("drone", "momenta", "momentum momentum_rate"),
     *_of("drone", "second_partials", "Hd"),
     *_of("gate", "second_partials", "Hd"),
+    *(
+        (scene, term, term, f"{term}.{term}")
+        for scene, term in (
+            ("drone", "inverse_dynamics_derivatives"),
+            ("drone", "inverse_dynamics_hessian"),
+            ("drone", "forward_dynamics_derivatives"),
+            ("drone", "forward_dynamics_hessian"),
+            ("gate", "inverse_dynamics_hessian"),
+        )
+    ),
 ]
 #: What is done to the largest entry of an output.
 CHANGES: tuple[Callable[[Array], Array], ...] = (

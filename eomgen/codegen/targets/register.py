@@ -1,4 +1,4 @@
-"""Register of target languages: C, and entry points of other distributions."""
+"""Register of target languages: C, rows of products, and entry points of other distributions."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from functools import cache
 
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.messages import nearest, shown
+from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.codegen.targets.c.target import C
 from eomgen.codegen.targets.target import Target
 from eomgen.errors import Problem, UsageError
 
-#: The group of entry points for targets of other distributions: objects of the class ``Target``.
+#: The group of rows of products, and of entry points for targets of other distributions: objects of ``Target``.
 GROUP = "eomgen.targets"
 BUILT_IN: tuple[Target, ...] = (C,)
 
@@ -18,7 +19,7 @@ BUILT_IN: tuple[Target, ...] = (C,)
 @cache
 def targets() -> dict[str, Target]:
     """Return all targets by name. Raises UsageError naming the distribution of one that cannot be taken."""
-    by_name = {target.name: target for target in BUILT_IN}
+    by_name = {target.name: target for target in (*BUILT_IN, *rows_of(GROUP, Target))}
     for entry in extensions(GROUP):
         target = loaded(entry, Target)
         if target.name in by_name:
@@ -33,5 +34,7 @@ def target_named(name: str) -> Target:
     if own is not None:
         return own
     if name not in targets():
+        if absent := fault_of_absent(str(name)):
+            raise UsageError(Problem("target", f"there is no target {shown(str(name))}: {absent[0]}", absent[1]))
         raise UsageError(Problem("target", f"there is no target {shown(str(name))}", nearest(str(name), targets())))
     return targets()[name]

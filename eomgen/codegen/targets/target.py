@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from eomgen.base.data import dataclass
 from eomgen.codegen.program import Program
@@ -46,6 +46,9 @@ class Target:
     steppers : bool
         Whether a Program with a method can be written. Steppers exist in C; other languages may offer the functions
         alone.
+    terms : callable, optional
+        ``terms(names)``: the terms that the files need, for the terms that the caller names, or None for no names;
+        these themselves by default.
     """
 
     name: str
@@ -53,3 +56,4 @@ class Target:
     names: Names
     files: Callable[[Program], dict[str, str]]
     steppers: bool = False
+    terms: Callable[[Sequence[str] | None], Sequence[str] | None] = lambda names: names

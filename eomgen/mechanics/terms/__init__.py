@@ -2,4 +2,4 @@
 
 __all__: list[str] = []
 #: Open to the other parts of ``mechanics``.
-WITHIN = ["events", "rates", "recorders"]
+WITHIN = ["argument_derivatives", "events", "rates", "recorders"]

@@ -152,7 +152,7 @@ def differentiated_iteration(derivation: Derivation) -> list[Block]:
             of_rates = forward_partials(tape, [value.ref for value in calculus.velocity()], calculus.seeds)
         for name, rows in (("B", calculus.tangents), ("Z", of_rates)):
             entries[name] = {(row, column): ref for row, tangent in enumerate(rows) for column, ref in tangent.items()}
-    return [_nonzeros(derivation, name, of_matrix, name) for name, of_matrix in entries.items()]
+    return [nonzeros(derivation, name, of_matrix, name) for name, of_matrix in entries.items()]
 
 
 def extended_iteration(derivation: Derivation) -> list[Block]:
@@ -166,16 +166,14 @@ def extended_iteration(derivation: Derivation) -> list[Block]:
             derivation.inverse(),
             derivation.internal,
         )
-    return [
-        _nonzeros(derivation, name, entries, f"{name} of the extended system") for name, entries in partials.items()
-    ]
+    return [nonzeros(derivation, name, entries, f"{name} of the extended system") for name, entries in partials.items()]
 
 
 def jacobian_values(derivation: Derivation) -> list[Block]:
     """Return the nonzeros of the constraint Jacobian."""
     rows = derivation.calculus().tangents
     entries = {(row, column): ref for row, tangent in enumerate(rows) for column, ref in tangent.items()}
-    return [_nonzeros(derivation, "B", entries, "B: constraint Jacobian, left-trivialised")]
+    return [nonzeros(derivation, "B", entries, "B: constraint Jacobian, left-trivialised")]
 
 
 def mass_values(derivation: Derivation) -> list[Block]:
@@ -184,10 +182,10 @@ def mass_values(derivation: Derivation) -> list[Block]:
     for row, along in enumerate(derivation.mass_rows):
         for column, value in along.items():
             entries[row, column] = entries[column, row] = value.ref
-    return [_nonzeros(derivation, "M_values", entries, "M: inertia matrix")]
+    return [nonzeros(derivation, "M_values", entries, "M: inertia matrix")]
 
 
-def _nonzeros(derivation: Derivation, name: str, entries: Entries, description: str) -> Block:
+def nonzeros(derivation: Derivation, name: str, entries: Entries, description: str) -> Block:
     """Return the entries of a matrix, row by row, and store the positions."""
     indices, refs = pattern({index: ref for index, ref in entries.items() if ref != ZERO})
     derivation.patterns[name] = indices

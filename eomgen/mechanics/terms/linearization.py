@@ -38,7 +38,7 @@ from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import base_law
-from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector, weighted_gradient
+from eomgen.symbolic.calculus.partials import forward_partials, gradient_along, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
@@ -252,12 +252,7 @@ def second_partials(derivation: Derivation) -> list[Block]:
     seeds, size = _directions(derivation, blocks), sum(blocks.direction.values())
     weights = [tape.input("weights", number) for number in range(len(values))]
     with tape.block("gradient of the weighted equations and outputs"):
-        keys = {key: tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key for key in seeds}
-        adjoints = dict(zip(keys, weighted_gradient(tape, values, weights, list(keys.values())), strict=True))
-        gradient = [ZERO] * size
-        for key, tangent in seeds.items():
-            for direction, ref in tangent.items():
-                gradient[direction] = tape.add(gradient[direction], tape.mul(ref, adjoints[key]))
+        gradient = gradient_along(tape, values, weights, seeds, size)
     with tape.block("its change along the direction"):
         changes = jacobian_vector(tape, gradient, {key: _along(tape, tangent) for key, tangent in seeds.items()})
     description = (

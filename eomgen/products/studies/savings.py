@@ -98,11 +98,15 @@ def variants(scene: Scene, of_step: tuple[str, ...], absolute: Scene | str | Non
     return (*made, Variant("everything", "all of that together, as far as it can be", whole, ALL_TERMS))
 
 
-#: Every term with at most two time derivatives, each once; second derivations for checks are left out.
+#: Every term with at most two time derivatives, each once; second derivations for checks, and derivatives in all
+#: arguments, are left out.
 ALL_TERMS = tuple(
     name
     for name, term in TERMS.items()
-    if term.order <= 2 and not name.endswith(("_1", "_closed")) and term.source not in CLOSED_MATRICES
+    if term.order <= 2
+    and not term.differentiated
+    and not name.endswith(("_1", "_closed"))
+    and term.source not in CLOSED_MATRICES
 )
 
 

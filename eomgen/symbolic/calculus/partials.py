@@ -25,7 +25,7 @@ from eomgen.symbolic.operations import ELEMENTARY, LEAVES, UNARY, InputSymbol, O
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 __all__ = [
-    "Seeds", "Tangent", "forward_partials", "gradient", "jacobian_vector", "signed_tangent",
+    "Seeds", "Tangent", "forward_partials", "gradient", "gradient_along", "jacobian_vector", "signed_tangent",
     "tangent_seeds", "weighted_gradient",
 ]  # fmt: skip  # a table
 Seeds = Mapping[Ref | InputSymbol, Mapping[int, Ref]]
@@ -134,6 +134,28 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
             for k, partial in _local_partials(tape, node, op, active):
                 _accumulate(tape, adjoints, operands[k], tape.mul(adjoints[node], partial))
     return [adjoints.get(ref, ZERO) if ref > 0 else tape.mul(-ONE, adjoints.get(-ref, ZERO)) for ref in wrt]
+
+
+def gradient_along(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref], seeds: Seeds, size: int) -> list[Ref]:
+    """Differentiate sum_k weights[k] outputs[k] along each of ``size`` directions by one reverse sweep.
+
+    Parameters
+    ----------
+    seeds : mapping from InputSymbol, or reference of a node, to {direction: derivative}
+        As of ``forward_partials``.
+
+    Returns
+    -------
+    list of Ref
+        One per direction.
+    """
+    keys = {key: tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key for key in seeds}
+    adjoints = dict(zip(keys, weighted_gradient(tape, outputs, weights, list(keys.values())), strict=True))
+    along = [ZERO] * size
+    for key, tangent in seeds.items():
+        for direction, ref in tangent.items():
+            along[direction] = tape.add(along[direction], tape.mul(ref, adjoints[key]))
+    return along
 
 
 def _adjoints_of(tape: Tape, number: int, adjoints: Mapping[int, Ref], reach: set[int]) -> list[tuple[Ref, Ref]]:

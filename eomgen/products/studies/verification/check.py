@@ -24,6 +24,7 @@ from eomgen.products.studies.verification.claims.linear_models import linear_cla
 from eomgen.products.studies.verification.claims.motion import motion_claims
 from eomgen.products.studies.verification.claims.partials import (
     FIRST,
+    argument_claims,
     constraint_claims,
     packed_claims,
     partial_claims,
@@ -189,7 +190,7 @@ def _best(errors: Array) -> tuple[float | None, float | None, float | None]:
 #: alone.
 LARGE = 128
 #: Largest number of velocity components for which the matrices of the closed form are built, with six rows for each
-#: link.
+#: link, and derivatives in all arguments.
 CLOSED = 8
 #: Functions that together hold all formulas of a scene.
 _OF_FORMULAS = ("residual", "internal_rate", "outputs", "base", "energy", "inputs", "events")
@@ -282,7 +283,7 @@ def _costly(size: int) -> set[str]:
     """Return the terms that are built only by name, of a scene with this number of velocities."""
     if size > LARGE:
         return {term.name for term in _CHECKED if term.on_request or term.quadratic}
-    return {term.name for term in _CHECKED if size > CLOSED and "rigid" in term.exists}
+    return {term.name for term in _CHECKED if size > CLOSED and ("rigid" in term.exists or term.differentiated)}
 
 
 def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[Claim]:
@@ -299,6 +300,7 @@ def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[
         *linear_claims(space, engine, system, model.description),
         *parameter_claims(space, engine, system, model.description),
         *second_claims(space, engine, system, model.description),
+        *argument_claims(space, engine, system),
         *event_claims(space, engine, system),
     ]
 

@@ -160,8 +160,9 @@ def _completed(
     (residual,) = functions("residual", {**blocks, "t": blocks["t"][0]})
     if not np.isfinite(residual).all():
         return None
-    if "second_partials" in functions:
+    if "weights" in functions.sizes:
         blocks["weights"] = rng.uniform(-1.0, 1.0, functions.sizes["weights"])
+    if "second_partials" in functions:
         of_parameters = PART * np.abs(blocks["p"])
         driven = [0.0 if item.given else 1.0 for item in model.description.inputs]  # other inputs are given by laws
         of_motion = (scales["v"], scales["v"], scales["v"], scales["z"], np.ones(rows), of_parameters, driven)

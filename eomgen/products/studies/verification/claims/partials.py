@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from eomgen.lie.product import Factor
 from eomgen.products.studies.verification.claims.claim import (
     Array,
     Blocks,
@@ -28,6 +29,7 @@ from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE, ZERO
 from eomgen.system.description import Description
 from eomgen.system.system import System
+from eomgen.system.terms import DIFFERENTIATED
 
 PARTIALS, CONSTRAINTS = "partials", "constraints"
 #: Operations times directions up to which the residual is differentiated operation by operation.
@@ -359,6 +361,101 @@ def second_claims(space: Space, engine: Engine, system: System, description: Des
             sided=True,
         )
     ]
+
+
+def argument_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
+    """Return the claims of first and second derivatives of terms in all arguments.
+
+    Tunable parameters are among the arguments if no input follows the parameters by a law.
+    """
+    sizes = system.argument_sizes
+    moving = [block for block, size in sizes.items() if size and not (block == "p" and "inputs" in system.functions)]
+    parts = {name: space.along[name].matrix if name in space.along else np.eye(sizes[name]) for name in moving}
+    count, first = sum(part.shape[1] for part in parts.values()), 0
+    whole, rates = np.zeros((sum(sizes.values()), count)), dict[str, Array]()
+    for name, part in parts.items():
+        start = sum(list(sizes.values())[: list(sizes).index(name)])
+        columns = slice(first, first + part.shape[1])
+        whole[start : start + sizes[name], columns] = part
+        rates[name] = np.zeros((count, sizes[name]))
+        rates[name][columns] = part.T
+        first = columns.stop
+    claims = []
+    for term in DIFFERENTIATED:
+        names = f"{term}_derivatives", f"{term}_hessian"
+        if term in engine and all(name in engine for name in names):
+            claims += _argument_claims(system, term, names, whole, rates)
+    return claims
+
+
+def _argument_claims(
+    system: System, term: str, names: tuple[str, str], whole: Array, rates: dict[str, Array]
+) -> list[Claim]:
+    """Return the claims of the Jacobian and of the Hessian of a term, along the columns of ``whole``."""
+    height, width = len(system.functions[term].refs), len(whole)
+
+    def of(name: str, shape: tuple[int, int]) -> Value:
+        def value(engine: Engine, state: Blocks) -> Array:
+            blocks = engine(name, state)
+            if name not in blocks:  # without nonzeros
+                return np.zeros((*state["q"].shape[:-1], *shape))
+            return _dense(blocks[name], system.patterns[name], shape)
+
+        return value
+
+    jacobian_of, hessian_of = of(names[0], (height, width)), of(names[1], (width, width))
+
+    def gradient(engine: Engine, state: Blocks) -> Array:
+        weights = state["weights"][..., np.newaxis, :height]
+        return np.asarray((weights @ jacobian_of(engine, state))[..., 0, :])
+
+    def changes(engine: Engine, state: Blocks) -> Array:
+        """Return left derivatives of the gradient: the Hessian, and in a rotation half a bracket more."""
+        low = hessian_of(engine, state)
+        both = low + np.swapaxes(low, -1, -2) - low * np.eye(width)
+        return np.asarray((both + _half_brackets(system.factors, gradient(engine, state))) @ whole)
+
+    def directions(_: Blocks) -> dict[str, Array]:
+        return rates
+
+    return [
+        Claim(
+            f"{names[0]}.{names[0]}",
+            f"d {term} / d arguments",
+            PARTIALS,
+            lambda engine, state: np.asarray(jacobian_of(engine, state) @ whole),
+            source=lambda engine, state: engine(term, state)[system.functions[term].outputs[0].name],
+            directions=directions,
+            functions=(term,),
+        ),
+        Claim(
+            f"{names[1]}.{names[1]}",
+            "d gradient / d arguments",
+            PARTIALS,
+            changes,
+            source=gradient,
+            directions=directions,
+            functions=(names[0],),
+            sided=True,
+        ),
+    ]
+
+
+def _half_brackets(factors: Sequence[Factor], gradient: Array) -> Array:
+    """Return 1/2 [e_j, e_i] . gradient at (i, j), directions of one factor: X_j X_i f less the symmetric part."""
+    result = np.zeros((*gradient.shape, gradient.shape[-1]), gradient.dtype)
+    cross = np.cross(np.eye(3)[:, np.newaxis], np.eye(3)[np.newaxis])  # (i, j, component)
+    for factor in factors:
+        if factor.group == "R":
+            continue
+        turns, travels = (slice(factor.v_start + k, factor.v_start + k + 3) for k in (0, 3))
+        of_turns = np.einsum("ijk,...k->...ji", cross, gradient[..., turns])
+        result[..., turns, turns] += 0.5 * of_turns
+        if factor.group == "SE3":
+            of_travels = 0.5 * np.einsum("ijk,...k->...ji", cross, gradient[..., travels])
+            result[..., turns, travels] += of_travels
+            result[..., travels, turns] += of_travels
+    return result
 
 
 def _by_inputs(partials: Blocks, given: Sequence[bool]) -> dict[str, Array]:

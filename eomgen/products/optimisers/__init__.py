@@ -1,0 +1,12 @@
+"""Optimisers: the functions of a model with the interfaces of optimal control, with exact sparse second derivatives."""
+
+from eomgen.base.products import Product
+
+__all__ = []
+
+PRODUCT = Product(
+    names={"casadi": "eomgen.products.optimisers.casadi_functions:casadi"},
+    rows={"eomgen.targets": ("eomgen.products.optimisers.casadi_code:CASADI",)},
+)
+#: Open to all parts of ``products``.
+WITHIN = ["casadi_functions"]

@@ -1,0 +1,435 @@
+"""The target ``casadi``: C with the interface of CasADi's external functions, values, Jacobians and Hessians.
+
+Of a function NAME with inputs i and one output, CasADi looks for ``jac_NAME`` (of the inputs, and the output: a block
+for each input), ``adj1_NAME`` (inputs, output, weights: a gradient for each input) and ``jac_adj1_NAME`` (inputs,
+output, weights, gradients: the blocks of the Hessian, of the weights, and empty ones). Sparsity is by compressed
+columns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.data import dataclass, field, replace
+from eomgen.base.messages import nearest, shown
+from eomgen.codegen.folder import MANIFEST, manifest
+from eomgen.codegen.program import Program
+from eomgen.codegen.targets.c.naming import NAMES
+from eomgen.codegen.targets.c.target import fingerprint, generate_files
+from eomgen.codegen.targets.c.templates import environment
+from eomgen.codegen.targets.target import Target
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.integrators.families.register import method_named
+from eomgen.system.sparsity import unpacked_places
+from eomgen.system.terms import ARGUMENTS, DIFFERENTIATED
+
+Places = NDArray[np.int64]
+#: Method of the function ``step``.
+METHOD = "rk4"
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Nonzeros: positions, and places of the values among computed numbers, in the order of compressed columns.
+
+    Attributes
+    ----------
+    shape : rows and columns
+    rows, columns, places : (nonzeros,)
+    """
+
+    shape: tuple[int, int]
+    rows: Places
+    columns: Places
+    places: Places
+
+    def block(self, rows: slice, columns: slice) -> Pattern:
+        """Return the block of some rows and columns."""
+        inside = (rows.start <= self.rows) & (self.rows < rows.stop)
+        inside &= (columns.start <= self.columns) & (self.columns < columns.stop)
+        shape = rows.stop - rows.start, columns.stop - columns.start
+        return Pattern(shape, self.rows[inside] - rows.start, self.columns[inside] - columns.start, self.places[inside])
+
+    @property
+    def transposed(self) -> Pattern:
+        """The transposed matrix."""
+        return ordered(self.shape[::-1], self.columns, self.rows, self.places)
+
+    @property
+    def compressed(self) -> tuple[int, ...]:
+        """Rows, columns, starts of the columns and rows of the nonzeros, in the form of CasADi."""
+        height, width = self.shape
+        if len(self.rows) == height * width and width:
+            return height, width, 1
+        starts = np.cumsum(np.bincount(self.columns, minlength=width))
+        return (height, width, 0, *starts.tolist(), *self.rows.tolist())
+
+
+def ordered(shape: tuple[int, int], rows: Places, columns: Places, places: Places) -> Pattern:
+    """Return a pattern in the order of compressed columns."""
+    order = np.lexsort((rows, columns))
+    return Pattern(shape, rows[order], columns[order], places[order])
+
+
+def dense(height: int, width: int = 1) -> Pattern:
+    """Return the pattern of a full matrix, with places column by column."""
+    columns, rows = np.divmod(np.arange(height * width), height)
+    return Pattern((height, width), rows, columns, np.arange(height * width))
+
+
+def empty(height: int, width: int) -> Pattern:
+    """Return the pattern of a matrix of zeros."""
+    none = np.zeros(0, np.int64)
+    return Pattern((height, width), none, none, none)
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A function with first and second derivatives.
+
+    Attributes
+    ----------
+    name : of the function in the model; ``step``
+    sizes : numbers of each input, in order
+    output : name and number of rows
+    jacobian, hessian : patterns over all inputs side by side; places in the results of the compiled functions
+    first, work : numbers that the first derivatives take, and all derivatives with intermediate results
+    """
+
+    name: str
+    sizes: Mapping[str, int]
+    output: tuple[str, int]
+    jacobian: Pattern
+    hessian: Pattern
+    first: int
+    work: int
+
+    @cached_property
+    def slices(self) -> dict[str, slice]:
+        """Columns of each input."""
+        result, start = dict[str, slice](), 0
+        for name, size in self.sizes.items():
+            result[name], start = slice(start, start + size), start + size
+        return result
+
+
+def plain(program: Program, name: str) -> Exported:
+    """Return a function of the model, whose derivatives are functions of the model."""
+    function = program.function(name)
+    taken = {
+        block
+        for term in (name, f"{name}_derivatives", f"{name}_hessian")
+        for block in program.function(term).inputs
+        if term in program.function_names
+    }
+    taken |= {"t"} if "base" in taken else set()
+    sizes = {block: program.input_size(block) for block in ARGUMENTS if block in taken and block != "base"}
+    sizes = {block: size for block, size in sizes.items() if size}
+    columns, height, width = _columns(program, sizes), function.outputs[0].size, sum(sizes.values())
+    rows, across = unpacked_places(program.patterns[f"{name}_derivatives"])
+    low, left = (columns[places] for places in unpacked_places(program.patterns[f"{name}_hessian"]))
+    numbers, off = np.arange(len(low)), low != left
+    both = ordered(
+        (width, width),
+        np.concatenate([low, left[off]]),
+        np.concatenate([left, low[off]]),
+        np.concatenate([numbers, numbers[off]]),
+    )
+    jacobian = ordered((height, width), rows, columns[across], np.arange(len(rows)))
+    output, first = (function.outputs[0].name, height), len(rows)
+    return Exported(name, sizes, output, jacobian, both, first, first + len(numbers))
+
+
+def _columns(program: Program, sizes: Mapping[str, int]) -> Places:
+    """Return the column of each direction of ``ARGUMENTS``, -1 for none."""
+    every = {block: 1 if block == "t" else program.input_size({"q": "v"}.get(block, block)) for block in ARGUMENTS}
+    start, column, places = 0, 0, np.full(sum(every.values()), -1)
+    for block, size in every.items():
+        if block in sizes:
+            places[start : start + size] = np.arange(column, column + size)
+            column += size
+        start += size
+    return places
+
+
+class Step:
+    """One explicit Runge-Kutta step of (q, v), made of forward dynamics with derivatives."""
+
+    def __init__(self, program: Program, rate: Exported) -> None:
+        method = cast("Any", method_named(METHOD))
+        self.method = METHOD
+        self.rate = rate
+        self.nv = program.sizes["v"]
+        self.A = [[float(entry) for entry in row] for row in method.A]
+        self.b, self.c = [float(entry) for entry in method.b], [float(entry) for entry in method.c]
+        rest = {name: size for name, size in rate.sizes.items() if name not in ("q", "v")}
+        self.sizes = {"x": 2 * self.nv, **rest, "h": 1}
+        self.timed = "t" in rest
+        self.ny = sum(self.sizes.values())
+        self.nz = self.ny - 1
+        in_order = np.argsort(rate.jacobian.places)
+        self.rows, self.columns = rate.jacobian.rows[in_order].tolist(), rate.jacobian.columns[in_order].tolist()
+        lower = rate.hessian.rows >= rate.hessian.columns
+        in_order = np.argsort(rate.hessian.places[lower])
+        self.hessian_rows = rate.hessian.rows[lower][in_order].tolist()
+        self.hessian_columns = rate.hessian.columns[lower][in_order].tolist()
+
+    @property
+    def inputs(self) -> list[dict[str, Any]]:
+        return [{"name": name, "size": size} for name, size in self.sizes.items()]
+
+    @property
+    def count(self) -> int:
+        """Nonzeros of the Jacobian of forward dynamics."""
+        return len(self.rows)
+
+    @property
+    def hessian_count(self) -> int:
+        """Nonzeros of the lower triangle of the Hessian of forward dynamics."""
+        return len(self.hessian_rows)
+
+    @cached_property
+    def first(self) -> dict[str, int]:
+        """Places of the parts of the memory; ``work``: the size of the memory."""
+        nx, ny, nz, stages = 2 * self.nv, self.ny, self.nz, len(self.b)
+        parts = {"x": nx * stages, "k": nx * stages, "end": nx, "J": self.count * stages, "dZ": nz * ny * stages}
+        parts |= {"dk": nx * ny * stages, "kt": nx, "of_X": nx * stages, "H": self.hessian_count, "product": nz * ny}
+        result, place = dict[str, int](), nx * ny + ny * ny
+        for name, size in parts.items():
+            result[name], place = place, place + size
+        return {**result, "work": place}
+
+    def exported(self) -> Exported:
+        """Return the function with the patterns of both derivatives, by the chain rule on structural nonzeros."""
+        nx, nv, ny, nz = 2 * self.nv, self.nv, self.ny, self.nz
+        of_rate = np.zeros((nx, nz), bool)
+        of_rate[:nv, nv:nx] = np.eye(nv, dtype=bool)
+        of_rate[nv + np.array(self.rows, int), np.array(self.columns, int)] = True
+        second = np.zeros((nz, nz), bool)
+        second[self.hessian_rows, self.hessian_columns] = second[self.hessian_columns, self.hessian_rows] = True
+        along: list[NDArray[np.bool_]] = []
+        start = np.eye(nz, ny, dtype=bool)
+        hessian = np.zeros((ny, ny), bool)
+        for row, c in zip(self.A, self.c, strict=True):
+            here = start.copy()
+            for weight, earlier in zip(row, along, strict=False):
+                if weight:
+                    here[:nx] |= earlier
+                    here[:nx, -1] = True
+            if self.timed and c:
+                here[-1, -1] = True
+            hessian |= here.T @ second @ here
+            along.append(of_rate @ here)
+        jacobian = start[:nx].copy()
+        jacobian[:, -1] = True
+        for weight, of_stage in zip(self.b, along, strict=True):
+            if weight:
+                jacobian |= of_stage
+            hessian[-1] |= of_stage.any(axis=0)
+        hessian[:, -1] |= hessian[-1]
+        return Exported(
+            "step",
+            self.sizes,
+            ("x_next", nx),
+            _of_dense(jacobian, jacobian.shape[1]),
+            _of_lower(hessian),
+            nx * ny,
+            self.first["work"],
+        )
+
+
+def _of_dense(nonzero: NDArray[np.bool_], width: int) -> Pattern:
+    """Return the pattern of nonzeros that are computed row by row in a whole matrix."""
+    columns, rows = np.nonzero(nonzero.T)
+    return Pattern((nonzero.shape[0], nonzero.shape[1]), rows, columns, rows * width + columns)
+
+
+def _of_lower(nonzero: NDArray[np.bool_]) -> Pattern:
+    """Return the pattern of a symmetric matrix, of which the lower triangle is computed row by row."""
+    pattern = _of_dense(nonzero, len(nonzero))
+    high, low = np.maximum(pattern.rows, pattern.columns), np.minimum(pattern.rows, pattern.columns)
+    return replace(pattern, places=high * len(nonzero) + low)
+
+
+@dataclass
+class _Texts:
+    """Patterns and tables that the C declares, each once."""
+
+    patterns: list[tuple[int, ...]] = field(default_factory=list)
+    tables: list[tuple[int, ...]] = field(default_factory=list)
+
+    def pattern(self, pattern: Pattern) -> int:
+        """Return the number of a pattern."""
+        return _number(self.patterns, pattern.compressed)
+
+    def table(self, numbers: Iterable[int]) -> int:
+        """Return the number of a table."""
+        return _number(self.tables, tuple(int(number) for number in numbers))
+
+    def argument(self, name: str, pattern: Pattern) -> dict[str, Any]:
+        """Return an input or output of a function of CasADi."""
+        return {"name": name, "sparsity": self.pattern(pattern)}
+
+
+def _number(known: list[tuple[int, ...]], item: tuple[int, ...]) -> int:
+    if item not in known:
+        known.append(item)
+    return known.index(item)
+
+
+def symbol_of(program: Program, name: str) -> str:
+    """Return the name of a function in CasADi."""
+    return f"{program.prefix}_casadi_{name}"
+
+
+def _entries(program: Program, exported: Exported, texts: _Texts) -> list[dict[str, Any]]:
+    """Return the functions of CasADi of one function: value, Jacobian, gradient, Hessian."""
+    symbol, (output, rows) = symbol_of(program, exported.name), exported.output
+    is_step = exported.name == "step"
+    inputs = []
+    for name, size in exported.sizes.items():
+        block = exported.jacobian.block(slice(0, rows), exported.slices[name])
+        tables = {"columns": block.columns, "rows": block.rows, "gathered": block.places}
+        numbers = {key: texts.table(table) if len(table) else 0 for key, table in tables.items()}
+        inputs.append({"name": name, "size": size, "count": len(block.rows), **numbers})
+    function = {"name": exported.name, "inputs": inputs, "step": is_step, "first": exported.first}
+    own = [texts.argument(name, dense(size)) for name, size in exported.sizes.items()]
+    result = texts.argument(output, dense(rows))
+    after, weights = texts.argument(f"out_{output}", empty(rows, 1)), texts.argument(f"adj_{output}", dense(rows))
+    gradients = [texts.argument(f"adj_{name}", dense(size)) for name, size in exported.sizes.items()]
+    unused = [texts.argument(f"out_adj_{name}", empty(size, 1)) for name, size in exported.sizes.items()]
+
+    def entry(start: str, kind: str, given: Sequence[Any], outputs: Sequence[Any], **more: Any) -> dict[str, Any]:
+        work = exported.work if kind in ("hessian", "step") or is_step else exported.first
+        work = 0 if kind == "value" else work
+        made = {"symbol": f"{start}{symbol}", "kind": kind, "inputs": given, "outputs": outputs, "work": work}
+        return {**made, "function": function, "first_blocks": [], "second_blocks": [], **more}
+
+    of_jacobian = {name: exported.jacobian.block(slice(0, rows), s) for name, s in exported.slices.items()}
+    first, second = _Blocks(texts), _Blocks(texts)
+    for name, block in of_jacobian.items():
+        first.add(f"jac_{output}_{name}", block, "J")
+    for name, of_rows in exported.slices.items():
+        for other, of_columns in exported.slices.items():
+            second.add(f"jac_adj_{name}_{other}", exported.hessian.block(of_rows, of_columns), "H")
+        size = exported.sizes[name]
+        second.add(f"jac_adj_{name}_out_{output}", empty(size, rows), "")
+        second.add(f"jac_adj_{name}_adj_{output}", of_jacobian[name].transposed, "J")
+    any_gradient = [f"res[{k}] != NULL" for k, item in enumerate(inputs) if item["count"]]
+    return [
+        entry("", "step" if is_step else "value", own, [result]),
+        entry("jac_", "jacobian", [*own, after], first.outputs, blocks=first.blocks, first_blocks=first.asked("J")),
+        entry("adj1_", "adjoint", [*own, after, weights], gradients, first_blocks=any_gradient),
+        entry(
+            "jac_adj1_",
+            "hessian",
+            [*own, after, weights, *unused],
+            second.outputs,
+            blocks=second.blocks,
+            first_blocks=second.asked("J"),
+            second_blocks=second.asked("H"),
+        ),
+    ]
+
+
+class _Blocks:
+    """Blocks of a function's derivatives, in order."""
+
+    def __init__(self, texts: _Texts) -> None:
+        self.texts = texts
+        self.outputs: list[dict[str, Any]] = []
+        self.blocks: list[dict[str, Any]] = []
+
+    def add(self, name: str, pattern: Pattern, source: str) -> None:
+        """Add a block whose nonzeros are among the numbers ``source``."""
+        count = len(pattern.rows)
+        table = self.texts.table(pattern.places) if count else 0
+        self.blocks.append({"number": len(self.outputs), "count": count, "table": table, "source": source})
+        self.outputs.append(self.texts.argument(name, pattern))
+
+    def asked(self, source: str) -> list[str]:
+        """Return the conditions, in C, that a block of these numbers is asked for."""
+        return [f"res[{b['number']}] != NULL" for b in self.blocks if b["count"] and b["source"] == source]
+
+
+def exported_functions(program: Program) -> tuple[list[Exported], Step | None]:
+    """Return the functions of a model with derivatives, and the step if the model has one.
+
+    Raises
+    ------
+    ModelError
+        A configuration with quaternions, or with angles over all turns.
+    """
+    turning = [str(factor["name"]) for factor in program.factors if factor["group"] != "R"]
+    if turning or program.angles:
+        names = ", ".join((*turning, *program.angles))
+        fault = f"CasADi's functions need a configuration of plain numbers, and {names} is none"
+        raise ModelError(Problem(program.prefix, fault, "joints of one angle or length each, or eomgen's own hessian"))
+    functions = [plain(program, name) for name in DIFFERENTIATED if name in program.function_names]
+    step = None
+    for rate in functions:
+        if rate.name == "forward_dynamics" and not program.sizes["z"]:
+            step = Step(program, rate)
+    return functions, step
+
+
+def files_of(program: Program) -> dict[str, str]:
+    """Return the folder of a Program: the model's C, ``<prefix>_casadi.c``, README.md and the manifest."""
+    functions, step = exported_functions(program)
+    whole = generate_files(replace(program, uniform=True))
+    files = {name: text for name, text in whole.items() if name not in ("main.c", "README.md", MANIFEST)}
+    exported = [*functions, *([] if step is None else [step.exported()])]
+    texts = _Texts()
+    entries = [entry for item in exported for entry in _entries(program, item, texts)]
+    longest = max(1, *(size for item in exported for size in item.sizes.values()), *(i.output[1] for i in exported))
+    names: dict[str, Any] = {"program": program, "prefix": program.prefix, "functions": []}
+    for item in functions:
+        own = [entry for entry in entries if entry["function"]["name"] == item.name]
+        names["functions"].append({**own[0]["function"], "output": item.output[0]})
+    names |= {"entries": entries, "sparsities": texts.patterns, "tables": texts.tables, "longest": longest}
+    names |= {"step": step}
+    name = f"{program.prefix}_casadi.c"
+    files[name] = environment().get_template("optimisers/casadi.c.jinja").render(**names)
+    sources = sorted(file for file in files if file.endswith(".c"))
+    library = f"lib{program.prefix}_casadi.so"
+    command = f"cc -std=c99 -O2 -ffp-contract=off -fPIC -shared {' '.join(sources)} -o {library} -lm"
+    signatures = [
+        {
+            "symbol": symbol_of(program, item.name),
+            "inputs": dict(item.sizes),
+            "output": dict([item.output]),
+            "jacobian": len(item.jacobian.rows),
+            "hessian": len(item.hessian.rows),
+        }
+        for item in exported
+    ]
+    texts_of_readme = {"command": command, "library": library, "signatures": signatures}
+    readme = environment().get_template("optimisers/README.md.jinja").render(**names, **texts_of_readme)
+    files["README.md"] = readme
+    mark = fingerprint(files)
+    files[MANIFEST] = manifest(program, files, fingerprint=mark, compile=command, casadi=signatures)
+    return files
+
+
+def needed_terms(terms: Sequence[str] | None) -> list[str]:
+    """Return the terms that the folder needs: of the named functions, all that there are by default.
+
+    Raises
+    ------
+    UsageError
+        A term without derivatives in all arguments.
+    """
+    chosen = list(DIFFERENTIATED) if terms is None else list(terms)
+    for name in chosen:
+        if name not in DIFFERENTIATED:
+            fault = f"the target casadi writes functions with derivatives, and {shown(str(name))} has none"
+            raise UsageError(Problem("terms", fault, nearest(str(name), DIFFERENTIATED)))
+    return [term for name in chosen for term in (name, f"{name}_derivatives", f"{name}_hessian")]
+
+
+CASADI = Target("casadi", "C for CasADi", NAMES, files_of, terms=needed_terms)

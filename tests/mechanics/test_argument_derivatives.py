@@ -1,0 +1,174 @@
+"""Jacobians and Hessians of terms in all arguments, against complex steps of the compiled terms themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.compiled.coordinates import configuration_rate
+from eomgen.lie.product import update
+from eomgen.scene.builder import SceneBuilder
+from eomgen.system.terms import ARGUMENTS, DIFFERENTIATED
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+Array = np.ndarray
+#: An imaginary step, the square of which is lost.
+STEP = 1e-40
+
+
+def gimbal() -> eomgen.Scene:
+    """Return a free body that carries a body on a ball joint, on a base that moves, with an input and a parameter."""
+    builder = SceneBuilder("gimbal").input("torque", "0.3 * sin(t)").parameter("pull", 2.0, tunable=True)
+    builder.parameter("sway", 0.3, tunable=True)
+    builder.base(["sway * sin(2 * t)", 0.0, 0.0])
+    builder.body("hull", 2.0, center_of_mass=[0.1, 0.2, -0.1], inertia=[0.2, 0.3, 0.25])
+    builder.body("dish", 1.0, center_of_mass=[0.0, 0.1, 0.4], inertia=[0.02, 0.03, 0.01])
+    builder.body("arm", 0.5, center_of_mass=[0.2, 0.0, 0.1], inertia=[0.01, 0.02, 0.03])
+    builder.joint("flight", "free", "base", "hull")
+    builder.joint("ball", "spherical", "hull", "dish", position=[0.3, 0.0, 0.1])
+    builder.joint("hinge", "revolute", "dish", "arm", axis=[0, 1, 0])
+    builder.effort("motor", "hinge", "torque * cos(q.hinge) - pull * sin(q.hinge) * v.hinge**2")
+    return builder.build()
+
+
+SCENES: Mapping[str, Any] = {
+    "double_pendulum": lambda: EXAMPLES / "double_pendulum_on_shaking_base" / "scene.toml",
+    "gimbal": gimbal,
+}
+
+
+@cache
+def model_of(name: str) -> eomgen.Model:
+    return eomgen.build(SCENES[name](), profile="quick")
+
+
+def state_of(model: eomgen.Model, rng: np.random.Generator) -> dict[str, Array]:
+    """Return a random state by block."""
+    q = update(model.factors, model.initial_q, rng.uniform(-1.0, 1.0, model.nv))
+    blocks = {"v": rng.normal(size=model.nv), "a": rng.normal(size=model.nv), "u": rng.normal(size=model.nu)}
+    return {"q": q, **blocks, "p": model.parameter_array() * rng.uniform(0.5, 1.5), "t": np.array([0.3])}
+
+
+def changed(model: eomgen.Model, term: str, state: Mapping[str, Array]) -> Array:
+    """Return the derivative of a compiled term in all arguments by complex steps, (outputs, arguments)."""
+    functions = model.in_complex((term, "forward_dynamics"))
+    columns = []
+    for block in [block for block in ARGUMENTS if block in state]:
+        for k in range(model.nv if block == "q" else len(state[block])):
+            moved = {name: array.astype(complex) for name, array in state.items()}
+            if block == "q":
+                rate = configuration_rate(model.factors, state["q"], np.eye(model.nv)[k])
+                moved["q"] = moved["q"] + 1j * STEP * rate
+            else:
+                moved[block] = moved[block] + 1j * STEP * (np.arange(len(moved[block])) == k)
+            moved["t"] = moved["t"][0]
+            if "base" in functions:
+                moved["base"] = functions("base", moved)[0]
+            taken = {name: moved[name] for name in functions.inputs(term)}
+            columns.append(functions(term, taken)[0].imag / STEP)
+    return np.stack(columns, axis=-1)
+
+
+def given(model: eomgen.Model, state: Mapping[str, Array], term: str) -> dict[str, Any]:
+    own = {name: state[name] for name in ("q", "v", "u") if name in state and np.size(state[name])}
+    own |= {"a": state["a"]} if term == "inverse_dynamics" else {}
+    return {**own, "t": state["t"][0], "parameters": state["p"]}
+
+
+def of_taken(matrix: Array, model: eomgen.Model, taken: tuple[str, ...], state: Mapping[str, Array]) -> Array:
+    """Return the columns of the arguments that a term takes."""
+    sizes = {block: model.nv if block == "q" else len(state[block]) for block in ARGUMENTS if block in state}
+    return matrix[..., np.concatenate([np.full(size, block in taken) for block, size in sizes.items()])]
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("term", DIFFERENTIATED)
+def test_jacobian_and_hessian_are_those_of_complex_steps(scene: str, term: str, rng: np.random.Generator) -> None:
+    """The Hessian in local coordinates is the symmetric part of left derivatives of left derivatives."""
+    model, state = model_of(scene), state_of(model_of(scene), rng)
+    weights = rng.normal(size=model.nv)
+    taken = tuple(model.sparsity(term).arguments)
+    found = model.derivatives(term, **given(model, state, term))
+    expected = of_taken(changed(model, term, state), model, taken, state)
+    assert np.max(np.abs(found - expected)) < 1e-12 * np.max(np.abs(expected))
+    pattern = model.sparsity(term)
+    of_nonzeros = changed(model, f"{term}_derivatives", state)
+    second = np.zeros((found.shape[1], of_nonzeros.shape[1]))
+    np.add.at(second, pattern.columns, weights[pattern.rows, np.newaxis] * of_nonzeros)
+    second = of_taken(second, model, taken, state)
+    found = model.hessian(term, weights, **given(model, state, term))
+    assert np.array_equal(found, found.T)
+    assert np.max(np.abs(found - (second + second.T) / 2.0)) < 1e-12 * np.max(np.abs(found))
+    turning = np.max(np.abs(second - second.T)) / np.max(np.abs(second))
+    assert turning > 1e-2 if scene == "gimbal" else turning < 1e-12  # rotations do not commute
+
+
+def test_the_hessian_is_that_of_exponential_coordinates(rng: np.random.Generator) -> None:
+    """Second differences of weights . tau along q exp(s d), at d that mixes rotations and travels."""
+    model, state = model_of("gimbal"), state_of(model_of("gimbal"), rng)
+    weights, direction = rng.normal(size=model.nv), rng.normal(size=model.nv)
+    fixed = {key: value for key, value in given(model, state, "inverse_dynamics").items() if key != "q"}
+    step = 1e-3
+    steps = np.array([-2.0, -1.0, 0.0, 1.0, 2.0]) * step
+    values = [
+        model.inverse_dynamics(update(model.factors, state["q"], s * direction), **fixed) @ weights for s in steps
+    ]
+    expected = np.dot([-1.0, 16.0, -30.0, 16.0, -1.0], values) / (12.0 * step**2)
+    found = model.hessian("inverse_dynamics", weights, state["q"], **fixed, of=["q"])
+    assert direction @ found @ direction == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.parametrize("term", DIFFERENTIATED)
+def test_structural_nonzeros_are_the_nonzeros_at_some_of_1000_states(term: str, rng: np.random.Generator) -> None:
+    model = model_of("double_pendulum")
+    q, v, a = (rng.normal(size=(1000, model.nv)) for _ in range(3))
+    arguments = {"q": q, "v": v, "a": a, "t": rng.uniform(0.0, 5.0, 1000)}
+    arguments |= {} if term == "inverse_dynamics" else {"a": None}
+    for order in (1, 2):
+        pattern = model.sparsity(term, order)
+        if order == 1:
+            values = model.derivatives(term, **arguments, sparse=True)
+        else:
+            values = model.hessian(term, rng.normal(size=(1000, model.nv)), **arguments, sparse=True)
+        assert values.shape == (1000, len(pattern.rows))
+        assert np.all(np.any(values != 0.0, axis=0)), (order, pattern.rows, pattern.columns)
+        assert pattern.starts[-1] == len(pattern.rows) and len(pattern.starts) == pattern.shape[1] + 1
+
+
+def test_arguments_may_be_chosen_in_any_order(rng: np.random.Generator) -> None:
+    model, state = model_of("gimbal"), state_of(model_of("gimbal"), rng)
+    fixed = given(model, state, "forward_dynamics")
+    whole = model.sparsity("forward_dynamics").arguments
+    assert list(whole) == ["q", "v", "u", "p", "t"]
+    places = np.concatenate([np.arange(100)[whole[name]] for name in ("u", "q")])
+    J, H = model.derivatives("forward_dynamics", **fixed), model.hessian("forward_dynamics", np.ones(10), **fixed)
+    assert np.array_equal(model.derivatives("forward_dynamics", **fixed, of=["u", "q"]), J[:, places])
+    assert np.array_equal(
+        model.hessian("forward_dynamics", np.ones(10), **fixed, of=["u", "q"]), H[np.ix_(places, places)]
+    )
+
+
+def test_mistakes_are_answered() -> None:
+    model = model_of("double_pendulum")
+    for call, message in (
+        (lambda: model.sparsity("mass"), "there are no derivatives of 'mass' in all arguments; try: "),
+        (lambda: model.sparsity("forward_dynamics", 3), "order: there are derivatives of order 1 and 2, not 3; try: "),
+        (
+            lambda: model.sparsity("forward_dynamics", of=["a"]),
+            "of: forward_dynamics of this scene does not take 'a'; try: some of q, v, p, t",
+        ),
+        (lambda: model.sparsity("forward_dynamics", of=["q", "q"]), "of: q, q has an argument twice; try: each once"),
+        (lambda: model.hessian("forward_dynamics", [1.0], [0, 0], [0, 0]), "weights: the shape is (1,), (..., 2) is"),
+    ):
+        with pytest.raises(eomgen.UsageError) as caught:
+            call()
+        assert message in str(caught.value), str(caught.value)
+    four_bar = eomgen.build(EXAMPLES / "four_bar" / "scene.toml", profile="quick")
+    with pytest.raises(eomgen.UsageError, match="a scene with constraints has two results, vdot and multipliers"):
+        four_bar.sparsity("forward_dynamics")

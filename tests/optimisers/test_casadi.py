@@ -1,0 +1,197 @@
+"""Functions for CasADi: values and derivatives of the compiled C as CasADi sees them, and the written folder."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.scene.builder import SceneBuilder
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SCENE = EXAMPLES / "double_pendulum_on_shaking_base" / "scene.toml"
+Array = np.ndarray
+
+
+@cache
+def functions() -> Any:
+    return eomgen.casadi(SCENE, profile="quick")
+
+
+@cache
+def model() -> eomgen.Model:
+    return eomgen.build(SCENE, profile="quick")
+
+
+def derivatives(function: Any, point: list[Array], weights: Array) -> tuple[Array, Array]:
+    """Return the Jacobian, and the Hessian of weights . function, in all inputs, by CasADi."""
+    sizes = [len(part) for part in point]
+    y, w = ca.MX.sym("y", sum(sizes)), ca.MX.sym("w", len(weights))
+    value = function(*ca.vertsplit(y, np.cumsum([0, *sizes]).tolist()))
+    made = ca.Function("made", [y, w], [ca.jacobian(value, y), ca.hessian(ca.dot(w, value), y)[0]])
+    jacobian, hessian = made(np.concatenate(point), weights)
+    return np.array(jacobian), np.array(hessian)
+
+
+@pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics"])
+def test_values_and_derivatives_are_those_of_the_model(name: str, rng: np.random.Generator) -> None:
+    function = functions()[name]
+    blocks = {"q": rng.normal(size=2), "v": rng.normal(size=2), "a": rng.normal(size=2)}
+    blocks |= {"p": model().parameter_array() * 1.3, "t": np.array([0.7])}
+    taken = function.name_in()
+    point = [blocks[block] for block in taken]
+    given = {block: blocks[block] for block in ("q", "v", "a") if block in taken}
+    given |= {"t": 0.7, "parameters": blocks["p"]}
+    weights = rng.normal(size=2)
+    jacobian, hessian = derivatives(function, point, weights)
+    assert np.array(function(*point)).ravel() == pytest.approx(getattr(model(), name)(**given), rel=1e-14)
+    assert jacobian == pytest.approx(model().derivatives(name, **given), rel=1e-14)
+    expected = model().hessian(name, weights, **given)
+    assert hessian == pytest.approx(expected, rel=1e-13, abs=1e-14)
+    assert function.jacobian().nnz_out() == len(model().sparsity(name).rows)
+
+
+def test_a_step_is_that_of_the_method_and_its_derivatives_those_of_complex_steps(rng: np.random.Generator) -> None:
+    """Of the method's formula over complex forward dynamics; the Hessian against central differences of the Jacobian,
+    which is exact."""
+    step, forward = functions()["step"], model().in_complex(("forward_dynamics",))
+    start, h = rng.normal(size=4), 0.05
+    run = model().simulate(h, h, method="rk4", initial={"q": start[:2], "v": start[2:]})
+    found = step(start, model().parameter_array(), 0.0, h)
+    assert np.array(found).ravel() == pytest.approx(np.concatenate([run.q[-1], run.v[-1]]), rel=1e-14)
+
+    def by_formula(y: Array) -> Array:
+        p, h = y[4:-2], y[-1]
+
+        def rate(x: Array, t: Any) -> Array:
+            state = {"p": p, "t": np.asarray(t), "q": x[:2], "v": x[2:]}
+            state["base"] = forward("base", state)[0]
+            inputs = {name: state[name] for name in forward.inputs("forward_dynamics")}
+            return np.concatenate([x[2:], forward("forward_dynamics", inputs)[0]])
+
+        x, t = y[:4], y[-2]
+        k1 = rate(x, t)
+        k2 = rate(x + h / 2 * k1, t + h / 2)
+        k3 = rate(x + h / 2 * k2, t + h / 2)
+        k4 = rate(x + h * k3, t + h)
+        return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+    point, weights = [start, model().parameter_array(), np.array([0.3]), np.array([h])], rng.normal(size=4)
+    y = np.concatenate(point)
+    jacobian, hessian = derivatives(step, point, weights)
+    columns = [by_formula(y + 1e-40j * unit).imag / 1e-40 for unit in np.eye(len(y))]
+    assert jacobian == pytest.approx(np.stack(columns, axis=-1), rel=1e-12, abs=1e-13)
+    sizes = np.cumsum([len(part) for part in point])[:-1]
+
+    def gradient(y: Array) -> Array:
+        return weights @ derivatives(step, np.split(y, sizes), weights)[0]
+
+    expected = np.stack([(gradient(y + 1e-5 * e) - gradient(y - 1e-5 * e)) / 2e-5 for e in np.eye(len(y))], axis=-1)
+    assert np.array_equal(hessian, hessian.T)
+    assert np.max(np.abs(hessian - expected)) < 1e-8 * np.max(np.abs(hessian))
+
+
+@pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics", "step"])
+def test_the_sparsity_is_exact(name: str, rng: np.random.Generator) -> None:
+    """Each structural nonzero of Jacobian and Hessian is a nonzero at some random point, and CasADi finds no others."""
+    function = functions()[name]
+    sizes = [function.size1_in(k) for k in range(function.n_in())]
+    y, w = ca.MX.sym("y", sum(sizes)), ca.MX.sym("w", function.size1_out(0))
+    value = function(*ca.vertsplit(y, np.cumsum([0, *sizes]).tolist()))
+    made = ca.Function("made", [y, w], [ca.jacobian(value, y), ca.hessian(ca.dot(w, value), y)[0]])
+    found = [made(rng.normal(size=sum(sizes)), rng.normal(size=w.numel())) for _ in range(200)]
+    for matrices in zip(*found, strict=True):
+        assert np.all(np.any([matrix.nonzeros() for matrix in matrices], axis=0))
+
+
+def test_a_folder_compiles_strictly_and_takes_null_for_zeros_and_for_no_result(tmp_path: Path) -> None:
+    folder = tmp_path / "c"
+    assert main(["generate", str(SCENE), "--target", "casadi", "--out", str(folder)]) == 0
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert sorted(path.name for path in folder.iterdir()) == manifest["files"]
+    command = manifest["compile"].split()
+    strict = [command[0], "-Wall", "-Wextra", "-Wpedantic", "-Werror", *command[1:]]
+    subprocess.run(strict, check=True, cwd=folder)
+    library = folder / command[command.index("-o") + 1]
+    symbols = [item["symbol"] for item in manifest["casadi"]]
+    assert [symbol.partition("_casadi_")[2] for symbol in symbols] == ["inverse_dynamics", "forward_dynamics", "step"]
+    name = symbols[1]
+    shared = ctypes.CDLL(str(library))
+    work = (ctypes.c_longlong * 4)()
+    getattr(shared, f"jac_{name}_work")(*(ctypes.byref(work, 8 * k) for k in range(4)))
+    inputs, outputs, _, memory = work
+    arguments, results = (ctypes.c_void_p * inputs)(), (ctypes.c_void_p * outputs)()
+    places = (ctypes.c_double * memory)()
+    call = getattr(shared, f"jac_{name}")
+    assert call(arguments, results, None, places, 0) == 0  # nothing given, nothing asked
+    by_q = (ctypes.c_double * 4)()
+    results[0] = ctypes.addressof(by_q)
+    time = (ctypes.c_double * 1)(0.2)
+    parameters = (ctypes.c_double * 1)(*model().parameter_array())
+    arguments[2], arguments[3] = ctypes.addressof(parameters), ctypes.addressof(time)
+    assert call(arguments, results, None, places, 0) == 0
+    expected = model().derivatives("forward_dynamics", [0.0, 0.0], [0.0, 0.0], t=0.2, of=["q"])
+    np.testing.assert_allclose(np.reshape(list(by_q), (2, 2)).T, expected, rtol=1e-14)
+    readme = (folder / "README.md").read_text()
+    assert manifest["compile"] in readme and all(f"`{symbol}`" in readme for symbol in symbols)
+
+
+@pytest.mark.slow
+def test_a_solver_in_c_that_casadi_writes_is_linked_with_the_folder(tmp_path: Path) -> None:
+    """A function around the step, generated by CasADi, with the derivatives that it needs, against CasADi itself."""
+    folder, step = tmp_path / "c", functions()["step"]
+    eomgen.generate(SCENE, folder, target="casadi")
+    x, p = ca.MX.sym("x", 4), ca.MX.sym("p", 1)
+    end = step(step(x, p, 0.0, 0.1), p, 0.1, 0.1)
+    outer = ca.Function("outer", [x, p], [end, ca.jacobian(end, x), ca.hessian(ca.sumsqr(end), x)[0]])
+    generator = ca.CodeGenerator("outer")
+    generator.add(outer)
+    generator.generate(f"{tmp_path}/")
+    sources = [str(tmp_path / "outer.c"), *map(str, sorted(folder.glob("*.c")))]
+    library = tmp_path / "outer.so"
+    subprocess.run(["cc", "-O1", "-fPIC", "-shared", *sources, "-o", str(library), "-lm"], check=True)
+    point = [0.3, -0.2, 0.5, 0.1], model().parameter_array()
+    for found, expected in zip(ca.external("outer", str(library))(*point), outer(*point), strict=True):
+        assert np.array(found) == pytest.approx(np.array(expected), rel=1e-13, abs=1e-13)
+
+
+def test_a_library_is_compiled_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    functions()
+    monkeypatch.setattr("eomgen.products.optimisers.casadi_functions.generate", None)
+    assert list(eomgen.casadi(model(), profile="quick")) == ["inverse_dynamics", "forward_dynamics", "step"]
+
+
+def ball() -> eomgen.Scene:
+    builder = SceneBuilder("ball").body("bob", 1.0, center_of_mass=[0.0, 0.0, -1.0], inertia=[0.1, 0.1, 0.1])
+    return builder.joint("pivot", "spherical", "base", "bob").build()
+
+
+def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(eomgen.ModelError) as caught:
+        eomgen.casadi(ball())
+    assert str(caught.value) == (
+        "model error: ball: CasADi's functions need a configuration of plain numbers, and pivot is none; try: joints of"
+        " one angle or length each, or eomgen's own hessian"
+    )
+    with pytest.raises(eomgen.UsageError) as of_terms:
+        eomgen.generate(SCENE, tmp_path / "c", ["mass"], target="casadi")
+    assert str(of_terms.value) == (
+        "usage error: terms: the target casadi writes functions with derivatives, and 'mass' has none; try: one of"
+        " inverse_dynamics, forward_dynamics"
+    )
+    with pytest.raises(eomgen.UsageError, match="there is no function of CasADi 'steps'; try: step"):
+        functions()["steps"]
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    with pytest.raises(eomgen.UsageError) as missing:
+        eomgen.casadi(SCENE)
+    assert str(missing.value) == "usage error: casadi: the package casadi is not installed; try: pip install casadi"
