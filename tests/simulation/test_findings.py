@@ -131,6 +131,7 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
     "passed_spring": (returning(remarks, "passed_springs", FOUND),),
     "undefined_output": (returning(remarks, "undefined_outputs", FOUND),),
     "singular_passage": (statistics(singular_passages=2),),
+    "coarse_quantum": (returning(remarks, "coarse_quanta", [FOUND]),),
     "controller_cost": (
         lambda run, patch: setattr(run.stepper, "controllers", SimpleNamespace(cost=lambda wall: "it is found")),
     ),

@@ -33,6 +33,7 @@ NOT_HERE = {
     "infinite_energy": "it is the largest double",
     "linear_range": "it goes with other findings, by the pivots of M",
     "checkpoint": "files",
+    "coarse_quantum": "quanta of the scene",
     "controller_cost": "seconds of the machine",
     "unknown_error": "words of the estimate",
     "model_limits": "words of the scene",

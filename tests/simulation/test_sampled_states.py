@@ -249,3 +249,28 @@ def test_what_moves_continuously_only_is_refused() -> None:
             analysis()
     with pytest.raises(eomgen.UsageError, match="forces jump 1e\\+06 times within a step of 1e\\+04 s"):
         model(HOLD).simulate(2e4, 1e4, method="rk4")
+
+
+@pytest.mark.parametrize(
+    ("formula", "quantum", "text"),
+    [
+        ("q.x", "12 m", "measured takes 1 value, rounded to multiples of 12 m: its formula goes from 0 to 1.18 m"),
+        (
+            "q.x - target",
+            "0.5 m",
+            "measured takes 3 values, rounded to multiples of 0.5 m: its formula goes from -1 to",
+        ),
+        ("q.x", "0.1 m", ""),
+        ("1.0 if q.x > 0.5 else 0.0", "1 m", ""),
+        ("0.2", "12 m", ""),
+    ],
+)
+def test_a_quantum_that_leaves_few_values_is_noted(formula: str, quantum: str, text: str) -> None:
+    """A number of bits given as the quantum rounds all to 0; a switch has few values by itself."""
+    measured = f'[states.measured]\nsample = "10 ms"\nformula = "{formula}"\nquantum = "{quantum}"\nunit = "m"\n'
+    model = eomgen.build(tomllib.loads(CART.replace("1 + t", "1.0") + HOLD + measured), profile="instant")
+    solution = model.simulate(0.5, 1e-3, method="rk4", initial={"force": 0.0})
+    found = [finding for finding in solution.findings if finding.name == "coarse_quantum"]
+    assert [finding.text[: len(text)] for finding in found] == [text][: bool(text)]
+    assert all("and not a number of bits" in finding.hint for finding in found)
+    assert [finding.value for finding in found] == [float(quantum.partition(" ")[0])][: bool(text)]

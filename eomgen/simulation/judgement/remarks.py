@@ -19,22 +19,28 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.messages import counted, listed
 from eomgen.compiled.model import CompiledModel
-from eomgen.formula.evaluate import evaluate
+from eomgen.formula.evaluate import evaluate, evaluate_batch
 from eomgen.formula.nodes import Formula
 from eomgen.lie.numeric import rotated
 from eomgen.results.finding import FAILURE, NOTE, Finding
+from eomgen.simulation.judgement.diagnosis import values_at_rows
 from eomgen.simulation.judgement.doubts import LARGE_ERROR
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.fast_motions import fast_laws
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, Check, FinishedRun
 from eomgen.simulation.judgement.instability import unbounded_growth
 from eomgen.simulation.judgement.singular_positions import not_followed, passages
+from eomgen.simulation.stepping.inputs import InputSignals
 from eomgen.simulation.stepping.settings import followed_laws
+from eomgen.simulation.stepping.states import States
 from eomgen.simulation.stepping.time_grid import WHOLE, TimeGrid
 from eomgen.system.description import BASE, WORLD
 
 #: Ratio of the step to the run above which the two arguments are more likely exchanged.
 _EXCHANGED = 100.0
+#: Values of a rounded state up to which the rounding is noted, values of its formula from which on, and digits after
+#: the point in which these differ, in quanta.
+_FEW_VALUES, _MANY_VALUES, _SAME_VALUE = 3, 8, 6
 #: Standard deviations that a standard normal variable exceeds with a probability of 1e-15.
 _IMPROBABLE = 8.0
 
@@ -146,6 +152,40 @@ _MET = 0.05
 _ROWS, _FAR = 2048, 2.0
 #: Signs that turn a quaternion into its inverse.
 _BACK = np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def coarse_quanta(model: CompiledModel, states: States, p: Array, signals: InputSignals) -> list[Finding]:
+    """Return a finding on each sampled state whose quantum leaves at most three values of a formula that moves.
+
+    Parameters
+    ----------
+    states : at the rows of a run
+    p : (np,) parameters
+    signals : inputs of the run
+    """
+    columns = dict(zip(model.z_names, states.z.T, strict=True))
+    few = [
+        (state, state.sampling, values)
+        for state in model.description.states
+        if state.sampling is not None and state.sampling.quantum and not state.sampling.controller
+        if np.ptp(values := columns[f"z.{state.name}"]) < (_FEW_VALUES - 0.5) * state.sampling.quantum
+    ]
+    numbers = values_at_rows(model, states, p, signals) if few else {}
+    findings = []
+    for state, sampling, rounded in few:
+        try:
+            exact = evaluate_batch(sampling.formula, lambda symbol: numbers[symbol.kind, symbol.name, symbol.index])
+        except KeyError:  # a quantity of points, or the like
+            continue
+        if len(np.unique(np.round(exact / sampling.quantum, _SAME_VALUE))) <= _MANY_VALUES:
+            continue
+        unit = "" if state.unit in ("", "1") else f" {state.unit}"
+        count = counted(len(np.unique(np.round(rounded / sampling.quantum))), "value")
+        span = f"its formula goes from {np.min(exact):.3g} to {np.max(exact):.3g}{unit}"
+        text = f"{state.name} takes {count}, rounded to multiples of {sampling.quantum:.6g}{unit}: {span}"
+        hint = "a smaller quantum: the difference of neighbouring values in the state's unit, and not a number of bits"
+        findings.append(Finding(text=text, hint=hint, value=sampling.quantum))
+    return findings
 
 
 def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
@@ -310,6 +350,11 @@ def _singular_passage(run: FinishedRun) -> Iterator[Finding]:
         yield Finding.of(f"{passed}{not_followed(run.error.relative, tolerance)}", count)
 
 
+def _coarse_quantum(run: FinishedRun) -> Iterator[Finding]:
+    owner = run.run
+    yield from coarse_quanta(owner.model, run.states, owner.parameters, owner.signals)
+
+
 def _controller_cost(run: FinishedRun) -> Iterator[Finding]:
     if run.stepper.controllers is not None and (cost := run.stepper.controllers.cost(run.wall)):
         yield Finding.of(cost)
@@ -357,6 +402,7 @@ ROWS = (
     Check("passed_spring", _passed_spring, ("complete", "two rows", "lines")),
     Check("undefined_output", _undefined_output, ("complete", "outputs")),
     Check("singular_passage", _singular_passage, ("complete", "constraints"), severity=NOTE),
+    Check("coarse_quantum", _coarse_quantum, ("complete", "two rows"), severity=NOTE),
     Check("controller_cost", _controller_cost, ("complete", "controllers"), severity=NOTE),
     Check("model_limits", _model_limits, ()),
     Check("method_limits", _method_limits, ()),
