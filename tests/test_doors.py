@@ -33,7 +33,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
     },
     "products.fields": {"FieldSystem", "Hamiltonian", "HamiltonianModel", "hamiltonian", "posterior", "posteriors"},
     "products.laws": {"FileLaw"},
-    "products.optimisers": {"CASADI", "casadi"},
+    "products.optimisers": {"CASADI", "casadi", "jax"},
     "products.maps": {"Surface", "surfaces"},
     "products.waves": {
         *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),
@@ -199,7 +199,9 @@ DOORS: dict[str, set[str]] = {
         "system",
         "toolchain",
     },
-    "products.optimisers": {"base", "codegen", "errors", "integrators", "pipeline", "system", "toolchain"},
+    "products.optimisers": {
+        *("base", "codegen", "compiled", "errors", "integrators", "lie", "pipeline", "system", "toolchain"),
+    },
     "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
     "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
     "products.testing": {

@@ -4,6 +4,7 @@ from eomgen.products import studies
 from eomgen.products.fields import posteriors as fields
 from eomgen.products.fields import sampling
 from eomgen.products.optimisers.casadi_functions import casadi
+from eomgen.products.optimisers.jax_functions import jax
 from eomgen.products.reliability.vibration import RandomVibration, random_vibration
 from eomgen.products.studies.identification import Identification, identify
 from eomgen.products.studies.ladders.result import Extremes
@@ -28,6 +29,7 @@ __all__ = [
     "extremes",
     "fields",
     "identify",
+    "jax",
     "random_vibration",
     "sampling",
     "savings",

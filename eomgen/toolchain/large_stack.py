@@ -30,9 +30,14 @@ def thread_time_ns() -> int:
     return time.thread_time_ns() + int(getattr(_CALLED, "spent", 0))
 
 
+def stack_size(needed: int) -> int:
+    """Return the size of a thread's stack for functions that need a number of bytes; 0 if any thread has enough."""
+    return 0 if needed <= ENOUGH else max(_LEAST, _RESERVE * needed)
+
+
 def with_stack(lib: Any, needed: int) -> Any:
     """Return the functions of a library, each called with as many bytes of stack as the function needs."""
-    return lib if needed <= ENOUGH else LargeStackFunctions(lib, max(_LEAST, _RESERVE * needed))
+    return LargeStackFunctions(lib, stack_size(needed)) if stack_size(needed) else lib
 
 
 class LargeStackFunctions:

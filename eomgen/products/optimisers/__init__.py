@@ -5,8 +5,11 @@ from eomgen.base.products import Product
 __all__ = []
 
 PRODUCT = Product(
-    names={"casadi": "eomgen.products.optimisers.casadi_functions:casadi"},
+    names={
+        "casadi": "eomgen.products.optimisers.casadi_functions:casadi",
+        "jax": "eomgen.products.optimisers.jax_functions:jax",
+    },
     rows={"eomgen.targets": ("eomgen.products.optimisers.casadi_code:CASADI",)},
 )
 #: Open to all parts of ``products``.
-WITHIN = ["casadi_functions"]
+WITHIN = ["casadi_functions", "jax_functions"]

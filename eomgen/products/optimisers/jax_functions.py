@@ -1,0 +1,644 @@
+"""Functions of a model for JAX on processors: values, first and second derivatives by the compiled C, batches in lanes.
+
+JAX calls one C function for all models (``templates/optimisers/xla.c.jinja``) through the foreign function interface of
+XLA, with the address of a description of the term. Python takes no part in a call.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.base.calls import checked_call
+from eomgen.base.messages import Log
+from eomgen.base.threads import thread_count
+from eomgen.codegen.targets.c.templates import environment
+from eomgen.compiled.functions import LEAST, Choice, Functions, LaneCompanions, chosen
+from eomgen.errors import EomgenError, ModelError, Problem, UsageError
+from eomgen.lie.product import Factor
+from eomgen.system.sparsity import unpacked_places
+from eomgen.system.terms import ARGUMENTS, DIFFERENTIATED, TERMS
+from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.compiler import RunningCompilers, in_background
+from eomgen.toolchain.large_stack import stack_size
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+
+Array = Any
+_LOG = Log(__name__)
+_CDEF = """\
+typedef struct {
+    void *call, *lanes;
+    int function, of_lanes, inputs, outputs;
+    long sizes[32], least, share;
+    int threads;
+    size_t stack;
+} eomgen_term;
+void *eomgen_xla(void *);
+"""
+_TARGET = "eomgen"
+#: Operations of a thread at least, some milliseconds; a thread takes a tenth of this time to start.
+_SHARE = 10_000_000
+#: Samples by which lanes are compared with the model.
+_COMPARED = 64
+#: Samples side by side in lanes, at most: the stack of lanes is as many times larger.
+_LANES = 8
+
+
+@checked_call("a model")
+def jax(model: Model) -> JaxFunctions:
+    """Return the dynamics of a model as functions for JAX, with exact derivatives and batches in one call.
+
+    The functions are pure, so that ``jax.jit``, ``vmap``, ``jvp``, ``vjp``, ``jacfwd``, ``jacrev``, ``hessian`` and
+    ``lax.scan`` apply. Arrays are float64: ``jax.config.update("jax_enable_x64", True)`` comes first. A batch of
+    ``vmap`` is one call of the C, in lanes and threads.
+
+    Parameters
+    ----------
+    model : Model
+        A model of a scene without constraints, of real numbers. Missing derivatives are compiled once.
+
+    Returns
+    -------
+    JaxFunctions
+        ``forward_dynamics`` and ``inverse_dynamics``.
+
+    Raises
+    ------
+    UsageError
+        JAX is not installed, or is set to float32.
+    ModelError
+        A model with constraints, or with force laws in Python.
+    ToolchainError
+        There is no compiler.
+
+    Examples
+    --------
+    >>> import jax
+    >>> jax.config.update("jax_enable_x64", True)
+    >>> functions = eomgen.jax(eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml"))
+    >>> jax.jacfwd(functions.forward_dynamics)(np.array([0.3, 0.2]), np.zeros(2)).shape
+    (2, 2)
+    """
+    return JaxFunctions(model)
+
+
+class JaxFunctions:
+    """The dynamics of a model as functions of JAX arrays.
+
+    Arguments that are not given are the values of the scene: inputs follow the formulas at t, parameters and internal
+    states have the initial values. Derivatives in q are taken in the coordinates of q: a change of a quaternion turns
+    the body, a change of the length does not count.
+
+    Parameters
+    ----------
+    model : Model
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._jax = _package()
+        if model.library.layout.get("python"):
+            raise ModelError(Problem("jax", f"{model.name} has force laws in Python", "the laws in C, [laws] source"))
+        model.finish_compilation()
+        evaluator = model.evaluator
+        self._model = model
+        self._sizes = evaluator.functions.sizes
+        self._factors = tuple(evaluator.factors)
+        self._calls: dict[str, _TermCall] = {}
+        self._defaults = {"p": evaluator.parameters(None), "z": evaluator.internal(None)}
+        self._dynamics = {name: self._differentiable(name) for name in DIFFERENTIATED}
+
+    def forward_dynamics(
+        self,
+        q: Array,
+        v: Array,
+        t: Array = 0.0,
+        u: Array | None = None,
+        *,
+        z: Array | None = None,
+        parameters: Array | Mapping[str, Array] | None = None,
+    ) -> Array:
+        """Return the acceleration vdot = M^-1 (Q - h - b), (nv,), rad/s^2 and m/s^2.
+
+        Parameters
+        ----------
+        q, v : (nq,) and (nv,) arrays
+            Configuration and velocity, left-trivialised, of one sample; batches by ``jax.vmap``.
+        t : array, optional
+            Time, s.
+        u, z : (nu,) and (nz,) arrays, optional
+            Inputs and internal states, SI units.
+        parameters : (np,) array or mapping, optional
+            Tunable parameters, in order or by name, SI units.
+
+        Returns
+        -------
+        vdot : (nv,) array
+
+        Raises
+        ------
+        UsageError
+            A wrong shape, or an unknown parameter.
+        """
+        if self._model.multipliers:
+            fault = (
+                f"{self._model.name} has constraints, and accelerations of a loop are not a function of q and v alone"
+            )
+            raise ModelError(Problem("jax", fault, "inverse_dynamics; simulate, whose gradients go through loops"))
+        return self._evaluated("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
+
+    def inverse_dynamics(
+        self,
+        q: Array,
+        v: Array,
+        a: Array,
+        t: Array = 0.0,
+        u: Array | None = None,
+        *,
+        z: Array | None = None,
+        parameters: Array | Mapping[str, Array] | None = None,
+    ) -> Array:
+        """Return the generalized forces that a motion needs, tau = M a + h + b - Q, (nv,), N m and N.
+
+        Parameters
+        ----------
+        q, v, a : (nq,), (nv,) and (nv,) arrays
+            Configuration, velocity and acceleration, left-trivialised, of one sample; batches by ``jax.vmap``.
+        t : array, optional
+            Time, s.
+        u, z : (nu,) and (nz,) arrays, optional
+            Inputs and internal states, SI units.
+        parameters : (np,) array or mapping, optional
+            Tunable parameters, in order or by name, SI units.
+
+        Returns
+        -------
+        tau : (nv,) array
+
+        Raises
+        ------
+        UsageError
+            A wrong shape, or an unknown parameter.
+        """
+        return self._evaluated("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
+
+    def simulate(
+        self,
+        t_end: float | None = None,
+        step: float | None = None,
+        *,
+        q: Array | None = None,
+        v: Array | None = None,
+        parameters: Mapping[str, Array] | None = None,
+        inputs: Mapping[str, Array] | None = None,
+        of: Sequence[str] | None = None,
+        method: str | None = None,
+        record_every: int | None = None,
+        settings: Mapping[str, float] | None = None,
+    ) -> dict[str, Array]:
+        """Return the outputs of a run, whose reverse derivatives are one adjoint of the discrete steps.
+
+        Derivatives are taken in all arrays that are given here: the initial state, parameters, and inputs at every
+        step. Runs of loops, beams and trees are stepped in C outside of XLA, so a batch of ``vmap`` takes one run after
+        another. There is no forward mode: ``model.sensitivities`` has tangents and Hessians.
+
+        Parameters
+        ----------
+        t_end, step : float, optional
+            End and step, s; values of the scene if not given.
+        q, v : (nq,) and (nv,) arrays, optional
+            Initial state.
+        parameters : mapping, optional
+            Tunable parameters by name, SI units.
+        inputs : mapping, optional
+            Inputs by name -> values at all steps, (steps + 1,), linear in between.
+        of : sequence of str, optional
+            Outputs; all of the scene by default.
+        method, record_every, settings : optional
+            As in ``model.sensitivities``.
+
+        Returns
+        -------
+        dict
+            Output -> (rows,) array, or (rows, size).
+
+        Raises
+        ------
+        UsageError
+            As ``model.sensitivities``: no outputs, a method without derivatives, events within the run.
+
+        Examples
+        --------
+        >>> import jax
+        >>> jax.config.update("jax_enable_x64", True)
+        >>> functions = eomgen.jax(eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml"))
+        >>> def end(mass):
+        ...     return functions.simulate(0.1, 1e-3, parameters={"m2": mass}, of=["energy"])["energy"][-1]
+        >>> jax.grad(end)(1.0).shape
+        ()
+        """
+        jnp = self._jax.numpy
+        given = {"q": q, "v": v, "parameters": dict(parameters or {}), "inputs": dict(inputs or {})}
+        given = self._jax.tree.map(lambda array: jnp.asarray(array, float), given)
+        options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
+        runs = _Runs(self._model, {**options, "settings": settings}, given)
+        factors = self._factors
+
+        def rows(values: Any) -> Array:
+            return self._jax.pure_callback(runs.outputs, runs.rows, values, vmap_method="sequential")
+
+        def rows_and_values(values: Any) -> tuple[Array, Any]:
+            return rows(values), values
+
+        def adjoint(values: Any, weights: Array) -> tuple[Any]:
+            gradient = self._jax.pure_callback(runs.gradient, runs.changes, values, weights, vmap_method="sequential")
+            if values["q"] is not None:
+                turned = self._jax.linear_transpose(
+                    lambda dq: _left_trivialised(jnp, factors, values["q"], dq), values["q"]
+                )
+                gradient = {**gradient, "q": turned(gradient["q"])[0]}
+            return (gradient,)
+
+        run = self._jax.custom_vjp(rows)
+        run.defvjp(rows_and_values, adjoint)
+        table = run(given)
+        return {name: table[:, places].reshape(len(table), *shape) for name, (places, shape) in runs.columns.items()}
+
+    @property
+    def in_lanes(self) -> dict[str, bool]:
+        """Whether batches of the terms called so far are evaluated in lanes, by term."""
+        return {name: call.in_lanes for name, call in self._calls.items()}
+
+    def _evaluated(self, name: str, given: Mapping[str, Any]) -> Array:
+        jnp = self._jax.numpy
+        values = {}
+        for block, value in given.items():
+            if value is None:
+                array = jnp.asarray(self._inputs(given) if block == "u" else self._defaults[block])
+            else:
+                array = self._by_name(value) if isinstance(value, Mapping) else jnp.asarray(value, float)
+            expected = () if block == "t" else (self._sizes[{"a": "v"}.get(block, block)],)
+            if array.shape != expected:
+                fault = f"{block} has the shape {array.shape}, and {name} takes {expected}"
+                raise UsageError(Problem(block, fault, f"one sample; jax.vmap({name}) for a batch"))
+            values[block] = array.reshape(1) if block == "t" else array
+        return self._dynamics[name](*(values[block] for block in _arguments(name)))
+
+    def _by_name(self, given: Mapping[str, Any]) -> Array:
+        names = self._model.evaluator.parameter_names
+        for name in given:
+            if name not in names:
+                self._model.evaluator.parameters({name: 0.0})
+        values = {**dict(zip(names, self._defaults["p"], strict=True)), **given}
+        return self._jax.numpy.stack([self._jax.numpy.asarray(values[name], float) for name in names])
+
+    def _inputs(self, given: Mapping[str, Any]) -> Array:
+        """Return the inputs that the formulas of the scene give at t, whose derivatives are refused."""
+        if "inputs" not in self._model.evaluator.functions:
+            return np.zeros(self._sizes["u"])
+        jnp = self._jax.numpy
+        p = given["p"]
+        p = self._defaults["p"] if p is None else self._by_name(p) if isinstance(p, Mapping) else p
+        return self._held_inputs(jnp.asarray(given["t"], float).reshape(1), jnp.asarray(p, float))
+
+    @functools.cached_property
+    def _held_inputs(self) -> Callable[..., Array]:
+        def values(t: Array, p: Array) -> Array:
+            return self._call("inputs", {"t": t, "p": p})[0]
+
+        inputs = self._jax.custom_jvp(values)
+
+        def tangents(primals: Sequence[Array], along: Sequence[Array]) -> tuple[Array, Array]:
+            zero = self._jax.custom_derivatives.SymbolicZero
+            if not all(isinstance(tangent, zero) for tangent in along):
+                fault = "derivatives in t or in parameters, with inputs by the formulas of the scene"
+                raise UsageError(Problem("u", fault, "u=..., a function of t and of the parameters"))
+            result = values(*primals)
+            return result, self._jax.numpy.zeros_like(result)
+
+        inputs.defjvp(tangents, symbolic_zeros=True)
+        made: Callable[..., Array] = inputs
+        return made
+
+    def _call(self, term: str, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
+        """Return the outputs of a term, flat, of arguments by name; a moving base follows the law of the scene."""
+        if term not in self._calls:
+            model = self._model.having((term,)) if term in TERMS else self._model
+            functions = model.evaluator.functions
+            functions.renew()
+            self._calls[term] = _TermCall(functions, term, self._samples)
+        call = self._calls[term]
+        if "base" in call.inputs and "base" not in blocks:
+            blocks = {**blocks, "base": self._call("base", blocks)[0]}
+        return call(self._jax, blocks)
+
+    def _samples(self, sizes: Mapping[str, int]) -> list[Array]:
+        """Return arguments of some samples near the initial state, (samples, size) each, to compare lanes with."""
+        generator = np.random.default_rng(1)
+        values = {block: generator.uniform(-0.5, 0.5, (_COMPARED, size)) for block, size in sizes.items()}
+        fixed = {"t": np.zeros(1), "p": self._defaults["p"], "q": self._model.evaluator.initial_q}
+        values |= {block: np.tile(fixed[block], (_COMPARED, 1)) for block in sizes if block in fixed}
+        if "base" in values:
+            at_rest = {"t": np.zeros(1), "p": self._defaults["p"]}
+            values["base"] = np.tile(self._model.evaluator.functions("base", at_rest)[0], (_COMPARED, 1))
+        return list(values.values())
+
+    @property
+    def _weights(self) -> int:
+        """Number of weights that a Hessian takes: the terms before the weighted one have numbers, too."""
+        functions = self._model.having(("forward_dynamics_hessian",)).evaluator.functions
+        return functions.sizes["weights"]
+
+    def _differentiable(self, name: str) -> Callable[..., Array]:
+        """Return a term as a function of the arguments in the order of ``ARGUMENTS``, with two derivatives."""
+        jnp, blocks = self._jax.numpy, _arguments(name)
+        sizes = {
+            block: 1 if block == "t" else self._sizes[{"q": "v", "a": "v"}.get(block, block)] for block in ARGUMENTS
+        }
+        firsts = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
+        place = np.full(sum(sizes.values()), -1)
+        taken = np.concatenate([firsts[block] + np.arange(sizes[block]) for block in blocks]).astype(int)
+        place[taken] = np.arange(len(taken))
+        height, turning = sizes["v"], [factor for factor in self._factors if factor.group != "R"]
+
+        def pattern(ending: str) -> tuple[Array, Array]:
+            """Return rows and columns of the nonzeros of the Jacobian, or of the lower triangle of the Hessian."""
+            functions = self._model.having((f"{name}{ending}",)).evaluator.functions
+            rows, columns = unpacked_places(functions.library.layout["patterns"][f"{name}{ending}"])
+            return rows, columns
+
+        def directions(arguments: Sequence[Array], along: Sequence[Array]) -> Array:
+            """Return tangents of all arguments as one vector, q left-trivialised."""
+            parts = [
+                _left_trivialised(jnp, self._factors, argument, tangent) if block == "q" else tangent
+                for block, argument, tangent in zip(blocks, arguments, along, strict=True)
+            ]
+            return jnp.concatenate(parts)
+
+        def value(*arguments: Array) -> Array:
+            return self._call(name, dict(zip(blocks, arguments, strict=True)))[0]
+
+        def jacobian(*arguments: Array) -> Array:
+            """Return the nonzeros of the Jacobian."""
+            return self._call(f"{name}_derivatives", dict(zip(blocks, arguments, strict=True)))[0]
+
+        def jacobian_along(arguments: Sequence[Array], along: Sequence[Array]) -> tuple[Array, Array]:
+            """Return the nonzeros of the Jacobian and the change of the nonzeros, from one Hessian for each row.
+
+            The Hessian has the symmetric part of the second derivatives on rotations: X_d X_j f = H d + [X_d, X_j] f/2.
+            """
+            nonzeros = differentiable_jacobian(*arguments)
+            d = directions(arguments, along)
+            given = dict(zip(blocks, arguments, strict=True))
+            rows, columns = pattern("_derivatives")
+            low, high = (place[index] for index in pattern("_hessian"))
+            off = np.flatnonzero(low != high)
+            second = self._jax.vmap(lambda w: self._call(f"{name}_hessian", {**given, "weights": w})[0])
+            lower = second(jnp.eye(height, self._weights))
+            change = jnp.zeros((height, len(taken))).at[:, low].add(lower * d[high])
+            change = change.at[:, high[off]].add(lower[:, off] * d[low[off]])
+            if turning:
+                whole = jnp.zeros((height, len(taken))).at[rows, place[columns]].set(nonzeros)
+                for factor in turning:
+                    of_v = factor.v  # q is the first argument
+                    change = change.at[:, of_v].add(0.5 * whole[:, of_v] @ _bracket(jnp, d[of_v]))
+            return nonzeros, change[rows, place[columns]]
+
+        def along_values(arguments: Sequence[Array], along: Sequence[Array]) -> tuple[Array, Array]:
+            rows, columns = pattern("_derivatives")
+            nonzeros = differentiable_jacobian(*arguments)
+            tangents = nonzeros * directions(arguments, along)[place[columns]]
+            return differentiable(*arguments), jnp.zeros(height).at[rows].add(tangents)
+
+        differentiable_jacobian = self._jax.custom_jvp(jacobian)
+        differentiable_jacobian.defjvp(jacobian_along)
+        differentiable = self._jax.custom_jvp(value)
+        differentiable.defjvp(along_values)
+        made: Callable[..., Array] = differentiable
+        return made
+
+
+class _Runs:
+    """Runs of one model with the same options, for callbacks of JAX.
+
+    Parameters
+    ----------
+    model : Model
+    options : of ``sensitivities``
+    given : nested arrays in which derivatives are taken, None if a part is not given
+    """
+
+    def __init__(self, model: Model, options: Mapping[str, Any], given: Mapping[str, Any]) -> None:
+        self._model, self._options = model, options
+        by = list(given["parameters"])
+        by += [f"q{name[1:]}" for name in model.v_names] if given["q"] is not None else []
+        by += list(model.v_names) if given["v"] is not None else []
+        self._inputs = list(given["inputs"])
+        by += [f"inputs.{name}[:]" for name in self._inputs]
+        self._by = by or [f"q{model.v_names[0][1:]}"]
+        self._last: tuple[bytes, Any] = b"", None
+        run = model.sensitivities(by=self._by, inputs=self._flat(given["inputs"]), **options)
+        self.columns: dict[str, tuple[slice, tuple[int, ...]]] = {}
+        first = 0
+        for name, values in run.outputs.items():
+            size = int(np.prod(values.shape[1:], dtype=int))
+            self.columns[name] = slice(first, first + size), values.shape[1:]
+            first += size
+        package = _package()
+        self.rows = package.ShapeDtypeStruct((len(run.t), first), np.float64)
+        self.changes = package.tree.map(lambda array: package.ShapeDtypeStruct(array.shape, np.float64), given)
+        if given["q"] is not None:
+            self.changes["q"] = package.ShapeDtypeStruct((model.nv,), np.float64)
+
+    @staticmethod
+    def _flat(inputs: Mapping[str, Any]) -> dict[str, Any]:
+        """Return zeros of the shapes of inputs, whose values are not known while JAX traces a function."""
+        return {name: np.zeros(array.shape) for name, array in inputs.items()}
+
+    def _run(self, values: Mapping[str, Any]) -> Any:
+        """Return the run of some values, kept for the adjoint that follows."""
+        parts = [values["q"], values["v"], *values["parameters"].values(), *values["inputs"].values()]
+        key = b"".join(np.asarray(part).tobytes() for part in parts if part is not None)
+        if self._last[1] is None or self._last[0] != key:
+            initial = {block: np.array(values[block]) for block in ("q", "v") if values[block] is not None}
+            parameters = {name: float(value) for name, value in values["parameters"].items()}
+            inputs = {name: np.array(value) for name, value in values["inputs"].items()}
+            run = self._model.sensitivities(
+                by=self._by,
+                initial=initial or None,
+                parameters=parameters or None,
+                inputs=inputs or None,
+                **self._options,
+            )
+            self._last = key, run
+        return self._last[1]
+
+    def outputs(self, values: Mapping[str, Any]) -> Any:
+        """Return the outputs at all rows, (rows, components)."""
+        run = self._run(values).outputs.values()
+        return np.concatenate([array.reshape(len(array), -1) for array in run], axis=1)
+
+    def gradient(self, values: Mapping[str, Any], weights: Any) -> dict[str, Any]:
+        """Return the gradient of weights . outputs, by one adjoint; in q left-trivialised."""
+        run, table = self._run(values), np.asarray(weights)
+        functional = {
+            name: table[:, places].reshape(len(table), *shape) for name, (places, shape) in self.columns.items()
+        }
+        entries = dict(zip(run.by, run.gradients([functional])[0], strict=True))
+        by_input = {
+            name: np.array([entries[f"inputs.{name}[{k}]"] for k in range(len(values["inputs"][name]))])
+            for name in self._inputs
+        }
+        names = self._model.v_names
+        return {
+            "q": None if values["q"] is None else np.array([entries[f"q{name[1:]}"] for name in names]),
+            "v": None if values["v"] is None else np.array([entries[name] for name in names]),
+            "parameters": {name: np.float64(entries[name]) for name in values["parameters"]},
+            "inputs": by_input,
+        }
+
+
+def _arguments(name: str) -> list[str]:
+    """Return the arguments in which a term has derivatives, q first."""
+    return [block for block in ARGUMENTS if block in TERMS[f"{name}_derivatives"].inputs]
+
+
+class _TermCall:
+    """One term of a model for XLA.
+
+    Parameters
+    ----------
+    functions : of the model
+    term : name
+    samples : function that returns arguments by sizes, to compare lanes with
+    """
+
+    def __init__(self, functions: Functions, term: str, samples: Callable[[Mapping[str, int]], list[Array]]) -> None:
+        self.inputs = functions.inputs(term)
+        self._library = library = functions.library
+        number = library.index[term]
+        function = library.layout["functions"][number]
+        self._outputs = [int(output["size"]) for output in function["outputs"]]
+        ffi, _ = _handler()
+        self._term = ffi.new("eomgen_term *")
+        _KEPT.append((self._term, library))  # compiled programs of JAX hold the address, for the time of the process
+        sizes = [int(size) for size in function["input_sizes"]]
+        of_term = self._term
+        of_term.call = ffi.cast("void *", library.address("eomgen_call"))
+        of_term.function = number
+        of_term.inputs, of_term.outputs = len(sizes), len(self._outputs)
+        of_term.sizes[0 : len(sizes) + len(self._outputs)] = [*sizes, *self._outputs]
+        self._sizes = sizes
+        operations = max(1, int(function["operations"]))
+        of_term.least, of_term.share = LEAST, max(1, _SHARE // operations)
+        of_term.threads = min(64, thread_count())
+        of_term.stack = stack_size(int(library.layout.get("stack", 0)))
+        self.address = int(ffi.cast("uintptr_t", of_term))
+        if library.companion is not None and (choice := chosen()) is not Choice.OFF:
+            work = functools.partial(self._compile_lanes, term, operations, samples, choice)
+            if choice is Choice.NOW:
+                work(RunningCompilers())
+            else:
+                in_background("eomgen-lanes", work)
+
+    def __call__(self, package: Any, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
+        shapes = tuple(package.ShapeDtypeStruct((size,), np.float64) for size in self._outputs)
+        call = package.ffi.ffi_call(_TARGET, shapes, vmap_method="expand_dims")
+        arguments = [blocks[block] for block, size in zip(self.inputs, self._sizes, strict=True) if size]
+        results: tuple[Array, ...] = tuple(call(*arguments, term=np.int64(self.address)))
+        return results
+
+    @property
+    def in_lanes(self) -> bool:
+        return bool(self._term.lanes)
+
+    def _compile_lanes(
+        self,
+        term: str,
+        operations: int,
+        samples: Callable[[Mapping[str, int]], list[Array]],
+        choice: Choice,
+        _: RunningCompilers,
+    ) -> None:
+        """Compile the term in lanes, and use the lanes if they have the bits of the model and are faster."""
+        lanes = LaneCompanions.of(self._library)
+        try:
+            companion = lanes.expect(term, operations, _COMPARED, Choice.NOW)
+            if companion is None:
+                return
+            inputs = samples(dict(zip(self.inputs, self._sizes, strict=True)))
+            library = lanes.judged(companion, term, inputs, self._outputs, choice)
+        except (EomgenError, OSError) as error:
+            _LOG.info("lanes of %s are left out: %s", term, error)
+            return
+        if library is not None:
+            _KEPT.append((self._term, library))
+            ffi, _lib = _handler()
+            self._term.stack = stack_size(_LANES * int(library.layout.get("stack", 0)))
+            self._term.of_lanes = library.index[term]
+            self._term.lanes = ffi.cast("void *", library.address("eomgen_call"))
+
+
+#: Descriptions of terms, with the libraries of the terms.
+_KEPT: list[tuple[Any, Any]] = []
+
+
+@functools.cache
+def _package() -> Any:
+    """Return JAX, with the handler registered."""
+    try:
+        package: Any = import_module("jax")
+    except ImportError:
+        raise UsageError(Problem("jax", "the package jax is not installed", "pip install 'eomgen[jax]'")) from None
+    if not package.config.jax_enable_x64:
+        hint = 'jax.config.update("jax_enable_x64", True) before the first array'
+        raise UsageError(Problem("jax", "JAX is set to float32", hint))
+    _, address = _handler()
+    package.ffi.register_ffi_target(_TARGET, package.ffi.pycapsule(ctypes.c_void_p(address)), platform="cpu")
+    return package
+
+
+@functools.cache
+def _handler() -> tuple[Any, Any]:
+    """Return ``ffi``, and the address of the handler of calls."""
+    package = import_module("jaxlib")
+    header = import_module("jax").ffi.include_dir()
+    text = environment().get_template("optimisers/xla.c.jinja")
+    source = text.render(header=f"{header}/xla/ffi/api/c_api.h", version=package.__version__)
+    ffi, library = Builder().build_routine(source, _CDEF)
+    _KEPT.append((ffi, library))
+    return ffi, int(ffi.cast("uintptr_t", ffi.addressof(library, "eomgen_xla")))
+
+
+def _left_trivialised(jnp: Any, factors: Sequence[Factor], q: Array, dq: Array) -> Array:
+    """Return the left-trivialised tangent (nv,) of a change dq (nq,) at q (nq,)."""
+    if all(factor.group == "R" for factor in factors):
+        return dq
+    parts = []
+    for factor in factors:
+        of_q, of_dq = q[factor.q], dq[factor.q]
+        if factor.group == "R":
+            parts.append(of_dq)
+            continue
+        w, x, dw, dx = of_q[0], of_q[1:4], of_dq[0], of_dq[1:4]
+        parts.append(2.0 * (w * dx - dw * x - jnp.cross(x, dx)) / (w * w + x @ x))
+        if factor.group == "SE3":
+            turned = of_dq[4:7]
+            parts.append(turned - 2.0 * w * jnp.cross(x, turned) + 2.0 * jnp.cross(x, jnp.cross(x, turned)))
+    return jnp.concatenate(parts)
+
+
+def _bracket(jnp: Any, d: Array) -> Array:
+    """Return the matrix of the bracket with d: (3, 3) of a rotation, (6, 6) of a pose, angular first."""
+    zero = jnp.zeros(())
+    first = jnp.array([[zero, -d[2], d[1]], [d[2], zero, -d[0]], [-d[1], d[0], zero]])
+    if len(d) == 3:
+        return first
+    second = jnp.array([[zero, -d[5], d[4]], [d[5], zero, -d[3]], [-d[4], d[3], zero]])
+    return jnp.block([[first, jnp.zeros((3, 3))], [second, first]])

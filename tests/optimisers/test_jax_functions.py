@@ -1,0 +1,210 @@
+"""Functions for JAX: values, derivatives and batches against the compiled model, differences and adjoints of runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.errors import ModelError, UsageError
+from eomgen.lie.product import update
+from eomgen.products.optimisers import jax_functions
+
+jax.config.update("jax_enable_x64", True)
+
+FLOATING = {
+    "format": 1,
+    "name": "floating_arm",
+    "gravity": [0, 0, -9.81],
+    "parameters": {"load": {"value": 1.0, "unit": "kg", "tunable": True}},
+    "inputs": {"torque": {"unit": "N m", "formula": "0.5*sin(3*t)"}},
+    "bodies": {
+        "ship": {"mass": 3.0, "inertia": [0.3, 0.5, 0.4], "center_of_mass": [0.1, 0.05, -0.2]},
+        "arm": {"mass": "load", "inertia": [0.02, 0.1, 0.1], "center_of_mass": [0.3, 0, 0]},
+    },
+    "joints": {
+        "float": {"type": "free", "parent": "base", "child": "ship"},
+        "elbow": {
+            "type": "revolute",
+            "parent": "ship",
+            "child": "arm",
+            "axis": [0, 1, 0],
+            "position": [0.2, 0, 0.1],
+        },
+    },
+    "efforts": {"motor": {"joint": "elbow", "effort": "torque"}},
+}
+PENDULUM = "examples/double_pendulum_on_shaking_base/scene.toml"
+
+
+@pytest.fixture(scope="module")
+def floating() -> Any:
+    model = eomgen.build(FLOATING)
+    return model, eomgen.jax(model)
+
+
+def _state(model: Any) -> tuple[Any, Any, Any]:
+    random = np.random.default_rng(3)
+    q = update(model.evaluator.factors, model.evaluator.initial_q, random.normal(size=model.nv) * 0.4)
+    return q, random.normal(size=model.nv) * 0.5, random.normal(size=model.nv)
+
+
+def test_values_and_batches_have_the_bits_of_the_model(floating: Any) -> None:
+    model, functions = floating
+    q, v, a = _state(model)
+    u, times = np.array([0.3]), np.linspace(0.0, 1.0, 5)
+    assert np.array_equal(functions.forward_dynamics(q, v, 0.1, u), model.forward_dynamics(q, v, 0.1, u))
+    assert np.array_equal(functions.inverse_dynamics(q, v, a, 0.1), model.inverse_dynamics(q, v, a, 0.1))
+    loads = np.array([0.5, 1.0, 2.0])
+    nested = jax.vmap(
+        jax.vmap(lambda t, load: functions.forward_dynamics(q, v, t, parameters={"load": load}), (0, None)), (None, 0)
+    )
+    expected = model.forward_dynamics(q, v, times, parameters=loads[:, None, None])
+    assert np.array_equal(jax.jit(nested)(times, loads), expected)
+
+
+def test_first_and_second_derivatives_along_curves_of_poses(floating: Any) -> None:
+    model, functions = floating
+    q, v, a = _state(model)
+    factors, d, h = model.evaluator.factors, np.random.default_rng(4).normal(size=model.nv), 1e-6
+    ahead, back = (update(factors, q, sign * h * d) for sign in (1.0, -1.0))
+    dq = (ahead - back) / (2.0 * h)
+    for name in ("forward_dynamics", "inverse_dynamics"):
+        last = (v, 0.0, np.array([0.3])) if name == "forward_dynamics" else (v, a, 0.0, np.array([0.3]))
+
+        def value(x: Any, name: str = name, last: Any = last) -> Any:
+            return getattr(functions, name)(x, *last)
+
+        tangent = jax.jvp(value, (q,), (dq,))[1]
+        difference = (value(ahead) - value(back)) / (2.0 * h)
+        assert np.allclose(tangent, difference, rtol=0.0, atol=1e-8 * np.abs(difference).max())
+        gradient = jax.jacrev(value)
+        second = jax.jvp(gradient, (q,), (dq,))[1]
+        difference = (gradient(ahead) - gradient(back)) / (2.0 * h)
+        assert np.allclose(second, difference, rtol=0.0, atol=1e-8 * np.abs(difference).max())
+
+
+def test_derivatives_are_the_exact_partials(floating: Any) -> None:
+    model, functions = floating
+    q, v, a = _state(model)
+    K, C, M = model.partials(q, v, a, 0.2)
+    by_v, by_a = jax.jacrev(functions.inverse_dynamics, argnums=(1, 2))(q, v, a, 0.2, np.array([0.5 * np.sin(0.6)]))
+    assert np.allclose(by_v, C, rtol=0.0, atol=1e-13 * np.abs(C).max())
+    assert np.allclose(by_a, M, rtol=0.0, atol=1e-13 * np.abs(M).max())
+    by_q = jax.jacfwd(functions.inverse_dynamics)(q, v, a, 0.2, np.array([0.5 * np.sin(0.6)]))
+    turned = np.zeros((len(q), model.nv))  # dq of each left-trivialised direction
+    for k, unit in enumerate(np.eye(model.nv)):
+        turned[:, k] = np.imag(update(model.evaluator.factors, q.astype(complex), 1e-30j * unit)) / 1e-30
+    assert np.allclose(by_q @ turned, K, rtol=0.0, atol=1e-13 * np.abs(K).max())
+
+
+def test_gradient_through_a_loop_of_steps_is_the_difference_of_runs() -> None:
+    model = eomgen.build(PENDULUM)
+    functions = eomgen.jax(model)
+    start = np.array([0.4, -0.3, 0.0, 0.2])
+
+    def end(x: Any) -> Any:
+        def step(x: Any, t: Any) -> Any:
+            v = x[2:] + 0.01 * functions.forward_dynamics(x[:2], x[2:], t)
+            return jax.numpy.concatenate([x[:2] + 0.01 * v, v]), None
+
+        return jax.lax.scan(step, x, 0.01 * np.arange(100))[0][0]
+
+    gradient = jax.jit(jax.grad(end))(start)
+    differences = [(end(start + h) - end(start - h)) / 2e-6 for h in 1e-6 * np.eye(4)]
+    assert np.allclose(gradient, differences, rtol=1e-7, atol=1e-8)
+
+
+def test_lanes_have_the_bits_of_single_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EOMGEN_LANES", "now")
+    monkeypatch.setenv("EOMGEN_THREADS", "2")
+    monkeypatch.setattr(jax_functions, "_SHARE", 1000)
+    model = eomgen.build(PENDULUM)
+    functions = eomgen.jax(model)
+    q = np.random.default_rng(1).normal(size=(1001, 2))
+    batch = jax.vmap(lambda x: functions.forward_dynamics(x, np.ones(2)))(q)
+    assert functions.in_lanes == {"forward_dynamics": True, "base": True}
+    assert np.array_equal(batch, np.stack([model.forward_dynamics(x, np.ones(2)) for x in q]))
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (
+            lambda f: f.forward_dynamics(np.zeros(3), np.zeros(7)),
+            r"q has the shape \(3,\), and forward_dynamics takes \(8,\)",
+        ),
+        (
+            lambda f: f.forward_dynamics(np.zeros((5, 8)), np.zeros(7)),
+            r"try: one sample; jax.vmap\(forward_dynamics\) for a batch",
+        ),
+        (
+            lambda f: f.forward_dynamics(np.eye(8)[3], np.zeros(7), parameters={"lod": 1.0}),
+            "there is no parameter 'lod'; try: load",
+        ),
+        (
+            lambda f: jax.jacfwd(lambda t: f.forward_dynamics(np.eye(8)[3], np.zeros(7), t))(0.0),
+            "derivatives in t or in parameters, with inputs by the formulas of the scene; try: u=",
+        ),
+    ],
+)
+def test_mistakes_in_calls_are_named(floating: Any, call: Any, text: str) -> None:
+    with pytest.raises(UsageError, match=text):
+        call(floating[1])
+
+
+def test_accelerations_of_loops_are_refused() -> None:
+    functions = eomgen.jax(eomgen.build("examples/four_bar/scene.toml"))
+    with pytest.raises(
+        ModelError, match=r"four_bar has constraints.*; try: inverse_dynamics; simulate, whose gradients"
+    ):
+        functions.forward_dynamics(np.zeros(3), np.zeros(3))
+
+
+def test_float32_is_refused(floating: Any) -> None:
+    jax_functions._package.cache_clear()
+    jax.config.update("jax_enable_x64", False)
+    try:
+        with pytest.raises(UsageError, match=r"JAX is set to float32; try: jax.config.update"):
+            eomgen.jax(floating[0])
+    finally:
+        jax.config.update("jax_enable_x64", True)
+
+
+def test_gradient_of_a_run_is_the_adjoint_and_the_difference() -> None:
+    swing = eomgen.SceneBuilder("bob").parameter("length", 0.8, tunable=True).input("push", unit="N m")
+    swing.body("bob", 1.0, center_of_mass=[0, 0, "-length"], inertia=[0.01, 0.01, 0.01])
+    swing.joint("hinge", "revolute", "base", "bob", axis=[0, 1, 0], initial={"position": 0.5})
+    swing.effort("drive", "hinge", "push - 0.3 * v.hinge").output("angle", formula="q.hinge")
+    model = eomgen.build(swing.build())
+    functions, exact = eomgen.jax(model), {"rtol": 1e-16, "atol": 1e-18}
+
+    def total(length: Any, q: Any, v: Any, push: Any) -> Any:
+        given = {"parameters": {"length": length}, "inputs": {"push": push}, "settings": exact}
+        return (functions.simulate(1.0, 0.01, q=q, v=v, **given)["angle"] ** 2).sum()
+
+    point = (0.8, np.array([0.5]), np.array([0.1]), np.linspace(0.0, 0.3, 101))
+    gradient = jax.jit(jax.grad(total, argnums=(0, 1, 2, 3)))(*point)
+    for k, unit in enumerate((1.0, np.ones(1), np.ones(1), np.eye(101)[40])):
+        ahead, back = (
+            total(*(part + sign * 1e-5 * unit if k == n else part for n, part in enumerate(point))) for sign in (1, -1)
+        )
+        assert np.allclose(np.sum(gradient[k] * unit), (ahead - back) / 2e-5, rtol=1e-7, atol=1e-9)
+    initial = {"q": point[1], "v": point[2]}
+    found = model.sensitivities(1.0, 0.01, by=["length"], initial=initial, inputs={"push": point[3]}, settings=exact)
+    assert gradient[0] == found.gradient({"angle": 2.0 * found.outputs["angle"]})["length"]
+
+
+@pytest.mark.slow
+def test_gradient_through_a_loop_is_the_adjoint() -> None:
+    model = eomgen.build("examples/four_bar/scene.toml")
+    functions, start = eomgen.jax(model), model.simulate(1e-3, 1e-3, error_estimate=False)
+    output = next(iter(functions.simulate(0.01, 0.001)))
+    gradient = jax.grad(lambda v: functions.simulate(0.5, 5e-4, v=v)[output][-1].sum())(start.v[0])
+    found = model.sensitivities(0.5, 5e-4, by=list(model.v_names), initial={"v": start.v[0]}, of=[output])
+    weights = np.zeros_like(found.outputs[output])
+    weights[-1] = 1.0
+    assert np.array_equal(gradient, found.gradients([{output: weights}])[0])
