@@ -24,6 +24,7 @@ from eomgen.linear.campbell_search import campbell as diagram
 from eomgen.linear.eigenvalue_loci import Campbell, RootLocus
 from eomgen.linear.eigenvalue_loci import root_locus as followed_roots
 from eomgen.linear.linearization import Linearization
+from eomgen.linear.multiblade import Blades
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -127,6 +128,7 @@ def campbell(
     t: float = 0.0,
     u: Inputs = None,
     any_kind: bool = False,
+    multiblade: Blades | None = None,
 ) -> Campbell:
     """Return the frequencies and whirl of oscillations over the speed of a rotor, and the critical speeds.
 
@@ -147,6 +149,9 @@ def campbell(
         Other given components of the steady motion, as of ``steady_motion``.
     progress : function of (steps done, all steps), or True for a bar
     at, initial, parameters, t, u, any_kind : as of ``linearize``
+    multiblade : as of ``linearize``
+        Frequencies of an observer on the support of a rotor with three or more equal blades. Without ``whirl``, the
+        cosine and sine coordinates of the blades show the sense.
 
     Returns
     -------
@@ -185,7 +190,8 @@ def campbell(
         if is_parameter:
             changed = {**(parameters or {}), speed: value}
             start = near or initial
-            return linearize(model, t=t, u=u, parameters=changed, at=at, initial=start, any_kind=any_kind)
+            about: dict[str, Any] = {"at": at, "initial": start, "any_kind": any_kind, "multiblade": multiblade}
+            return linearize(model, t=t, u=u, parameters=changed, **about)
         moving = {**(velocities or {}), speed: value}
         first = near is None and found_once.fields is None
         try:
@@ -195,7 +201,7 @@ def campbell(
                 raise
             found_once.forget()
             motion = motion_along(model, found_once, moving, held, initial, parameters or None, t, u)
-        return linearize(model, t=t, u=u, at=motion, parameters=parameters or None)
+        return linearize(model, t=t, u=u, at=motion, parameters=parameters or None, multiblade=multiblade)
 
     with shown_progress(progress, f"{model.name}: {speed}") as report:
         return diagram(speed, unit, array.tolist(), linearized, orders, whirl, report)

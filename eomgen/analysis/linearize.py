@@ -25,6 +25,7 @@ from eomgen.analysis.operating_point import (
 from eomgen.analysis.sparse_partials import dense, sampled_part, sparse_partials
 from eomgen.analysis.steady_motion import SteadyMotion
 from eomgen.base.arrays import Array
+from eomgen.base.messages import nearest, shown
 from eomgen.compiled.arguments import check_finite, check_name, number_of
 from eomgen.compiled.coordinates import StateArrays, coordinate_units
 from eomgen.compiled.terms import Inputs, Parameters, States
@@ -32,6 +33,15 @@ from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import update
 from eomgen.linear.freedom import Measures, Partials, freedom, singular_mechanism
 from eomgen.linear.linearization import Linearization, Names, Reference
+from eomgen.linear.multiblade import (
+    Basis,
+    Blades,
+    Multiblade,
+    Rotor,
+    checked_groups,
+    in_multiblade,
+    largest_change,
+)
 from eomgen.linear.sampling import SampledPart, held_as_inputs
 from eomgen.system.description import component_names
 from eomgen.system.terms import PURPOSES, TERMS
@@ -153,6 +163,8 @@ def orientations(model: CompiledModel, q: Array) -> dict[str, tuple[float, ...]]
 
 #: Part of a turn after which a linear model about a motion is computed again, and limit of the difference.
 _LATER, _SAME = 0.11, 1e-6
+#: Parts of a turn after which models in multiblade coordinates are compared: no rotor of few blades is alike there.
+_AZIMUTHS = (0.11, 0.37, 0.71)
 #: Largest acceleration of a state that counts as rest, m/s^2 or rad/s^2.
 _RESTS = 1e-3
 #: Names in ``Partials`` of blocks of the terms, if different.
@@ -175,6 +187,7 @@ def linearize(
     initial: Mapping[str, Any] | None = None,
     any_kind: bool = False,
     independent: Sequence[str] = (),
+    multiblade: Blades | None = None,
 ) -> Linearization:
     """Return the linear model about a state: second order, state space, modes, frequency responses.
 
@@ -198,6 +211,10 @@ def linearize(
         Whether an unstable equilibrium will do: the nearest.
     independent : sequence of str
         Components (``hinge``, ``ball[2]``) to be independent coordinates, as far as constraints leave a choice.
+    multiblade : mapping
+        Equal coordinates of three or more blades by the joint of their rotor, in the order of azimuth about its axis:
+        ``{"spin": [("flap_1", "flap_2", "flap_3")]}``, or names of beams, internal states, inputs. The model has
+        their multiblade (Coleman) coordinates, with constant coefficients about a steady motion.
 
     Returns
     -------
@@ -209,7 +226,8 @@ def linearize(
     UsageError
         Arguments that cannot be taken; a state that does not meet the constraints.
     ModelError
-        Constraints depend on each other in this state.
+        Constraints depend on each other in this state; a model that changes with the azimuth in multiblade
+        coordinates, too.
     NumericalError
         The equilibrium asked for was not found, or partials are not finite.
 
@@ -240,6 +258,8 @@ def linearize(
         state, operating_point = as_found(
             "steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, operating_point
         )
+    if multiblade is not None:
+        return _in_multiblade_coordinates(able, state, operating_point, independent, multiblade)
     result = about(able, state, operating_point, independent)
     if state.a is not None and np.any(state.v) and not np.any(state.a) and result.sampled is None:
         _warn_of_change(able, state, operating_point, result)
@@ -354,11 +374,7 @@ def _warn_of_change(
     fastest = float(np.max(turning, initial=0.0))
     if not fastest:
         return
-    seconds = _LATER * 2.0 * np.pi / fastest
-    later = replace(operating_point, t=operating_point.t + seconds)
-    q = update(model.factors, state.q, state.v * seconds)
-    q = model.evaluator.followed(q, later.t, later.parameters, later.base)
-    moved = about(model, replace(state, q=q, multipliers=None), later, linear.coordinates)
+    moved = _later(model, state, operating_point, linear, _LATER * 2.0 * np.pi / fastest)
     before, after = linear.state_space().A, moved.state_space().A
     if not before.size or before.shape != after.shape:
         return
@@ -366,9 +382,151 @@ def _warn_of_change(
     if change > _SAME * float(np.max(np.abs(before))):
         sentence = (
             f"linear about the {state.kind}: the linear model changes with the turn of {drives(model, state.v)}, so it"
-            " holds at this instant only; try: a scene that is symmetric about the axis of the turn, or floquet"
+            " holds at this instant only; try: multiblade for a rotor of three or more equal blades, a scene that is"
+            " symmetric about the axis of the turn, or floquet"
         )
         warnings.warn(sentence, RuntimeWarning, stacklevel=4)
+
+
+def _later(
+    model: CompiledModel, state: OperatingState, operating_point: OperatingPoint, linear: Linearization, seconds: float
+) -> Linearization:
+    """Return the linear model later along a motion with constant velocities, in the same coordinates."""
+    later = replace(operating_point, t=operating_point.t + seconds)
+    q = update(model.factors, state.q, state.v * seconds)
+    q = model.evaluator.followed(q, later.t, later.parameters, later.base)
+    return about(model, replace(state, q=q, multipliers=None), later, linear.coordinates)
+
+
+def _in_multiblade_coordinates(
+    model: CompiledModel,
+    state: OperatingState,
+    operating_point: OperatingPoint,
+    independent: Sequence[str],
+    blades: Blades,
+) -> Linearization:
+    """Return the linear model in multiblade coordinates, after a comparison with the model at other azimuths.
+
+    Raises
+    ------
+    UsageError
+        Blades or rotors that cannot be taken.
+    ModelError
+        The state is not a steady motion, states are sampled, or the model changes with the azimuth.
+    """
+    if np.any(state.v) and (state.a is None or np.any(state.a)):
+        fault = f"velocities of the {state.kind} change, and multiblade coordinates are of steady motions"
+        raise ModelError(Problem("multiblade", fault, 'at="steady", or the result of steady_motion'))
+    first = about(model, state, operating_point, independent)
+    if first.sampled is not None:
+        raise ModelError(Problem("multiblade", "the scene has sampled states", "continuous states"))
+    names = first.names
+    known = [*names.measured, *names.states, *names.inputs, *names.disturbances, *names.outputs]
+    rotors = _rotors(model, state, checked_groups(blades, known))
+    wanted = _grouped(names.measured, rotors)
+    if not set(wanted) <= set(first.coordinates):
+        first = about(model, state, operating_point, list(dict.fromkeys((*independent, *wanted))))
+    result = _turned(first, rotors)
+    speeds = [abs(rotor.speed) for rotor in rotors if rotor.speed]
+    if not speeds or result.multiblade is None:
+        return result
+    times = [share * 2.0 * np.pi / min(speeds) for share in _AZIMUTHS]
+    models = [(seconds, _later(model, state, operating_point, first, seconds)) for seconds in times]
+    variation, row = _variation(result, models, rotors)
+    if not variation <= _SAME:
+        raise _changing(first, models, rotors, (variation, result.state_space().states[row]))
+    return replace(result, multiblade=replace(result.multiblade, variation=variation))
+
+
+def _changing(
+    first: Linearization,
+    models: Sequence[tuple[float, Linearization]],
+    rotors: Sequence[Rotor],
+    largest: tuple[float, str],
+) -> UsageError | ModelError:
+    """Return the error of a model that changes with the azimuth, by the largest change and its state."""
+    moving = [rotor for rotor in rotors if rotor.speed]
+    turns = ", ".join(f"{rotor.name} at {rotor.speed:.6g} rad/s" for rotor in moving)
+    reverse = [replace(rotor, groups=tuple(group[::-1] for group in rotor.groups)) for rotor in rotors]
+    if _variation(_turned(first, reverse), models, reverse)[0] <= _SAME:
+        fault = f"the blades are named against the order of their azimuths about the axis of {turns}"
+        return UsageError(Problem("multiblade", fault, ", ".join(reverse[0].groups[0])))
+    fault = f"the linear model changes with the azimuth of {turns} in multiblade coordinates, too: {largest[1]}'"
+    fault += f" by {largest[0]:.2g} of its coefficients"
+    period = 2.0 * np.pi / min(abs(rotor.speed) for rotor in moving)
+    hint = f"all coordinates of all blades, if these are equal; or floquet({period:.6g})"
+    return ModelError(Problem("multiblade", fault, hint))
+
+
+def _variation(
+    result: Linearization, models: Sequence[tuple[float, Linearization]], rotors: Sequence[Rotor]
+) -> tuple[float, int]:
+    """Return the largest change of a model over later models, each after so many seconds, and the state's number."""
+    matrices = []
+    for seconds, moved in models:
+        there = [replace(rotor, azimuth=rotor.azimuth + rotor.speed * seconds) for rotor in rotors]
+        matrices.append(_turned(moved, there).state_space().A)
+    A = result.state_space().A
+    sizes = np.ones(len(A))
+    if result.free.holonomic:
+        inertias = np.sqrt(np.abs(np.diag(result.M0)))
+        sizes[: 2 * len(inertias)] = np.tile(inertias, 2)
+    return largest_change(A, matrices, sizes, max(rotor.speed**2 for rotor in rotors))
+
+
+def _rotors(
+    model: CompiledModel, state: OperatingState, groups: Mapping[str, tuple[tuple[str, ...], ...]]
+) -> list[Rotor]:
+    """Return the rotors in a state. Raises UsageError for a rotor that is not the angle of a joint."""
+    components = [name.removeprefix("v.") for name in model.v_names]
+    angles = {
+        components[factor.v_start]: factor.q_start
+        for factor in model.factors
+        if factor.group == "R" and factor.q_size == 1 and model.v_units[factor.v_start] == "rad/s"
+    }
+    for name in groups:
+        if name not in angles:
+            known = nearest(name, angles) or f"one of {', '.join(list(angles)[:12])}" if angles else ""
+            fault = f"{shown(name)} is not the angle of a joint by which a rotor turns"
+            raise UsageError(Problem("multiblade", fault, known or "a revolute joint in joint coordinates"))
+    return [
+        Rotor(name, float(state.v[components.index(name)]), float(state.q[angles[name]]), members)
+        for name, members in groups.items()
+    ]
+
+
+def _grouped(names: Sequence[str], rotors: Sequence[Rotor]) -> list[str]:
+    """Return the names that are in groups."""
+    return [names[place] for group in Basis.of(names, rotors).groups for place in group.places]
+
+
+def _turned(linear: Linearization, rotors: Sequence[Rotor]) -> Linearization:
+    """Return a linear model by multiblade coordinates."""
+    names = linear.names
+    kinds = ("measured", "states", "inputs", "disturbances", "outputs")
+    of = {kind: Basis.of(getattr(names, kind), rotors) for kind in kinds}
+    same = names.components == names.measured
+    of["components"] = of["measured"] if same else Basis.of(names.components, ())
+    partials, free = in_multiblade(linear.partials, linear.free, of, of["measured"])
+    labels: dict[str, str] = {}
+    for kind in kinds:
+        old, new = getattr(names, kind), of[kind].names
+        labels |= {now: names.units.get(before, "") for before, now in zip(old, new, strict=True) if before != now}
+        if kind == "measured":
+            rates = zip(old, new, strict=True)
+            labels |= {f"v.{now}": names.units.get(f"v.{before}", "") for before, now in rates if before != now}
+    bases = {**of, "velocities": of["measured"]}
+    values = {kind: bases[kind].values(given) for kind, given in names.references.items()}
+    renamed: dict[str, Any] = {kind: of[kind].names for kind in ("components", *kinds)}
+    units = {name: unit for name, unit in {**names.units, **labels}.items() if unit}
+    multiblade = Multiblade(tuple(rotors), of["components"].matrix, tuple(of["measured"].pairs))
+    return replace(
+        linear,
+        partials=partials,
+        free=free,
+        names=replace(names, **renamed, units=units, references=values),
+        multiblade=multiblade,
+    )
 
 
 def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:

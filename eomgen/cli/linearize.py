@@ -218,6 +218,9 @@ _POINTS = 600
 )
 @click.option("--orders", default=None, metavar="N,N,...", help="Of a Campbell diagram, multiples of the speed.")
 @click.option("--whirl", multiple=True, metavar="X:Y", help="Deflections whose orbits show the sense; may be repeated.")
+@click.option(
+    "--multiblade", multiple=True, metavar="ROTOR:NAME,NAME,...", help="Equal blades by azimuth; may be repeated."
+)
 @click.option("--modes", default=None, metavar="N,N,...", help="Of the picture of a Campbell diagram, from 1 on.")
 @click.option("--speed-unit", type=click.Choice(["rad/s", "rpm", "Hz"]), help="Of the picture of a Campbell diagram.")
 @click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else the scene's.")
@@ -275,7 +278,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     else:
         _print(lin, request.model.name)
         _print_tables(table, diagram)
-    say(_said(lin) + (f"\nwritten to {folder}: {', '.join(file.name for file in files)}" if files else ""))
+    say(_closing(lin, folder, files))
     if ends:
         say(ends)
         return INTERRUPTED
@@ -290,6 +293,7 @@ class _Request:
 
         self.at, self.time = _state(options.pop("at")), options.pop("time")
         self.any_kind = options.pop("any_kind")
+        self.multiblade = _blades(options.pop("multiblade"))
         self.velocities = assignments("--velocity", options.pop("velocities"))
         self.held = assignments("--coordinate", options.pop("held"))
         if (self.velocities or self.held) and self.at != "steady":
@@ -305,6 +309,9 @@ class _Request:
         model before."""
         parameters = {**self.parameters, **changes}
         if isinstance(self.at, float):
+            if self.multiblade is not None:
+                fault = "multiblade coordinates are of a steady motion, and --at names a time of a run"
+                raise UsageError(Problem("--multiblade", fault, "--at steady"))
             run = self.model.simulate(
                 self.at,
                 parameters=parameters,
@@ -322,7 +329,9 @@ class _Request:
         if self.velocities or self.held:
             # checked there
             result = self.model.steady_motion(self.velocities, self.held, initial, **given)  # type: ignore[arg-type]
-            return self.model.linearize(at=result, parameters=parameters, u=given["u"])
+            given = {"parameters": parameters, "u": given["u"], "multiblade": self.multiblade}
+            return self.model.linearize(at=result, **given)
+        given["multiblade"] = self.multiblade
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
 
     def campbell(self, wanted: CampbellRequest) -> tuple[Campbell | None, str]:
@@ -331,6 +340,7 @@ class _Request:
         motion = {name: value for name, value in self.velocities.items() if name != wanted.speed}
         at = {"at": self.at} if wanted.speed in self.model.parameters else {}
         given |= {"velocities": motion, "coordinates": self.held, "u": self.inputs or None}
+        given["multiblade"] = self.multiblade
         try:
             result = wanted.diagram(self.model, **given, **at)
         except KeyboardInterrupt:
@@ -387,7 +397,10 @@ class _Request:
         shown = np.flatnonzero(modes.oscillating)
         titles = [f"mode {k + 1}: {modes.frequency[k]:.4g} Hz" for k in shown]
         p = self.model.parameter_array(self.parameters)
-        return draw_modes(self.model, lin.reference.q, lin.reference.t, p, modes.shapes[:, shown].real, titles, path)
+        shapes = modes.shapes[:, shown].real
+        if lin.multiblade is not None:
+            shapes = lin.multiblade.components @ shapes
+        return draw_modes(self.model, lin.reference.q, lin.reference.t, p, shapes, titles, path)
 
 
 def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:
@@ -442,6 +455,25 @@ def _real(part: float, uncertainty: float) -> str:
 
 def _small(ratio: float) -> str:
     return "0" if abs(ratio) < 1e-9 else f"{ratio:.6g}"
+
+
+def _blades(texts: Sequence[str]) -> dict[str, list[tuple[str, ...]]] | None:
+    """Return groups of equal names by rotor; None without a text."""
+    groups: dict[str, list[tuple[str, ...]]] = {}
+    for text in texts:
+        rotor, colon, names = text.partition(":")
+        group = tuple(name.strip() for name in names.split(","))
+        if not colon or not rotor.strip() or not all(group):
+            fault = "a rotor and its blades are needed"
+            raise UsageError(Problem(f"--multiblade {text}", fault, "--multiblade spin:flap_1,flap_2,flap_3"))
+        groups.setdefault(rotor.strip(), []).append(group)
+    return groups or None
+
+
+def _closing(lin: Linearization, folder: str | None, files: Sequence[Path]) -> str:
+    """Return the last lines: stability, multiblade coordinates, files."""
+    written = f"written to {folder}: {', '.join(file.name for file in files)}" if files else ""
+    return "\n".join(filter(None, (_said(lin), str(lin.multiblade or ""), written)))
 
 
 def _said(lin: Linearization) -> str:

@@ -12,6 +12,7 @@ __all__ = [
     "freedom",
     "linearization",
     "modes",
+    "multiblade",
     "partials",
     "plots",
     "root_locus",

@@ -209,8 +209,10 @@ class _Drawing:
                 colour, style, word = _WHIRL[int(sense)]
                 own = diagram.whirl[:, mode] == sense
                 # at rest there is no whirl: curves begin with the whirl of the neighbouring point
-                beside = np.concatenate([own[1:], [False]]) | np.concatenate([[False], own[:-1]])
-                drawn = own | (beside & (diagram.whirl[:, mode] == 0))
+                before = np.concatenate([[False], own[:-1]])
+                beside = np.concatenate([own[1:], [False]]) | before
+                turned = sense != 0 and before & (diagram.whirl[:, mode] == -sense)  # no gap before another sense
+                drawn = own | (beside & (diagram.whirl[:, mode] == 0)) | turned
                 label = word if word and word not in named else None
                 named.add(word)
                 heights = np.where(drawn, diagram.frequencies[:, mode], np.nan)

@@ -26,6 +26,8 @@ from eomgen.linear.linearization import Linearization
 _ACCURACY = 1e-12
 #: Ratio of axes below which an orbit counts as a line, without a sense of whirl.
 _LINE = 1e-6
+#: Deflections, as parts of the largest coordinate of a mode, below which a mode has no orbit but for rounding.
+_FAINT = 1e-8
 #: Eigenvalues that differ by less than this part are one of several modes.
 _EQUAL = 1e-9
 #: Modes that are more unlike than this are followed over a value between.
@@ -237,6 +239,7 @@ class _FollowedModes:
 
 def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: float) -> _Oscillations:
     modes = lin.modes()
+    pairs = pairs or (lin.multiblade.pairs if lin.multiblade is not None else ())
     kept = np.flatnonzero(modes.oscillating)
     eigenvalues = modes.eigenvalues[kept]
     shapes = modes.weights[:, np.newaxis] * modes.shapes[:, kept]
@@ -254,7 +257,7 @@ def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: f
         # x = cos t, y = sin t has the amplitudes 1 and -i
         area = -np.sum((first.conj() * second).imag, axis=0)
         size = np.sum(np.abs(first) ** 2 + np.abs(second) ** 2, axis=0)
-    sense = np.where(np.abs(area) > _LINE * size, np.sign(area), 0.0) * np.sign(value)
+    sense = np.where(np.abs(area) > np.maximum(_LINE * size, _FAINT**2), np.sign(area), 0.0) * np.sign(value)
     lengths = np.linalg.norm(shapes, axis=0)
     return _Oscillations(
         eigenvalues, shapes / np.where(lengths > 0.0, lengths, 1.0), sense.astype(int), modes.stability

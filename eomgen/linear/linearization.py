@@ -22,6 +22,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.linear.freedom import Freedom, Partials
 from eomgen.linear.modes import Modes, modes
+from eomgen.linear.multiblade import Multiblade
 from eomgen.linear.notebook import linearization_html
 from eomgen.linear.plots import plot_response
 from eomgen.linear.random_response import densities, root_mean_squares, white_noise_road
@@ -92,6 +93,7 @@ class Linearization:
     names : Names
     sampled : SampledPart of a scene with sampled states, which are inputs of the other matrices; None without sampled
         states
+    multiblade : Multiblade, the coordinates of equal blades with the remaining change over azimuths; None without them
     """
 
     reference: Reference
@@ -99,6 +101,7 @@ class Linearization:
     free: Freedom
     names: Names
     sampled: SampledPart | None = None
+    multiblade: Multiblade | None = None
 
     if not TYPE_CHECKING:  # type checkers know the attributes
 

@@ -36,10 +36,19 @@ def described(lin: Linearization, scene: str) -> dict[str, Any]:
         "disturbances": list(space.disturbances),
         "outputs": list(space.outputs),
         "stability": modes.stability,
+        "multiblade": _multiblade(lin),
         "modes": [_mode(modes, k) for k in range(len(modes))],
         "undamped_frequencies": lin.undamped_frequencies.tolist() if lin.free.holonomic else None,
         "second_order": second,
     }
+
+
+def _multiblade(lin: Linearization) -> dict[str, Any] | None:
+    """Return the rotors of multiblade coordinates with their blades, and the remaining change over azimuths."""
+    if lin.multiblade is None:
+        return None
+    rotors = {rotor.name: [list(group) for group in rotor.groups] for rotor in lin.multiblade.rotors}
+    return {"rotors": rotors, "variation": lin.multiblade.variation}
 
 
 def _mode(modes: Modes, k: int) -> dict[str, Any]:

@@ -31,7 +31,7 @@ _BY_KEY: Mapping[str, str] = {
     "inertia": "inertia = [0.1, 0.1, 0.1]",
     "axis": "axis = [0, 0, 1]",
     "position": "position = [0, 0, 0]",
-    "rotation": 'rotation = [{ axis = "z", angle = "30 deg" }]',
+    "rotation": 'rotation = [{ axis = [0, 0, 1], angle = "30 deg" }]',
     "orientation": "orientation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
     "tunable": "tunable = true",
     "mimic": 'mimic = { joint = "...", multiplier = 1 }',
