@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+import eomgen
 from eomgen.formula.nodes import Number
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.document import doubtful_elements as elements
@@ -86,6 +87,32 @@ def test_bodies_heavier_than_a_cube_of_steel_are_told(mass: float, more: dict[st
     notes = [*scale._too_heavy([cast(Any, body)], 2.0, VALUES)]
     text = f"the mass is {mass:.6g} kg, and a cube of steel as large as the scene, 2 m, has less"
     assert notes == ([f"bodies.b.mass: {text}; numbers without a unit are in kg"] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("mass", "center", "inertia", "told"),
+    [
+        (25_000.1 * 0.064, 0.2, 0.01, "0.4 m"),
+        (25_000.0 * 0.064, 0.2, 0.01, ""),
+        (2_000.0, 0.2, 54.0, "0.402 m"),
+        (2_000.0, 0.2, 64.0, ""),
+        (1e9, 0.0, 0.01, ""),  # no reach
+        (1e9, 0.2, 0.0, ""),  # a point
+    ],
+)
+def test_bodies_denser_than_any_material_are_told(mass: float, center: float, inertia: float, told: str) -> None:
+    """By reach, 2 * 0.2 m, or by the box of the inertia: of a cube of mass m and side a it is m a^2 / 6."""
+    data = {
+        "format": 1,
+        "name": "arm",
+        "bodies": {"arm": {"mass": mass, "inertia": [inertia] * 3, "center_of_mass": [center, 0, 0]}},
+        "joints": {"hinge": {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, 0, 1]}},
+    }
+    side = math.sqrt(6.0 * inertia / mass)
+    assert (mass > 25_000.0 * max(2.0 * center, side) ** 3 and inertia > 0.0 < center) is bool(told)
+    text = f"bodies.arm.mass: the mass is {mass:.6g} kg, and a cube of {told}, the size of the body, has less of any"
+    notes = [note for note in eomgen.load(data).notes if note.startswith("bodies.arm.mass")]
+    assert [note[: len(text)] for note in notes] == [text][: bool(told)]
 
 
 def body(name: str, mass: float, largest: float, node_of: str = "") -> Any:

@@ -32,6 +32,8 @@ _FACTOR = 100.0
 _OF_GYRATION, _ARMS = 10.0, 3
 #: Density of steel, kg/m^3.
 _DENSEST = 8_000.0
+#: Density above every material's, kg/m^3; osmium has 22 590.
+_HEAVIEST = 25_000.0
 #: Least number of arms for a check of masses against densities.
 _OF_A_BODY = 2
 #: Arms below this, m, give no scale of a scene.
@@ -79,6 +81,7 @@ def out_of_scale(
     apart = [length for length in near if length >= _SHORTEST]
     if len(apart) >= _OF_A_BODY:
         notes += _too_heavy(bodies, max(apart), values)
+    notes += _too_dense(bodies, joints, points, values, notes)
     lengths = [*_lengths(bodies, elements, shaped, values), *_lengths_of_shapes(shapes, values)]
     return notes + _too_long(lengths, size, well_known=len(apart) >= _ARMS)
 
@@ -119,6 +122,36 @@ def _too_heavy(bodies: Iterable[Body], size: float, values: Values) -> Iterator[
         if body.beam is None and not body.node_of and mass > _DENSEST * size * size * size:
             note = f"the mass is {mass:.6g} kg, and a cube of steel as large as the scene, {size:.3g} m, has less"
             yield f"{key_of('bodies', body.name, 'mass')}: {note}; numbers without a unit are in kg"
+
+
+def _too_dense(
+    bodies: Iterable[Body], joints: Iterable[Joint], points: Iterable[Point], values: Values, earlier: Sequence[str]
+) -> list[str]:
+    """Return a note on each body that is denser than any material within a cube twice as large as its reach, and within
+    a cube as large as the box of its inertia; none on bodies without a reach or an inertia, and on bodies with a note
+    in ``earlier``."""
+    notes: list[str] = []
+    reach: dict[str, float] = {}
+    for owner, position in (
+        *((body.name, body.center_of_mass) for body in bodies),
+        *((joint.parent, joint.position) for joint in joints),
+        *((point.body, point.position) for point in points),
+    ):
+        length = math.hypot(*(values.value(part) for part in position))
+        reach[owner] = max(reach.get(owner, 0.0), length)
+    for body in bodies:
+        mass, inertia = values.value(body.mass), [values.value(entry) for entry in body.inertia[:3]]
+        if body.beam is not None or body.node_of or not (min(inertia) > 0.0 and reach[body.name] > _SHORTEST):
+            continue
+        side = math.sqrt(6.0 * max(sum(inertia) - 2.0 * entry for entry in inertia) / mass) if mass > 0.0 else 0.0
+        size = max(2.0 * reach[body.name], side)
+        if mass > _HEAVIEST * size * size * size:
+            note = (
+                f"the mass is {mass:.6g} kg, and a cube of {size:.3g} m, the size of the body, has less of any material"
+            )
+            notes.append(f"{key_of('bodies', body.name, 'mass')}: {note}; numbers without a unit are in kg")
+    heavy = {note.partition(":")[0] for note in earlier}
+    return [note for note in notes if note.partition(":")[0] not in heavy]
 
 
 def _arms(
