@@ -76,6 +76,7 @@ def info(
     say_stand_in(described_scene, method, "without one, as in generated C, it stands for")
     system = derive(described_scene, terms)
     data = {**described(system), "joined": joined_coordinates(system)}
+    data["notes"] += [note for note in described_scene.notes if note not in data["notes"]]  # on shapes, too
     data["repeated"] = dict(described_scene.metadata.get("repeat", {}))
     data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated]
     if method is not None:
