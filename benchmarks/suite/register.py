@@ -19,7 +19,15 @@ from benchmarks.suite import environments
 from benchmarks.suite.contest import Context, Entry, contest, of_first_rows, relative_to_largest
 from benchmarks.suite.environments import JAX, OWN, ROOT
 from benchmarks.suite.outcomes import FAILED, MEASURED, MISSING, Outcome
-from benchmarks.suite.robot_rows import SCALAR_LOOP, TWO_THREADS, WITHOUT_LANES, batch_row, robot_row, thread_row
+from benchmarks.suite.robot_rows import (
+    FROM_JAX,
+    SCALAR_LOOP,
+    TWO_THREADS,
+    WITHOUT_LANES,
+    batch_row,
+    robot_row,
+    thread_row,
+)
 
 EOMGEN = "eomgen"
 
@@ -226,6 +234,7 @@ def _many(
         Comparison(CPP, readme=True),
         Comparison("frax"),
         Comparison("adam"),
+        Comparison("frax", 0.2, own=FROM_JAX),
     )
     return Row(
         f"{function}_{robot}_many",

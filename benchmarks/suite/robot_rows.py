@@ -54,6 +54,7 @@ def _run(context: Context, robot: str, function: str) -> list[Outcome]:
 SCALAR_LOOP = "eomgen, scalar loop"
 WITHOUT_LANES = "eomgen, without lanes"
 TWO_THREADS = "eomgen, two threads"
+FROM_JAX = "eomgen, from JAX"
 _JAX_PEERS = {"frax": (JAX, "frax"), "adam": (ADAM, "adam-robotics")}
 #: s; adam with the JAX that it works with took more than four minutes of 100 000 states.
 _JAX_PATIENCE = 60.0
@@ -74,6 +75,8 @@ def _batch(context: Context, robot: str, function: str, states: int, *, with_jax
         Entry(EOMGEN, "eomgen_functions.py", task=task | warm, small=small),
         Entry(WITHOUT_LANES, "eomgen_functions.py", task=task | warm | {"lanes": "off"}, small=small),
     ]
+    if with_jax:
+        own.append(Entry(FROM_JAX, "eomgen_jax.py", task=task | warm, small=small))
     own.append(Entry(SCALAR_LOOP, "robot_programs.py", task={**task, "peer": EOMGEN}))
     if not context.quick:  # a minute or two of g++ where its program is not there yet
         own.append(Entry(CPP, "robot_programs.py", task={**task, "peer": CPP}, patience=600.0))
