@@ -51,13 +51,13 @@ class Verdict:
         """Return the findings of one check."""
         result = self._known.get(name)
         if result is None:
-            result = self._known[name] = self._evaluated(BY_NAME[name])
+            check = BY_NAME[name]
+            result = self._known[name] = self._evaluated(check) if self._run.has(check.needs) else ()
         return result
 
     def _evaluated(self, check: Check) -> tuple[Finding, ...]:
+        """Return the findings of one check with its facts."""
         run, name = self._run, check.name
-        if not run.has(check.needs):
-            return ()
         for other in check.unless:
             if self._fails(_ABLE_BEFORE[name]) if other == ANY_FAILURE else self.of(other):
                 return ()
