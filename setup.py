@@ -1,7 +1,7 @@
 """Packaging only: puts the top-level templates into the wheel as eomgen/_templates."""
 
 from pathlib import Path
-from shutil import copytree
+from shutil import copytree, ignore_patterns
 
 from setuptools import setup
 from setuptools.command.build_py import build_py
@@ -13,7 +13,8 @@ class BuildWithTemplates(build_py):
     def run(self) -> None:
         super().run()
         if not self.editable_mode:
-            copytree(Path("templates"), Path(self.build_lib) / "eomgen" / "_templates", dirs_exist_ok=True)
+            folder = Path(self.build_lib) / "eomgen" / "_templates"
+            copytree(Path("templates"), folder, dirs_exist_ok=True, ignore=ignore_patterns("__pycache__"))
 
 
 setup(cmdclass={"build_py": BuildWithTemplates})

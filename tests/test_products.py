@@ -169,7 +169,7 @@ def test_every_product_is_deleted_once() -> None:
 
 
 def test_templates_are_of_the_core_or_of_one_product() -> None:
-    folders = {folder.name for folder in template_folder().iterdir() if folder.is_dir()}
+    folders = {folder.name for folder in template_folder().iterdir() if folder.is_dir()} - {"__pycache__"}
     assert {"c", "html"} < folders and folders - {"c", "html"} <= set(products())
 
 

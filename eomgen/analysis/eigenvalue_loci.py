@@ -17,6 +17,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
 from eomgen.base.progress import Progress
 from eomgen.base.progress import shown as shown_progress
+from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem, UsageError
@@ -95,7 +96,8 @@ def root_locus(
             independent=independent,
         )
 
-    return followed_roots(parameter, array.tolist(), linearized)
+    with one_thread_of_algebra(model.nv):
+        return followed_roots(parameter, array.tolist(), linearized)
 
 
 def state_of(lin: Linearization) -> dict[str, Any] | None:
@@ -203,7 +205,7 @@ def campbell(
             motion = motion_along(model, found_once, moving, held, initial, parameters or None, t, u)
         return linearize(model, t=t, u=u, at=motion, parameters=parameters or None, multiblade=multiblade)
 
-    with shown_progress(progress, f"{model.name}: {speed}") as report:
+    with shown_progress(progress, f"{model.name}: {speed}") as report, one_thread_of_algebra(model.nv):
         return diagram(speed, unit, array.tolist(), linearized, orders, whirl, report)
 
 

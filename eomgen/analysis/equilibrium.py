@@ -13,6 +13,7 @@ from eomgen.analysis.sparse_partials import SparsePartials, check_continuous, de
 from eomgen.analysis.state_warnings import SAME, SceneMeasures, equilibrium_notes
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import angles_of_several_turns, initial_state
 from eomgen.compiled.terms import Inputs, Parameters
@@ -161,47 +162,48 @@ def equilibrium(
     p = model.evaluator.one_set(parameters)
     start = initial_state(model, initial, p)
     measures = SceneMeasures(model, p, time, held_base(model, p, time))
-    statics = _statics(model, measures, start.q, u, np.zeros(model.nv))
-    try:
-        first = examine(statics, start.q, start.z)
-        driven = driven_velocity(model, measures, first.q)
-        if np.any(driven):
-            assembled = onto_constraints(statics, first)
-            driven = driven_velocity(model, measures, assembled.q)
-            check_rates(model, measures, assembled.q, driven)
-            statics = _statics(model, measures, start.q, u, driven)
+    with one_thread_of_algebra(model.nv):
+        statics = _statics(model, measures, start.q, u, np.zeros(model.nv))
+        try:
             first = examine(statics, start.q, start.z)
-    except np.linalg.LinAlgError:
-        fault = "the inertia matrix at the initial state is not positive definite"
-        raise ModelError(Problem("equilibrium", fault, "masses and inertias that bodies can have")) from None
-    if not first.finite:
-        raise _not_finite(model, first)
-    assembled = onto_constraints(statics, first)
-    loaded = loaded_statics(model, measures, assembled.q, u, driven)
-    stepped: Search | str = ""
-    left_along: Array | None = None
-    if model.description.exact_beams:
-        stepped, left_along = _by_load_steps(loaded, statics, assembled, stable=not any_kind)
-    if isinstance(stepped, Search):
-        damped, chosen = stepped, stepped
-    else:
-        damped, rest = nearest_rest(statics, start.q, start.z, any_kind=any_kind)
-        if rest is None:
-            stepped = stepped or _by_load_steps(loaded, statics, assembled, stable=False)[0]
-            if isinstance(stepped, str):
-                raise _failure(model, statics, damped, stepped)
-            rest = stepped
-        chosen = rest
-    if np.any(driven):
-        check_lasting(model, measures, u, chosen.point.q, driven, chosen.point.z)
-    deviations = model.check_left_out(chosen.point.q, driven, time, p)
-    notes = [*angles_of_several_turns(model, initial), *deviations, *_elsewhere(model, statics, chosen, damped)]
-    if not any_kind and chosen is damped and chosen is not stepped and left_at_start(statics, start.z, damped):
-        notes.append(_left(model, statics, damped))
-    notes += equilibrium_notes(measures, chosen.path, u)
-    if left_along is not None:
-        notes.append(_branches(model, statics, left_along))
-    return _result(model, loaded, _stiffness(statics, loaded, chosen.point), chosen, driven, measures, notes)
+            driven = driven_velocity(model, measures, first.q)
+            if np.any(driven):
+                assembled = onto_constraints(statics, first)
+                driven = driven_velocity(model, measures, assembled.q)
+                check_rates(model, measures, assembled.q, driven)
+                statics = _statics(model, measures, start.q, u, driven)
+                first = examine(statics, start.q, start.z)
+        except np.linalg.LinAlgError:
+            fault = "the inertia matrix at the initial state is not positive definite"
+            raise ModelError(Problem("equilibrium", fault, "masses and inertias that bodies can have")) from None
+        if not first.finite:
+            raise _not_finite(model, first)
+        assembled = onto_constraints(statics, first)
+        loaded = loaded_statics(model, measures, assembled.q, u, driven)
+        stepped: Search | str = ""
+        left_along: Array | None = None
+        if model.description.exact_beams:
+            stepped, left_along = _by_load_steps(loaded, statics, assembled, stable=not any_kind)
+        if isinstance(stepped, Search):
+            damped, chosen = stepped, stepped
+        else:
+            damped, rest = nearest_rest(statics, start.q, start.z, any_kind=any_kind)
+            if rest is None:
+                stepped = stepped or _by_load_steps(loaded, statics, assembled, stable=False)[0]
+                if isinstance(stepped, str):
+                    raise _failure(model, statics, damped, stepped)
+                rest = stepped
+            chosen = rest
+        if np.any(driven):
+            check_lasting(model, measures, u, chosen.point.q, driven, chosen.point.z)
+        deviations = model.check_left_out(chosen.point.q, driven, time, p)
+        notes = [*angles_of_several_turns(model, initial), *deviations, *_elsewhere(model, statics, chosen, damped)]
+        if not any_kind and chosen is damped and chosen is not stepped and left_at_start(statics, start.z, damped):
+            notes.append(_left(model, statics, damped))
+        notes += equilibrium_notes(measures, chosen.path, u)
+        if left_along is not None:
+            notes.append(_branches(model, statics, left_along))
+        return _result(model, loaded, _stiffness(statics, loaded, chosen.point), chosen, driven, measures, notes)
 
 
 def _by_load_steps(

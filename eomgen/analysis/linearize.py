@@ -26,6 +26,7 @@ from eomgen.analysis.sparse_partials import dense, sampled_part, sparse_partials
 from eomgen.analysis.steady_motion import SteadyMotion
 from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
+from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, check_name, number_of
 from eomgen.compiled.coordinates import StateArrays, coordinate_units
 from eomgen.compiled.terms import Inputs, Parameters, States
@@ -243,29 +244,32 @@ def linearize(
     able = able_to_linearize(model)
     operating_point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
     specified = sorted(name for name, value in given.items() if value is not None)
-    if specified:
-        if "q" not in specified:
-            raise UsageError(
-                Problem("linearize", f"{', '.join(specified)} need the q of their state", "q=..., or initial=...")
+    with one_thread_of_algebra(model.nv):
+        if specified:
+            if "q" not in specified:
+                raise UsageError(
+                    Problem("linearize", f"{', '.join(specified)} need the q of their state", "q=..., or initial=...")
+                )
+            if at is not None or initial is not None:
+                raise UsageError(
+                    Problem("linearize", "the state is given by q as well as by at or initial", "one of them")
+                )
+            state = given_state(able, given)
+            check_constraints(able, state, operating_point)
+        elif at is None or isinstance(at, str):
+            state, operating_point = found_state(able, at, initial, operating_point, any_kind=any_kind)
+        else:
+            state, operating_point = as_found(
+                "steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, operating_point
             )
-        if at is not None or initial is not None:
-            raise UsageError(Problem("linearize", "the state is given by q as well as by at or initial", "one of them"))
-        state = given_state(able, given)
-        check_constraints(able, state, operating_point)
-    elif at is None or isinstance(at, str):
-        state, operating_point = found_state(able, at, initial, operating_point, any_kind=any_kind)
-    else:
-        state, operating_point = as_found(
-            "steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, operating_point
-        )
-    if multiblade is not None:
-        return _in_multiblade_coordinates(able, state, operating_point, independent, multiblade)
-    result = about(able, state, operating_point, independent)
-    if state.a is not None and np.any(state.v) and not np.any(state.a) and result.sampled is None:
-        _warn_of_change(able, state, operating_point, result)
-    if specified and state.a is None and not np.any(state.v):
-        _warn_of_acceleration(able, result)
-    return result
+        if multiblade is not None:
+            return _in_multiblade_coordinates(able, state, operating_point, independent, multiblade)
+        result = about(able, state, operating_point, independent)
+        if state.a is not None and np.any(state.v) and not np.any(state.a) and result.sampled is None:
+            _warn_of_change(able, state, operating_point, result)
+        if specified and state.a is None and not np.any(state.v):
+            _warn_of_acceleration(able, result)
+        return result
 
 
 def able_to_linearize(model: CompiledModel) -> CompiledModel:

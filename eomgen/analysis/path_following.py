@@ -18,6 +18,7 @@ from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.progress import Progress, shown
+from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
@@ -117,7 +118,7 @@ def equilibrium_path(
         model, "equilibrium_path", parameter, first, last - first, initial, parameters, t, u
     )
     limits = StepLimits(max_step, _PART * abs(last - first))
-    with shown(progress, f"{model.name}: {parameter}") as report:
+    with shown(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
         return _followed(model, varied, statics, onto, last, limits, max_points, stability=stability, report=report)
 
 

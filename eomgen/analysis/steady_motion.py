@@ -36,6 +36,7 @@ from eomgen.analysis.symmetries import Fields, KnownSymmetries
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import distinct, shown
+from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of, numbers
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
@@ -209,7 +210,8 @@ def steady_motion(
     ModelError
         The inertia matrix is not positive definite at the start or the end of the search.
     """
-    return motion_along(model, KnownSymmetries(), velocities, coordinates, initial, parameters, t, u)
+    with one_thread_of_algebra(model.nv):
+        return motion_along(model, KnownSymmetries(), velocities, coordinates, initial, parameters, t, u)
 
 
 def motion_along(

@@ -1,11 +1,22 @@
-"""Threads that share the work of a batch or an ensemble, and how many there are (``EOMGEN_THREADS``)."""
+"""Threads that share the work of a batch or an ensemble, and how many there are (``EOMGEN_THREADS``); one thread for
+small matrices.
+
+OpenBLAS, which NumPy and SciPy bring along, wakes a thread for each processor for matrices from some tens of rows on,
+and threads that wait for the next matrix stay busy. So analyses of models with some hundred velocities take several
+times as long on a machine with other work, and no less on an idle one.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import os
+import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any, ClassVar
 
 from eomgen.errors import Problem, UsageError
 
@@ -61,3 +72,79 @@ def share(call: Callable[[int, int], None], pieces: Iterable[tuple[int, int]], t
         other.join()
     if failures:
         raise failures[0]
+
+
+#: Velocities of a model up to which the model's matrices are small.
+_SMALL = 1000
+#: Prefixes and suffixes of the names of functions of OpenBLAS, in the libraries of NumPy and SciPy and in a system's.
+_PREFIXES, _SUFFIXES = ("scipy_openblas", "openblas"), ("64_", "")
+
+
+@contextlib.contextmanager
+def one_thread_of_algebra(velocities: int) -> Iterator[None]:
+    """Leave OpenBLAS one thread if a model with so many velocities is small; the number before is set again when all
+    threads of Python have left this context."""
+    if velocities > _SMALL:
+        yield
+        return
+    _Algebra.enter()
+    try:
+        yield
+    finally:
+        _Algebra.leave()
+
+
+class _Algebra:
+    """How many threads of Python are in ``one_thread_of_algebra``, and the numbers of threads before."""
+
+    lock = threading.Lock()
+    inside = 0
+    before: ClassVar[list[tuple[Callable[[int], None], int]]] = []
+
+    @classmethod
+    def enter(cls) -> None:
+        with cls.lock:
+            cls.inside += 1
+            for read, write in _openblas("scipy.linalg" in sys.modules):
+                if (threads := read()) > 1:  # libraries that were loaded since are found, too
+                    cls.before.append((write, threads))
+                    write(1)
+
+    @classmethod
+    def leave(cls) -> None:
+        with cls.lock:
+            cls.inside -= 1
+            while cls.before and not cls.inside:
+                write, threads = cls.before.pop()
+                write(threads)
+
+
+@functools.cache
+def _openblas(of_scipy: bool) -> list[tuple[Callable[[], int], Callable[[int], None]]]:
+    """Return the functions that read and write the number of threads of each loaded OpenBLAS; none on systems that do
+    not list loaded libraries as Linux does.
+
+    Parameters
+    ----------
+    of_scipy : whether SciPy has loaded a library of its own
+    """
+    try:
+        lines = Path("/proc/self/maps").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return []
+    import ctypes  # noqa: PLC0415  # few commands work with matrices
+
+    files = dict.fromkeys(line[line.index("/") :] for line in lines if "openblas" in line and "/" in line)
+    functions = []
+    for file in files:
+        try:
+            library: Any = ctypes.CDLL(file)
+        except OSError:
+            continue
+        for prefix in _PREFIXES:
+            for suffix in _SUFFIXES:
+                read = getattr(library, f"{prefix}_get_num_threads{suffix}", None)
+                write = getattr(library, f"{prefix}_set_num_threads{suffix}", None)
+                if read is not None and write is not None:
+                    functions.append((read, write))
+    return functions

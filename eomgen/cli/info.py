@@ -128,7 +128,12 @@ def described(system: System) -> dict[str, Any]:
         ],
         "facts": dataclasses.asdict(system.facts),
         "functions": {
-            name: {"description": function.description, "inputs": list(function.inputs), "counts": counts[name]}
+            name: {
+                "description": function.description,
+                "inputs": list(function.inputs),
+                "counts": counts[name],
+                "critical_path": system.critical_paths[name],
+            }
             for name, function in system.functions.items()
         },
         "curves": [line.removeprefix("curve ") for line in system.kept if line.startswith("curve ")],
@@ -290,10 +295,10 @@ def _print_events(events: Sequence[Mapping[str, str]]) -> None:
 def _print_operations(functions: Mapping[str, Any]) -> None:
     """Print the operations of each function."""
     keys = ("additions", "multiplications", "divisions", "functions", "selections", "flops")
-    rows = [(name, *(item["counts"][key] for key in keys)) for name, item in functions.items()]
-    header = ("function", "+", "*", "/", "sin, sqrt ...", "selections", "flops")
+    rows = [(name, *(item["counts"][key] for key in keys), item["critical_path"]) for name, item in functions.items()]
+    header = ("function", "+", "*", "/", "sin, sqrt ...", "selections", "flops", "critical path")
     console().print()
-    print_table("Exact operation counts", header, rows, numeric=tuple(range(1, 7)))
+    print_table("Exact operation counts, and cycles of the critical path", header, rows, numeric=tuple(range(1, 8)))
 
 
 def _print_step(step: Mapping[str, Any]) -> None:

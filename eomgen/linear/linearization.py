@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field
+from eomgen.base.threads import one_thread_of_algebra
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.linear.freedom import Freedom, Partials
 from eomgen.linear.modes import Modes, modes
@@ -256,8 +257,9 @@ class Linearization:
 
     def modes(self) -> Modes:
         """Return the modes with the shapes of all coordinates, including dependent coordinates."""
-        m = self._first_order
-        return modes(m.A, m.R_all, self.names.components, np.diag(self.partials.M))
+        with one_thread_of_algebra(len(self.partials.M)):
+            m = self._first_order
+            return modes(m.A, m.R_all, self.names.components, np.diag(self.partials.M))
 
     def frequency_response(self, omega: ArrayLike, input: str, output: str) -> Complex:
         """Return the complex response of an output to an input; see ``StateSpace.frequency_response``."""

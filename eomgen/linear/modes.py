@@ -32,6 +32,13 @@ def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:
     return np.asarray(balanced), np.asarray(T)
 
 
+def restored(T: Array, vectors: Complex) -> Complex:
+    """Return T times vectors for the T of ``balance``, which has one number in each row: (n, any)."""
+    place = np.argmax(np.abs(T), axis=1)
+    result: Complex = T[np.arange(len(T)), place][:, np.newaxis] * vectors[place]
+    return result
+
+
 #: Rounding errors are this many times the bound's unit.
 _MARGIN = 16.0
 _EPSILON = float(np.finfo(float).eps)
@@ -159,7 +166,7 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
     with np.errstate(divide="ignore", over="ignore"):
         condition = np.minimum(1.0 / cosines, 1.0 / np.sqrt(_EPSILON))
     uncertainty = _MARGIN * _EPSILON * np.linalg.norm(balanced) * condition
-    original = back @ right
+    original = restored(back, right)
     kept = [int(k) for k in np.argsort(np.abs(values), kind="stable") if values[k].imag >= 0.0]
     kept.sort(
         key=lambda k: (0.0 if abs(values[k]) <= uncertainty[k] else round(float(abs(values[k])), 12), values[k].real)

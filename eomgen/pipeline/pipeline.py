@@ -815,8 +815,9 @@ def _library(
 
     @functools.cache
     def program() -> tuple[Program, str]:
-        from eomgen.codegen.targets.c.target import C  # noqa: PLC0415
+        from eomgen.codegen.targets.c.target import INTERFACE_CDEF, C, interface_header  # noqa: PLC0415
 
+        builder.begin_wrapper(INTERFACE_CDEF, interface_header())
         with without_garbage_collection():
             return _program(document, front_end, selection, method, C, for_runs=True)
 

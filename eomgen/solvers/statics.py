@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -337,7 +338,29 @@ def newton_step(point: SearchPoint, right: Array) -> Array:
     matrix = np.block([[point.stiffness, by_z], [-rate_q, -rate_z]]) / point.scale
     size: Array = np.max(np.abs(matrix), axis=1, initial=0.0)
     rows: Array = np.where(size > 0.0, size, 1.0)
-    return np.asarray(np.linalg.lstsq(matrix / rows[:, np.newaxis], right / rows, rcond=SOFT)[0]) / point.scale
+    return least_solution(matrix / rows[:, np.newaxis], right / rows) / point.scale
+
+
+def least_solution(matrix: Array, right: Array) -> Array:
+    """Return the least x with matrix x = right as near as possible, singular values below ``SOFT`` counted as zero.
+
+    A matrix without such singular values is eliminated, which takes a tenth of the time: the reciprocal condition in
+    the 1-norm divided by n bounds the ratio of singular values from below.
+    """
+    if len(matrix):
+        factors, pivots, fault = dgetrf(matrix)
+        if not fault and dgecon(factors, np.linalg.norm(matrix, 1))[0] > len(matrix) * SOFT:
+            return np.asarray(dgetrs(factors, pivots, right)[0])
+    blocks = uncoupled_blocks(matrix) if np.all(np.isfinite(matrix)) else []
+    if not blocks:
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=SOFT)[0])
+    parts = [np.linalg.svd(matrix[block]) for block in blocks]
+    smallest = SOFT * max(float(np.max(sigma)) for _, sigma, _ in parts)
+    result = np.zeros(len(matrix))
+    for (rows, _), (U, sigma, Vt) in zip(blocks, parts, strict=True):
+        inverse = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=sigma > smallest)
+        result[rows[:, :, 0]] = ((right[rows[:, :, 0]][:, np.newaxis] @ U) * inverse[:, np.newaxis] @ Vt)[:, 0]
+    return result
 
 
 def unbalanced(point: SearchPoint) -> Array:

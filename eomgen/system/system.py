@@ -20,6 +20,7 @@ from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
+from eomgen.symbolic.latency import critical_path
 from eomgen.symbolic.operations import Counts, InputSymbol
 from eomgen.symbolic.periodic import Columns, harmonics_in, periodic_inputs
 from eomgen.symbolic.tape import Ref, Tape
@@ -443,6 +444,11 @@ class System:
     def counts(self) -> dict[str, Counts]:
         """Exact operation counts, function by function."""
         return {name: self.tape.counts(function.refs) for name, function in self.functions.items()}
+
+    @cached_property
+    def critical_paths(self) -> dict[str, int]:
+        """Cycles of the longest chain of operations that wait for one another, function by function."""
+        return {name: critical_path(self.tape, function.refs) for name, function in self.functions.items()}
 
     @cached_property
     def turning(self) -> tuple[int, ...]:

@@ -13,7 +13,7 @@ import re
 import shutil
 import time
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -32,6 +32,7 @@ from eomgen.toolchain.compiler import (
     compile_object,
     faults_in,
     find_compiler,
+    in_background,
     library_suffix,
     preprocessed,
     processor,
@@ -365,7 +366,9 @@ class Builder:
             return (*ENGINE_FLAGS, *_REALS[self.real])
         if name in straight:
             return without_slow_passes(self.flags, self.compiler.version, OF_STRAIGHT)
-        return passes_for(text, self.flags, self.compiler.version, AFTER_REGISTERS if straight else ())
+        if straight:  # in a run of a model this long, functions take most of the time, not the stepper
+            return without_slow_passes(self.flags, self.compiler.version, AFTER_REGISTERS)
+        return passes_for(text, self.flags, self.compiler.version)
 
     def build_lanes(self, library: Library, cdef: str, files_of: LaneFiles) -> LaneLibrary | str:
         """Return the library that steps several trajectories side by side, made of the files of a library of one, or
@@ -457,7 +460,18 @@ class Builder:
         with self.cache.claim(key):
             return self.cache.get(key) or self.cache.put(key, fill)
 
-    def _wrapper(self, cdef: str, header: str) -> list[Path]:
+    def begin_wrapper(self, cdef: str, header: str) -> None:
+        """Compile the extension module's object while the caller derives equations, if the cache has none; faults are
+        reported by ``build``, which compiles the object again."""
+
+        def work(running: RunningCompilers) -> None:
+            with suppress(ToolchainError, OSError):
+                self._wrapper(cdef, header, running)
+
+        if self.headers is not None:
+            in_background("eomgen-wrapper", work, lower=False)
+
+    def _wrapper(self, cdef: str, header: str, running: RunningCompilers | None = None) -> list[Path]:
         """Return the object of the extension module, which is the same for all models; none in the ABI mode."""
         headers = self.headers
         if headers is None:
@@ -471,7 +485,7 @@ class Builder:
             (folder / "interface.h").write_text(header, encoding="utf-8")
             source = folder / "wrapper.c"
             source.write_text(wrapper_source(cdef, "interface.h"), encoding="utf-8")
-            compile_object(self.compiler, source, ("-O1", f"-I{headers}"))
+            compile_object(self.compiler, source, ("-O1", f"-I{headers}"), running=running)
 
         with self.cache.claim(key):
             entry = self.cache.get(key) or self.cache.put(key, fill)

@@ -312,19 +312,20 @@ class RunningCompilers:
                 self._processes.discard(process)
 
 
-def in_background(name: str, work: Callable[[RunningCompilers], None]) -> None:
+def in_background(name: str, work: Callable[[RunningCompilers], None], *, lower: bool = True) -> None:
     """Start work on a thread of its own; compilers of the work are ended with the process.
 
     Parameters
     ----------
     name : of the thread
     work : takes the collection in which the work enters its compilers
+    lower : whether the work has a lower priority than the rest of the process
     """
     running = RunningCompilers()
     atexit.register(running.stop)
 
     def whole() -> None:
-        if sys.platform == "linux":
+        if lower and sys.platform == "linux":
             with contextlib.suppress(OSError):
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
         work(running)

@@ -142,13 +142,12 @@ def without_slow_passes(flags: Sequence[str], version: str, further: Sequence[st
     return tuple(part for flag in flags for part in (passes if flag == "-O2" else (flag,)))
 
 
-def passes_for(source: str, flags: Sequence[str], version: str, further: Sequence[str] = ()) -> tuple[str, ...]:
+def passes_for(source: str, flags: Sequence[str], version: str) -> tuple[str, ...]:
     """Return the flags for a generated source: without the slow passes if the source is so long that these passes take
     seconds.
 
     Parameters
     ----------
     version : the first line of the compiler's text about its version
-    further : as of ``without_slow_passes``
     """
-    return without_slow_passes(flags, version, further) if len(source) > _LONG else tuple(flags)
+    return without_slow_passes(flags, version) if len(source) > _LONG else tuple(flags)

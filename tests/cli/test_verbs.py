@@ -84,13 +84,15 @@ def test_info_prints_a_table_or_json(scene_file: Path, capsys: pytest.CaptureFix
     assert main(["info", str(scene_file)]) == 0
     table = capsys.readouterr().out
     assert "shaken: 1 degree of freedom, 1 body, 1 input\n" in table
-    assert "Exact operation counts" in table and "forward_dynamics" in table and "rotation of the base" in table
+    assert "Exact operation counts, and cycles of the critical path" in table
+    assert "forward_dynamics" in table and "rotation of the base" in table
     assert main(["info", str(scene_file), "--json", "--terms", "mass"]) == 0
     data = json.loads(capsys.readouterr().out)
     system = eomgen.derive(scene_file, terms=["mass"])
     assert data["sizes"] == {"nq": 1, "nv": 1, "nu": 1, "nz": 0, "bodies": 1}
     assert data["groups"] == [{"joint": "hinge", "group": "R", "nq": 1, "nv": 1}]
     assert data["functions"]["mass"]["counts"]["flops"] == system.counts["mass"].flops
+    assert data["functions"]["mass"]["critical_path"] == system.critical_paths["mass"] > 0
     assert "forward_dynamics" not in data["functions"]
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import jinja2
 import pytest
 
-from eomgen.codegen.targets.c.templates import TemplateBytecode
+from eomgen.codegen.targets.c import templates
+from eomgen.codegen.targets.c.templates import TemplateBytecode, kept_bytecode
 
 
 class Counting(jinja2.Environment):
@@ -20,17 +22,17 @@ class Counting(jinja2.Environment):
         return super()._generate(*arguments, **options)  # type: ignore[arg-type, no-any-return]
 
 
-def rendered(folder: Path, text: str = "{{ 2 * x }}") -> tuple[str, int]:
+def rendered(*folders: Path, text: str = "{{ 2 * x }}") -> tuple[str, int]:
     """Return what a template gives in a new environment, and how many templates were compiled for it."""
     Counting.compiled = 0
-    environment = Counting(loader=jinja2.DictLoader({"a": text}), bytecode_cache=TemplateBytecode(folder))
+    environment = Counting(loader=jinja2.DictLoader({"a": text}), bytecode_cache=TemplateBytecode(*folders))
     return environment.get_template("a").render(x=21), Counting.compiled
 
 
 def test_a_template_is_compiled_once(tmp_path: Path) -> None:
     folder = tmp_path / "templates"
     assert [rendered(folder), rendered(folder)] == [("42", 1), ("42", 0)]
-    assert rendered(folder, "{{ 3 * x }}") == ("63", 1)
+    assert rendered(folder, text="{{ 3 * x }}") == ("63", 1)
 
 
 @pytest.mark.parametrize("size", [0, 10, 40, -1])
@@ -41,12 +43,35 @@ def test_bytecode_that_is_not_whole_is_made_anew(size: int, tmp_path: Path) -> N
     assert [rendered(tmp_path), rendered(tmp_path)] == [("42", 1), ("42", 0)]
 
 
+@pytest.mark.parametrize(
+    ("written", "kept"),
+    [(True, "templates/__pycache__"), (False, "cache")],
+    ids=["as Python's own", "no files of Python's own"],
+)
+def test_bytecode_is_kept_in_the_folder_of_the_templates(
+    written: bool, kept: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "templates").mkdir()
+    monkeypatch.setattr(sys, "dont_write_bytecode", not written)
+    monkeypatch.setattr(templates, "template_folder", lambda: tmp_path / "templates")
+    cache = kept_bytecode(tmp_path / "cache")
+    jinja2.Environment(loader=jinja2.DictLoader({"a": "{{ x }}"}), bytecode_cache=cache).get_template("a")
+    [folder] = {file.parent for file in tmp_path.rglob("*") if file.is_file()}
+    assert folder == tmp_path / kept
+
+
+def test_bytecode_is_kept_in_the_next_folder_if_the_first_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    folders = tmp_path / "file" / "templates", tmp_path / "cache"
+    assert [rendered(*folders), rendered(*folders), rendered(folders[1])] == [("42", 1), ("42", 0), ("42", 0)]
+
+
 def test_templates_are_rendered_where_nothing_can_be_kept(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     assert rendered(tmp_path / "file" / "templates") == ("42", 1)
     assert rendered(tmp_path / "nowhere" / "templates") == ("42", 1)
     (tmp_path / "templates").mkdir()
-    folder = TemplateBytecode(tmp_path / "templates").folder
+    folder = tmp_path / "templates"
     rendered(folder)
     [kept] = folder.iterdir()
     kept.unlink()

@@ -1,15 +1,18 @@
-"""Large batches are shared by threads: the same bits, by as many threads as there are to be."""
+"""Large batches are shared by threads: the same bits, by as many threads as there are to be; small matrices are left
+to one thread."""
 
 from __future__ import annotations
 
+import sys
 import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.linalg  # noqa: F401  # brings a library of its own along
 
 import eomgen
-from eomgen.base.threads import share
+from eomgen.base.threads import _openblas, one_thread_of_algebra, share
 from eomgen.compiled import functions
 from eomgen.errors import UsageError
 from tests.models.scenes import pendulum_scene
@@ -73,3 +76,33 @@ def test_what_a_piece_raises_is_raised_after_all_threads_are_done(bad: int) -> N
     with pytest.raises(MemoryError, match=f"piece {bad}"):
         share(call, [(k, k + 1) for k in range(20)], 3)
     assert threading.active_count() == before
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="loaded libraries are listed by Linux alone")
+def test_small_matrices_are_left_to_one_thread_until_all_have_ended() -> None:
+    """The number before is set again, also after an error, and if two threads of Python leave in another order."""
+
+    def numbers() -> list[int]:
+        return [read() for read, _ in _openblas(of_scipy=True)]
+
+    libraries = _openblas(of_scipy=True)
+    assert len(libraries) == 2  # of NumPy and of SciPy
+    own = numbers()
+    try:
+        for _, write in libraries:
+            write(2)
+        with one_thread_of_algebra(2000):
+            assert numbers() == [2, 2]
+        first, second = one_thread_of_algebra(3), one_thread_of_algebra(3)
+        first.__enter__()
+        second.__enter__()
+        first.__exit__(None, None, None)
+        assert numbers() == [1, 1]
+        second.__exit__(None, None, None)
+        assert numbers() == [2, 2]
+        with pytest.raises(ZeroDivisionError), one_thread_of_algebra(3):
+            1 / 0  # noqa: B018
+        assert numbers() == [2, 2]
+    finally:
+        for (_, write), number in zip(libraries, own, strict=True):
+            write(number)

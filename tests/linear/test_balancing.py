@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from eomgen.linear.modes import balance, modes
+from eomgen.linear.modes import balance, modes, restored
 
 
 @pytest.mark.parametrize("permute", [False, True])
@@ -16,6 +16,8 @@ def test_it_is_the_matrix_in_other_units(permute: bool, rng: np.random.Generator
     A[3, :3] = A[4, :4] = 0.0
     B, T = balance(A, permute=permute)
     np.testing.assert_allclose(T @ B, A @ T, rtol=1e-12, atol=1e-12 * np.abs(A @ T).max())
+    vectors = rng.normal(size=(6, 4)) + 1j * rng.normal(size=(6, 4))
+    assert np.array_equal(restored(T, vectors), T @ vectors)
 
 
 def test_scales_beyond_whole_numbers_are_no_warning() -> None:

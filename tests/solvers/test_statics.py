@@ -16,7 +16,7 @@ from eomgen.lie.product import Factor, difference, update
 from eomgen.solvers import equilibrium_search
 from eomgen.solvers.bordered_newton import whole
 from eomgen.solvers.equilibrium_search import _LinearMotion
-from eomgen.solvers.statics import inverse_root, uncoupled_blocks
+from eomgen.solvers.statics import SOFT, inverse_root, least_solution, uncoupled_blocks
 from tests.oracles.evaluation import Array
 
 
@@ -38,6 +38,24 @@ def test_the_inverse_root_of_uncoupled_blocks_is_sparse(sizes: list[int], rng: n
     M[7] = M[:, 7] = 0.0
     with pytest.raises(np.linalg.LinAlgError):
         inverse_root(M)
+
+
+@pytest.mark.parametrize("sizes", [[5], [6] * 20, [3, 1, 6, 2] * 10], ids=["whole", "equal blocks", "blocks"])
+@pytest.mark.parametrize("lost", [0, 3], ids=["regular", "singular"])
+def test_the_least_solution_is_as_of_singular_values(sizes: list[int], lost: int, rng: np.random.Generator) -> None:
+    """Rows of zeros count, too: a free part has neither stiffness nor load."""
+    matrix = coupled_in_blocks(rng, sizes)
+    for row in range(lost):
+        matrix[row] = matrix[:, row] = 0.0
+    right = rng.normal(size=len(matrix))
+    expected = np.linalg.lstsq(matrix, right, rcond=SOFT)[0]
+    assert np.all(expected[:lost] == 0.0)
+    np.testing.assert_allclose(least_solution(matrix, right), expected, rtol=1e-9, atol=1e-12)
+    stiff = matrix.copy()
+    stiff[-1, -1] *= 1e13  # beside which all others are soft
+    np.testing.assert_allclose(
+        least_solution(stiff, right), np.linalg.lstsq(stiff, right, rcond=SOFT)[0], rtol=1e-9, atol=1e-12
+    )
 
 
 def test_coupled_and_small_matrices_have_no_blocks(rng: np.random.Generator) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from eomgen.toolchain import builder as builder_module
 from eomgen.toolchain import cffi_build
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import Cache
+from eomgen.toolchain.compiler import Compiler
 from eomgen.toolchain.library import Library
 
 CDEF = """const char *eomgen_fingerprint(void);
@@ -209,6 +212,35 @@ def test_two_models_in_one_process_do_not_mix(tmp_path: Path) -> None:
     assert (y[0], first.fingerprint) == (10.0, "f00d")
     second.call("f", [np.zeros(1), np.ones(2)], [y])
     assert (y[0], second.fingerprint) == (20.0, "beef")
+
+
+def test_the_wrapper_is_compiled_while_the_caller_derives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fault in the background is reported by the build alone."""
+    names, plain = list[str](), builder_module.compile_object
+
+    def noted(compiler: Compiler, source: Path, *arguments: Any, **options: Any) -> tuple[Path, str]:
+        names.append(threading.current_thread().name)
+        return plain(compiler, source, *arguments, **options)
+
+    monkeypatch.setattr(builder_module, "compile_object", noted)
+    builder = Builder("quick", mode="api", cache=Cache(tmp_path))
+    builder.begin_wrapper(CDEF, FILES["interface.h"])
+    _end_of_wrapper()
+    assert builder.build(b"content", FILES, CDEF, LAYOUT).fingerprint == "f00d"
+    builder.begin_wrapper(CDEF, FILES["interface.h"])
+    _end_of_wrapper()
+    assert names == ["eomgen-wrapper"]
+    builder.begin_wrapper(CDEF, "#error no header\n")
+    _end_of_wrapper()
+    assert names == ["eomgen-wrapper"] * 2
+    with pytest.raises(ToolchainError, match="ended with status 1"):
+        builder.build(b"other", {**FILES, "interface.h": "#error no header\n"}, CDEF, LAYOUT)
+
+
+def _end_of_wrapper() -> None:
+    for thread in threading.enumerate():
+        if thread.name == "eomgen-wrapper":
+            thread.join()
 
 
 def test_the_wrapper_is_compiled_once_for_all_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

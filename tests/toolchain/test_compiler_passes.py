@@ -13,9 +13,10 @@ from eomgen.errors import ToolchainError
 from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import built_in
 from eomgen.toolchain import profiles
+from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import find_compiler
-from eomgen.toolchain.profiles import OF_STRAIGHT, PROFILES, passes_for, without_slow_passes
+from eomgen.toolchain.profiles import AFTER_REGISTERS, OF_STRAIGHT, PROFILES, passes_for, without_slow_passes
 from tests.toolchain.test_builder import FILES, build
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -59,14 +60,19 @@ def test_passes_with_names_of_some_versions_are_left_out_by_these_alone(
     flags = PROFILES["fast"].flags
     plain, fewer = without_slow_passes(flags, version), without_slow_passes(flags, version, OF_STRAIGHT)
     assert set(fewer) - set(plain) == (set(OF_STRAIGHT) if changed else set())
-    assert passes_for("x" * 130_001, flags, version, OF_STRAIGHT) == fewer
-    assert passes_for("x" * 130_000, flags, version, OF_STRAIGHT) == flags
 
 
 def test_short_sources_are_compiled_with_all_passes() -> None:
     flags, version = PROFILES["fast"].flags, "cc (Debian 12.2.0-14+deb12u1) 12.2.0"
     assert passes_for("x" * 130_000, flags, version) == flags
     assert passes_for("x" * 130_001, flags, version) == without_slow_passes(flags, version) != flags
+
+
+def test_the_stepper_of_a_model_with_several_files_has_few_passes() -> None:
+    builder = Builder("fast")
+    few = without_slow_passes(builder.flags, builder.compiler.version, AFTER_REGISTERS)
+    assert builder._flags_for("arm_step.c", "", {"arm.c", "arm_2.c"}) == few
+    assert builder._flags_for("arm_step.c", "", ()) == builder.flags
 
 
 def _bits(model: Model) -> dict[str, bytes]:

@@ -27,7 +27,7 @@ from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folde
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.tables import curve_tables
 from eomgen.codegen.targets.c.tape_code import FUNCTIONS, OPERATIONS, TapeCode, literal
-from eomgen.codegen.targets.c.templates import TemplateBytecode, environment, stepper_template
+from eomgen.codegen.targets.c.templates import environment, kept_bytecode, stepper_template
 from eomgen.codegen.targets.c.uniform import MEANINGS, Uniform
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.stepper_layout import STEPPER_CDEF
@@ -267,12 +267,12 @@ def written_library(
 
     Parameters
     ----------
-    bytecode : the folder in which the bytecode of the templates is kept, for later processes
+    bytecode : the folder of the bytecode of the templates if the folder of the templates cannot be written
     apart : whether the numbers of the functions are in a separate file, ``<prefix>_numbers.c``, so that other numbers
         change no other source
     tape : code of the functions that the tape engine evaluates, if the Program has any
     """
-    environment().bytecode_cache = TemplateBytecode(bytecode)
+    environment().bytecode_cache = kept_bytecode(bytecode)
     if apart:
         program = replace(program, constants=())  # macros of constants would change a header that all sources include
     context = _Context(program, FILE_LIMIT, apart=apart, tape=tape)
@@ -397,11 +397,16 @@ def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, 
     return _interface(_Context(program, FILE_LIMIT), fingerprint(files))
 
 
+def interface_header() -> str:
+    """Return the header of the interface, which is the same for all models."""
+    return folded(environment().get_template("c/interface/interface.h.jinja").render(declarations=INTERFACE_CDEF))
+
+
 def _interface(context: _Context, mark: str) -> dict[str, str]:
     program = context.program
     sizes = [len(program.functions), *(program.sizes[name] for name in SIZES[1:])]
     return {
-        "interface.h": context.render("c/interface/interface.h.jinja", declarations=INTERFACE_CDEF),
+        "interface.h": interface_header(),
         "interface.c": context.render("c/interface/interface.c.jinja", fingerprint=mark, sizes=sizes),
     }
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
@@ -29,40 +30,53 @@ _DIGEST = 32
 
 
 class TemplateBytecode(jinja2.BytecodeCache):
-    """Bytecode in a folder, which is made at first use; no bytecode is kept if the folder cannot be written.
+    """Bytecode in the first of some folders that can be written, which is made at first use; no bytecode is kept if
+    there is none.
 
     A file is used if its digest is right, and if template, Python, Jinja and eomgen (whose filters may have been
     applied to constants) are the same.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, *folders: Path) -> None:
+        self.folders = folders
 
     def get_cache_key(self, name: str, filename: str | None = None) -> str:
         """Return the name of a template's file."""
-        text = "\0".join((name, filename or "", jinja2.__version__, __version__))
+        text = "\0".join((name, filename or "", jinja2.__version__, __version__, f"{sys.implementation.cache_tag}"))
         return hashlib.sha256(text.encode()).hexdigest()
 
     def load_bytecode(self, bucket: Bucket) -> None:
-        """Take the bytecode of a template from the folder."""
-        with contextlib.suppress(OSError):
-            kept = (self.folder / bucket.key).read_bytes()
-            if hashlib.sha256(kept[_DIGEST:]).digest() == kept[:_DIGEST]:
-                bucket.bytecode_from_string(kept[_DIGEST:])
+        """Take the bytecode of a template from one of the folders."""
+        for folder in self.folders:
+            with contextlib.suppress(OSError):
+                kept = (folder / bucket.key).read_bytes()
+                if hashlib.sha256(kept[_DIGEST:]).digest() == kept[:_DIGEST]:
+                    bucket.bytecode_from_string(kept[_DIGEST:])
+            if bucket.code is not None:
+                return
 
     def dump_bytecode(self, bucket: Bucket) -> None:
         """Keep the bytecode of a template, renamed to its final name when complete."""
         code = bucket.bytecode_to_string()
-        with contextlib.suppress(OSError):
-            self.folder.mkdir(exist_ok=True)
-            handle, private = tempfile.mkstemp(prefix="tmp-", dir=self.folder)
-            try:
-                with os.fdopen(handle, "wb") as file:
-                    file.write(hashlib.sha256(code).digest() + code)
-                Path(private).replace(self.folder / bucket.key)
-            except OSError:
-                Path(private).unlink()
-                raise
+        for folder in self.folders:
+            with contextlib.suppress(OSError):
+                folder.mkdir(exist_ok=True)
+                handle, private = tempfile.mkstemp(prefix="tmp-", dir=folder)
+                try:
+                    with os.fdopen(handle, "wb") as file:
+                        file.write(hashlib.sha256(code).digest() + code)
+                    Path(private).replace(folder / bucket.key)
+                    return
+                except OSError:
+                    Path(private).unlink()
+                    raise
+
+
+def kept_bytecode(*further: Path) -> TemplateBytecode:
+    """Return the bytecode in the folder of the templates, as Python keeps the bytecode of modules, if Python may keep
+    any; in further folders if that folder cannot be written."""
+    own = () if sys.dont_write_bytecode else (template_folder() / "__pycache__",)
+    return TemplateBytecode(*own, *further)
 
 
 #: Under ``family/<name>/`` templates are found in the folder of a family, which may be in another distribution.
@@ -102,6 +116,7 @@ def environment() -> jinja2.Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
         autoescape=False,
+        bytecode_cache=kept_bytecode(),
     )
     env.globals["largest_angle"] = LARGEST_ANGLE
     env.globals["elementary"] = tuple(NAMES.values())
