@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 from functools import cache
 from pathlib import Path
@@ -19,6 +20,7 @@ from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.products.fields.documents.reading import hamiltonian_from_data, load_hamiltonian
 from eomgen.products.fields.hamiltonian import model as hamiltonian_model
+from eomgen.products.fields.hamiltonian.code import derive_hamiltonian, library_files, program_of
 from eomgen.products.fields.hamiltonian.model import HamiltonianModel
 from tests.models.cache import shared_cache
 
@@ -382,6 +384,15 @@ def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.Captur
     assert shown["separable"] and shown["method"]["stability_limit"] == pytest.approx(2.0)
     assert main(["info", str(file)]) == 0
     assert "yes: T(p) + V(q)" in capsys.readouterr().out
+    defined = file.with_name("defined.toml")
+    defined.write_text(file.read_text().replace("[parameters]", '[definitions]\nspare = "2*x"\n\n[parameters]'))
+    assert main(["info", str(defined), "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    note = "the definition spare changes nothing: no formula mentions it"
+    assert shown["definitions"] == {"spare": "2*x"} and shown["notes"] == [note]
+    assert main(["info", str(defined)]) == 0
+    text = capsys.readouterr().out
+    assert "spare = 2*x" in text and note in text
     assert main(["linearize", str(file)]) == 3
     assert (
         "this is a Hamiltonian system, and this command or function is for mechanical scenes" in capsys.readouterr().err
@@ -446,6 +457,53 @@ def test_definitions_stand_for_their_formulas() -> None:
     assert document.separable and [term.dependence for term in document.terms].count("potential") == 6
 
 
+#: Definitions in any order, of coordinates, of momenta and of both, and the formulas with definitions in place.
+DEFINED: dict[str, Any] = {
+    "definitions": {
+        "e": "drive + well",
+        "well": "exp(-r2)*coupling",
+        "r2": "x**2 + y**2",
+        "drive": "cosh(p_x) + p_y**2",
+    },
+    "hamiltonian": {"both": "e", "more": "sqrt(1 + r2)"},
+    "outputs": {"share": "well + sin(well)"},
+}
+WRITTEN: dict[str, Any] = {
+    "hamiltonian": {
+        "both": "(cosh(p_x) + p_y**2) + exp(-(x**2 + y**2))*coupling",
+        "more": "sqrt(1 + (x**2 + y**2))",
+    },
+    "outputs": {"share": "exp(-(x**2 + y**2))*coupling + sin(exp(-(x**2 + y**2))*coupling)"},
+}
+
+
+def test_a_definition_is_evaluated_once_under_its_name_in_the_c() -> None:
+    """A definition of coordinates and momenta is split, so that H stays separable, and equal formulas have the same
+    bits."""
+    defined, written = (eomgen.build(changed(**data), profile="quick") for data in (DEFINED, WRITTEN))
+    assert isinstance(defined, HamiltonianModel) and isinstance(written, HamiltonianModel)
+    assert defined.document.separable and not defined.document.notes
+    counts = [derive_hamiltonian(made.document).counts for made in (defined, written)]
+    assert counts[0] == counts[1]
+    state = [0.3, -0.7], [0.2, 0.4]
+    assert defined.energy(*state) == pytest.approx(written.energy(*state), rel=1e-15)
+    runs = [made.simulate(2.0, 0.1) for made in (defined, written)]
+    np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(runs[0].outputs["share"], runs[1].outputs["share"], rtol=1e-13)
+    program = program_of(defined.document)
+    text = library_files(defined.document, program)[f"{program.prefix}.c"]
+    assert all(f"/* Definition {name} */" in text for name in ("well", "r2", "drive"))
+    assert "well_value" in text and "r2_value" in text
+    (observed,) = re.findall(r"\nvoid \w+_observed\(.*?\n}", text, re.DOTALL)
+    assert observed.count("EG_EXP(") == 1
+
+
+def test_definitions_that_no_formula_mentions_are_noted() -> None:
+    document = hamiltonian_from_data(changed(definitions={"spare": "2*x", "kept": 0.5}, outputs={"a": "kept*x"}))
+    assert document.notes == ("the definition spare changes nothing: no formula mentions it",)
+    assert document.definitions == {"spare": "2*x", "kept": "0.5"}
+
+
 def changed(**changes: Any) -> dict[str, Any]:
     return {**HENON_HEILES, **changes}
 
@@ -472,7 +530,13 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(parameters={"coupling": 1.0, "t": 2.0}), "t is the time"),
         (changed(name="2x"), "is not legal"),
         (changed(format=2), "the format is"),
-        (changed(definitions={"a": "b", "b": "x"}), r"\(definitions.a\): unknown name 'b' .*; try: b above this"),
+        (changed(definitions={"a": "b + 1", "b": "2*a"}), r"\(definitions.b\): the definition a mentions itself"),
+        (changed(definitions={"a": "p + x", "b": "2*a"}), r"\(definitions.a\): unknown name 'p' [^\n]*$"),
+        (changed(definitions={"a": ["x"]}), r'\(definitions.a\): a formula is needed here, .*; try: a = "p_x\*\*2/2"'),
+        (
+            changed(definitions={"m": 2}, parameters={"coupling": 1.0, "k": "m + 1"}),
+            r"\(parameters.k\): unknown name 'm' .*; try: the formula of m: numbers are of parameters alone",
+        ),
         (changed(definitions={"x": "y"}), r"\(definitions.x\): the name x is given twice; try: another name$"),
         (changed(definitions={"sin": "y"}), r"\(definitions.sin\): the name sin is a word of formulas; try: sin_value"),
         (
@@ -490,11 +554,11 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(definitions={"a": "sqrt("}), r"\(definitions.a\): "),
         (
             changed(definitions={f"d{k}": f"sin(d{k - 1})" if k else "x + y" for k in range(200)}),
-            r"\(definitions.d199\): with its definitions this has 201 levels, and 200 are taken at most",
+            r"\(definitions.d\d+\): more than 50 definitions are within one another .*; try: shorter definitions, or",
         ),
         (
             changed(definitions={f"d{k}": f"d{k - 1} + d{k - 1}*x" if k else "x + y" for k in range(17)}),
-            r"\(definitions.d16\): with its definitions this has 196607 names, and 100000 are taken at most",
+            r"\(definitions.d\d+\): the formula has \d+ operations in \d+ levels with its definitions written out, of",
         ),
         (
             {key: item for key, item in HENON_HEILES.items() if key != "format"},

@@ -52,12 +52,14 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     shown = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
     rows = [("coordinates", f"{len(names)}: {shown}")]
     rows += [("parameters", ", ".join(f"{item.name} = {item.value:.6g}" for item in document.parameters[:8]))]
+    rows += [("definition", f"{name} = {text}") for name, text in document.definitions.items()]
     rows += [("terms of H", ", ".join(f"{count} {name}" for name, count in parts.items()))]
     rows += [("separable", "yes: T(p) + V(q)" if document.separable else f"no, by {', '.join(coupled[:4])}")]
     gradients = _gradients(chosen)
     steps = f"{counted(gradients, 'evaluation')} of forces a step" if gradients else _KINDS[chosen.kind]
     limit = f", stable up to step x frequency = {chosen.stability_limit:.4g}" if chosen.stability_limit else ""
     rows += [("method", f"{chosen.name}, order {chosen.order}, {steps}{limit}")]
+    rows += [("note", note) for note in document.notes]
     print_table(document.name, ("", ""), [row for row in rows if row[1]])
     functions = ((name, system.functions[name].description, str(count["flops"])) for name, count in counts.items())
     print_table("functions", ("", "", "operations"), functions, numeric=(2,))
@@ -79,7 +81,9 @@ def _data(
             for item in document.coordinates
         ],
         "parameters": {item.name: item.value for item in document.parameters},
+        "definitions": dict(document.definitions),
         "outputs": [item.name for item in document.outputs],
+        "notes": list(document.notes),
         "separable": document.separable,
         "terms": terms,
         "coupled": coupled,

@@ -20,6 +20,8 @@ _NUMBER = re.compile(r"\s*-?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,2})?\s*", re.ASCII)
 MOST_OPERATIONS, MOST_LEVELS = 20_000, 150
 #: Definitions within one another at most.
 MOST_NESTED = 50
+#: Remedy for definitions that are too large.
+IN_PLACE = "an internal state, an input or an output in place of a definition"
 
 
 class DefinitionError(FormulaError):
@@ -98,7 +100,7 @@ class NamedExpression:
     def _check_nesting(self, more: int) -> None:
         if len(self.open) + more > MOST_NESTED:
             fault = f"more than {MOST_NESTED} definitions are within one another"
-            raise DefinitionError(fault, 1, "an internal state, an input or an output in place of a definition")
+            raise DefinitionError(fault, 1, IN_PLACE)
 
 
 def named_expressions(texts: Mapping[str, str | float]) -> dict[str, NamedExpression]:
@@ -146,7 +148,7 @@ def check_extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) ->
             f"the formula has {operations} operations in {levels} levels with its definitions written out, of at most"
             f" {MOST_OPERATIONS} and {MOST_LEVELS}"
         )
-        raise FormulaError(fault, 1, "an internal state, an input or an output in place of a definition")
+        raise FormulaError(fault, 1, IN_PLACE)
 
 
 def extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) -> tuple[int, int]:

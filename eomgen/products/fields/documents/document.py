@@ -121,6 +121,10 @@ class Hamiltonian:
         The sum of the terms is H.
     content : bytes
         All that determines the equations and the start; not how runs are made.
+    definitions : mapping
+        Named expressions of the formulas, as text.
+    notes : tuple of str
+        On definitions that no formula mentions.
     """
 
     name: str
@@ -132,6 +136,8 @@ class Hamiltonian:
     description: str = ""
     content: bytes = b""
     metadata: Mapping[str, Any] = field(default_factory=dict)
+    definitions: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def separable(self) -> bool:

@@ -9,13 +9,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields, replace
 from typing import Any
 
-from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown
+from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown, unmentioned
 from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.products.fields.documents.document import DATA_KINDS, OPERATOR_KINDS, Chains, Parameter, Run
-from eomgen.scene.formula.definitions import NamedExpression
-from eomgen.scene.formula.namespaces import mentions_any, read_included
+from eomgen.scene.formula.definitions import IN_PLACE, NamedExpression, named_expressions
+from eomgen.scene.formula.namespaces import in_order_of_mention, mentions_any, read_included
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.kinds import described
@@ -34,6 +34,7 @@ class FieldEntries:
         self.report = report
         #: Definitions with a fault that is reported, and definitions that mention such a definition.
         self.refused: set[str] = set()
+        self.defined: dict[str, NamedExpression] = {}
 
     def head(self, known: Iterable[str]) -> str:
         """Check keys, format and kind of a file; return the name."""
@@ -117,8 +118,34 @@ class FieldEntries:
                 self.report.add(key, error.what, self.hint(error))
             return None
 
+    def definitions(self, names: SceneNames, scope: Scope, example: str) -> None:
+        """Read the definitions alone, each with all names of the file; formulas read them in their own names."""
+        texts: dict[str, str | float] = {}
+        for name, text in self.section("definitions").items():
+            if isinstance(text, str | int | float) and not isinstance(text, bool):
+                texts[name] = text
+            else:
+                fault = f"a formula is needed here, not {described(text)}"
+                self.report.add(f"definitions.{name}", fault, f'{name} = "{example}"')
+                self.refused.add(name)
+        self.defined = named_expressions(texts)
+        names = replace(names, definitions=self.defined)
+        for name in in_order_of_mention(self.defined):
+            if self.formula(f"definitions.{name}", self.defined[name].text, names, scope) is None:
+                self.refused.add(name)
+
+    def unused(self) -> tuple[str, ...]:
+        """Return a note on the definitions that no formula mentions; none if formulas mention all."""
+        note = unmentioned("definition", "definitions", [name for name, item in self.defined.items() if not item.used])
+        return (note,) if note else ()
+
     def hint(self, error: FormulaError) -> str:
         """Return a hint for a formula with a fault."""
+        own = [name for name in self.section("definitions") if error.fault.startswith(f"unknown name {shown(name)}")]
+        if own:
+            return f"the formula of {own[0]}: numbers are of parameters alone"
+        if error.hint == IN_PLACE:  # such files have no inputs
+            return "shorter definitions, or terms that repeat"
         if "units are not read" in error.what:
             return 'the number alone; unit = "m" with it is a label'
         return error.hint
@@ -248,7 +275,7 @@ def _sections(*, copies: bool) -> dict[str, Schema]:
     return {
         "parameters": _entries(_parameters(), "numbers that runs may change", copies=copies),
         "coordinates": _entries(coordinate, "coordinates with their momenta", copies=copies),
-        "definitions": _entries(_FORMULA, "names of formulas, each of the names above it", copies=copies),
+        "definitions": _entries(_FORMULA, "names of formulas, each of other definitions in any order", copies=copies),
         "hamiltonian": terms if copies else {"anyOf": [_FORMULA, terms], "description": "H, or terms whose sum it is"},
         "outputs": _entries(output, "quantities of the state along a run", copies=copies),
     }

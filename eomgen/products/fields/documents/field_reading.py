@@ -11,7 +11,7 @@ from dataclasses import fields as fields_of
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown, unmentioned
+from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula  # ZERO: in place of refused values, which are reported
@@ -33,10 +33,8 @@ from eomgen.products.fields.documents.document import (
     Table,
 )
 from eomgen.products.fields.documents.entries import KIND, FieldEntries, cell_formula, check_keys
-from eomgen.scene.formula.definitions import NamedExpression, named_expressions
-from eomgen.scene.formula.namespaces import in_order_of_mention, mentions_any
+from eomgen.scene.formula.namespaces import mentions_any
 from eomgen.scene.formula.scope import SceneNames, Scope
-from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import read_text, shown_file
@@ -120,7 +118,6 @@ class _FieldReader(FieldEntries):
         self.folder = folder
         self.known: list[Parameter] = []
         self.axes: tuple[str, ...] = ()
-        self.defined: dict[str, NamedExpression] = {}
 
     def read(self) -> FieldSystem | None:
         """Return the system; None if a problem has been reported."""
@@ -130,7 +127,9 @@ class _FieldReader(FieldEntries):
         cells, lengths, unit = self.mesh()
         self.axes = OF_PLACES[: len(cells)]
         self.check_names()
-        self.definitions()
+        own = [*self.section("operators")]
+        more = (*self.axes, *own, *(f"{name}{VARIANCE}" for name in own), *self.section("data"))
+        self.definitions(self.names(self.waves, more), _ANYWHERE, "exp(-(4*k)**2)")
         given = self.columns()
         operators = self.operators([item.name for item in given if item.kind not in DRAWN])
         truth = self.truth(given)
@@ -170,7 +169,7 @@ class _FieldReader(FieldEntries):
                 default=str,
             ).encode(),
             {name: item.text for name, item in self.defined.items()},
-            (unused,) if (unused := self.unused()) else (),
+            self.unused(),
         )
 
     def places(self, operators: Iterable[Operator], given: Iterable[Data]) -> list[str]:
@@ -220,34 +219,6 @@ class _FieldReader(FieldEntries):
             if f"{name}{VARIANCE}" in seen:
                 key = f"{seen[f'{name}{VARIANCE}'].strip('[]')}.{name}{VARIANCE}"
                 self.report.add(key, f"this is the name of the variance of {name}", "another name")
-
-    # -- definitions -------------------------------------------------------------------------------------------------
-
-    def definitions(self) -> None:
-        """Read the definitions alone, each with all names of the file; formulas read them in their own names."""
-        texts: dict[str, str | float] = {}
-        for name, text in self.section("definitions").items():
-            if isinstance(text, str | int | float) and not isinstance(text, bool):
-                texts[name] = text
-            else:
-                fault = f"a formula is needed here, not {described(text)}"
-                self.report.add(f"definitions.{name}", fault, f'{name} = "exp(-(4*k)**2)"')
-                self.refused.add(name)
-        own = [*self.section("operators")]
-        more = (*self.axes, *own, *(f"{name}{VARIANCE}" for name in own), *self.section("data"))
-        self.defined = named_expressions(texts)
-        names = self.names(self.waves, more)
-        for name in in_order_of_mention(self.defined):
-            if self.formula(f"definitions.{name}", self.defined[name].text, names, _ANYWHERE) is None:
-                self.refused.add(name)
-
-    def unused(self) -> str:
-        """Return a note on the definitions that no formula mentions; empty if there are none."""
-        return unmentioned("definition", "definitions", [name for name, item in self.defined.items() if not item.used])
-
-    def hint(self, error: FormulaError) -> str:
-        own = [name for name in self.defined if error.fault.startswith(f"unknown name {shown(name)}")]
-        return f"the formula of {own[0]}: numbers are of parameters alone" if own else super().hint(error)
 
     @property
     def waves(self) -> tuple[str, ...]:

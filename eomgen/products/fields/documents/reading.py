@@ -1,5 +1,4 @@
-"""Reading of files with ``kind = "hamiltonian"``, with formulas and definitions: every problem of a file is reported at
-once, by key and line."""
+"""Reading of files with ``kind = "hamiltonian"``: every problem of a file is reported at once, by key and line."""
 
 from __future__ import annotations
 
@@ -7,14 +6,14 @@ import json
 import math
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 from eomgen.base.messages import NAME_RULE, is_legal, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
-from eomgen.formula.nodes import ZERO, Formula, Operation, Symbol
+from eomgen.formula.nodes import Formula, Operation
 from eomgen.formula.words import RESERVED
 from eomgen.products.fields.documents.document import (
     NO_START,
@@ -28,7 +27,6 @@ from eomgen.products.fields.documents.document import (
     Term,
 )
 from eomgen.products.fields.documents.entries import FieldEntries, check_keys
-from eomgen.scene.formula.namespaces import mapped
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.kinds import described
@@ -41,11 +39,6 @@ from eomgen.scene.sources.toml import toml_data
 OF_FIELDS = "eomgen sample or info, or eomgen.sampling.sample(...)"
 #: Sections whose entries may repeat.
 SECTIONS = ("parameters", "coordinates", "definitions", "hamiltonian", "outputs")
-#: Largest number of names of the state and of parameters in a formula, after expansion of definitions.
-_MOST_NAMES = 100_000
-#: Largest number of levels of brackets in a formula after expansion of definitions: functions over formulas recurse at
-#: each level.
-_MOST_LEVELS = 200
 _KEYS = ("format", "kind", "name", "description", *SECTIONS, "repeat", "simulation")
 _OF_STATES = Scope("coordinates, momenta and parameters (H does not depend on time)", frozenset({"parameter", "state"}))
 #: Operations at which a sum of terms is split.
@@ -95,10 +88,6 @@ def hamiltonian_from_data(
 
 
 class _HamiltonianReader(FieldEntries):
-    def __init__(self, data: Mapping[str, Any], report: Report) -> None:
-        super().__init__(data, report)
-        self.defined: dict[str, tuple[Formula, int]] = {}
-
     def read(self) -> Hamiltonian | None:
         """Return the system; None if a problem has been reported."""
         data, report = self.data, self.report
@@ -110,10 +99,9 @@ class _HamiltonianReader(FieldEntries):
         values = {item.name: item.value for item in parameters}
         states = tuple(state for item in coordinates for state in (item.name, item.momentum))
         self.check_names([*values, *states, *self.section("definitions")])
-        names = SceneNames(
-            parameters=dict.fromkeys(values, True), states=dict.fromkeys((*states, *self.section("definitions")))
-        )
-        self.definitions(states, values)
+        names = SceneNames(parameters=dict.fromkeys(values, True), states=states)
+        self.definitions(names, _OF_STATES, "p_x**2/2")
+        names = replace(names, definitions=self.defined)
         momenta = {item.momentum for item in coordinates}
         terms = self.terms(names, momenta)
         outputs = self.outputs(names)
@@ -134,49 +122,11 @@ class _HamiltonianReader(FieldEntries):
             json.dumps(
                 {key: item for key, item in data.items() if key != "simulation"}, sort_keys=True, default=str
             ).encode(),
+            definitions={name: item.text for name, item in self.defined.items()},
+            notes=self.unused(),
         )
 
-    def formula(
-        self, key: str, text: object, names: SceneNames, scope: Scope, inner: SceneNames | None = None
-    ) -> Formula | None:
-        """Return a formula with definitions replaced by their formulas; None for a fault, which is reported."""
-        return self.expanded(key, super().formula(key, text, names, scope, inner))[0]
-
-    def expanded(self, key: str, formula: Formula | None) -> tuple[Formula | None, int]:
-        """Return a formula with definitions replaced, and the number of names in the result."""
-        count = 0
-
-        def replaced(symbol: Symbol) -> Formula:
-            nonlocal count
-            formula, names = self.defined.get(symbol.name, (symbol, 1)) if symbol.kind == "state" else (symbol, 1)
-            count += names
-            return formula
-
-        made = mapped(formula, replaced) if formula is not None and "definitions" in self.data else formula
-        if count > _MOST_NAMES:
-            fault = f"with its definitions this has {count} names, and {_MOST_NAMES} are taken at most"
-            self.report.add(key, fault, "shorter definitions, or terms that repeat")
-            return None, 1
-        if made is not None and "definitions" in self.data and (levels := _levels(made)) > _MOST_LEVELS:
-            fault = f"with its definitions this has {levels} levels, and {_MOST_LEVELS} are taken at most"
-            self.report.add(key, fault, "definitions that build on fewer others")
-            return None, 1
-        return made, count
-
-    def definitions(self, states: Iterable[str], values: Iterable[str]) -> None:
-        """Read definitions, each of the previous names."""
-        known = dict.fromkeys(states)
-        for name, text in self.section("definitions").items():
-            key = f"definitions.{name}"
-            names = SceneNames(parameters=dict.fromkeys(values, True), states=known)
-            formula, count = self.expanded(key, super().formula(key, text, names, _OF_STATES))
-            self.defined[name] = (formula or ZERO, max(count, 1))
-            known[name] = None
-
     def hint(self, error: FormulaError) -> str:
-        below = [name for name in self.section("definitions") if error.what.startswith(f"unknown name {shown(name)}")]
-        if below:
-            return f"{below[0]} above this line: definitions use names that stand above them"
         if error.what.startswith("unknown name 'p'"):
             return 'p_x for the momentum of x, or momentum = "p" in its coordinate'
         return super().hint(error)
@@ -246,7 +196,9 @@ class _HamiltonianReader(FieldEntries):
         for name, text in table.items():
             formula = self.formula(f"hamiltonian.{name}" if name else "hamiltonian", text, names, _OF_STATES)
             if formula is not None:
-                made += [Term(name or "hamiltonian", part, _dependence(part, momenta)) for part in summands(formula)]
+                made += [
+                    Term(name or "hamiltonian", part, _dependence(part, momenta)) for part in summands(formula, momenta)
+                ]
         return made
 
     def outputs(self, names: SceneNames) -> list[Output]:
@@ -319,10 +271,6 @@ class _HamiltonianReader(FieldEntries):
                 self.report.add(f"coordinates.{item.name}", fault, "a term of H with them, or leave it out")
 
 
-def _levels(formula: Formula) -> int:
-    return 1 + max(map(_levels, formula.arguments), default=0) if isinstance(formula, Operation) else 1
-
-
 _START = "{ initial = [0.1, 0.0] }"
 
 
@@ -342,18 +290,23 @@ def _dependence(formula: Formula, momenta: set[str]) -> Dependence:
     return "potential"
 
 
-def summands(formula: Formula) -> list[Formula]:
-    """Return summands of a formula, with sums multiplied out if their factor has parameters only."""
-    if not isinstance(formula, Operation):
+def summands(formula: Formula, momenta: set[str]) -> list[Formula]:
+    """Return summands of a formula, with sums multiplied out if their factor has parameters only.
+
+    A definition stays whole, so that the C has it under its name, unless it is of coordinates and of momenta: its
+    summands may be of either alone.
+    """
+    if not isinstance(formula, Operation) or (formula.label and _dependence(formula, momenta) != "coupled"):
         return [formula]
     arguments = formula.arguments
     if formula.name == "neg":
-        return [-part for part in summands(arguments[0])]
+        return [-part for part in summands(arguments[0], momenta)]
     if formula.name in _SUMS:
-        second = summands(arguments[1])
-        return [*summands(arguments[0]), *(second if formula.name == "add" else [-part for part in second])]
+        second = summands(arguments[1], momenta)
+        second = second if formula.name == "add" else [-part for part in second]
+        return [*summands(arguments[0], momenta), *second]
     if formula.name in ("mul", "div") and not _states(arguments[1]):
-        return [Operation(formula.name, (part, arguments[1])) for part in summands(arguments[0])]
+        return [Operation(formula.name, (part, arguments[1])) for part in summands(arguments[0], momenta)]
     if formula.name == "mul" and not _states(arguments[0]):
-        return [Operation("mul", (arguments[0], part)) for part in summands(arguments[1])]
+        return [Operation("mul", (arguments[0], part)) for part in summands(arguments[1], momenta)]
     return [formula]
