@@ -457,6 +457,7 @@ LATE: dict[str, dict[str, str]] = {
     "simulation.simulate": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.checkpoint": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.outcome": {"simulation.judgement": "a run is judged when its solution is asked for it"},
+    "simulation.judgement.remarks": {"simulation.judgement.diagnosis": "few runs have states of few values"},
     "simulation.judgement.finished_run": {
         "analysis.state_warnings": "a run is judged when its solution is asked for it",
         "simulation.accuracy": "likewise",

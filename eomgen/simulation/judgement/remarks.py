@@ -23,7 +23,6 @@ from eomgen.formula.evaluate import evaluate, evaluate_batch
 from eomgen.formula.nodes import Formula
 from eomgen.lie.numeric import rotated
 from eomgen.results.finding import FAILURE, NOTE, Finding
-from eomgen.simulation.judgement.diagnosis import values_at_rows
 from eomgen.simulation.judgement.doubts import LARGE_ERROR
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.fast_motions import fast_laws
@@ -170,8 +169,11 @@ def coarse_quanta(model: CompiledModel, states: States, p: Array, signals: Input
         if state.sampling is not None and state.sampling.quantum and not state.sampling.controller
         if np.ptp(values := columns[f"z.{state.name}"]) < (_FEW_VALUES - 0.5) * state.sampling.quantum
     ]
-    numbers = values_at_rows(model, states, p, signals) if few else {}
-    findings = []
+    if not few:
+        return []
+    from eomgen.simulation.judgement.diagnosis import values_at_rows  # noqa: PLC0415  # few runs need it
+
+    numbers, findings = values_at_rows(model, states, p, signals), []
     for state, sampling, rounded in few:
         try:
             exact = evaluate_batch(sampling.formula, lambda symbol: numbers[symbol.kind, symbol.name, symbol.index])
