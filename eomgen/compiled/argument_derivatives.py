@@ -62,7 +62,8 @@ def sparsity(model: ExtensibleModel, term: str, order: int = 1, *, of: Sequence[
     Parameters
     ----------
     term : str
-        ``inverse_dynamics`` or ``forward_dynamics``.
+        ``inverse_dynamics``, ``forward_dynamics``, ``internal_rate`` or ``outputs``; with constraints ``residual`` or
+        ``constraint``.
     order : int, optional
         1: Jacobian; 2: Hessian, with both triangles.
     of : sequence of str, optional
@@ -111,7 +112,8 @@ def derivatives(
     Parameters
     ----------
     term : str
-        ``inverse_dynamics`` or ``forward_dynamics``.
+        ``inverse_dynamics``, ``forward_dynamics``, ``internal_rate`` or ``outputs``; with constraints ``residual`` or
+        ``constraint``.
     q, v, a : array_like
         Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised; a by forward dynamics
         if the term takes it and it is not given.
@@ -174,7 +176,8 @@ def hessian(
     Parameters
     ----------
     term : str
-        ``inverse_dynamics`` or ``forward_dynamics``.
+        ``inverse_dynamics``, ``forward_dynamics``, ``internal_rate`` or ``outputs``; with constraints ``residual`` or
+        ``constraint``.
     weights : array_like
         One weight for each number of the term, (..., rows): multipliers of an optimisation.
     q, v, a : array_like
@@ -212,22 +215,34 @@ def hessian(
     """
     name = _name(model, term, 2)
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "multipliers": multipliers}
-    given["weights"] = components("weights", weights, model.evaluator.functions.sizes[_ROWS[term]])
+    given["weights"] = components("weights", weights, _rows(model.evaluator.functions, term))
     return _values(model, name, of, {**given, "parameters": parameters}, sparse=sparse)
 
 
-#: Block with as many numbers as a term.
-_ROWS = dict.fromkeys(DIFFERENTIATED, "v")
+#: Blocks with as many numbers as terms.
+_ROWS = {"constraint": "holonomic", "internal_rate": "z"}
+
+
+def _rows(functions: Functions, term: str) -> int:
+    """Return the number of components of a term."""
+    if term == "outputs":
+        return sum(int(item["size"]) for item in functions.library.layout["outputs"])
+    return functions.sizes[_ROWS.get(term, "v")]
 
 
 def _name(model: ExtensibleModel, term: str, order: int) -> str:
     """Return the name of the term of derivatives. Raises UsageError if there is none."""
+    evaluator = model.evaluator
     if term not in DIFFERENTIATED:
         fault = f"there are no derivatives of {shown(str(term))} in all arguments"
         raise UsageError(Problem("term", fault, nearest(str(term), DIFFERENTIATED)))
-    if term == "forward_dynamics" and model.evaluator.multipliers:
+    if term == "forward_dynamics" and evaluator.multipliers:
         fault = "forward_dynamics of a scene with constraints has two results, vdot and multipliers"
-        raise UsageError(Problem("term", fault, "inverse_dynamics, with the constraints as equations"))
+        raise UsageError(Problem("term", fault, "residual and constraint, with the multipliers as arguments"))
+    if term in ("residual", "constraint") and not evaluator.multipliers:
+        raise UsageError(Problem("term", f"{term} has derivatives in scenes with constraints", "inverse_dynamics"))
+    if not _rows(evaluator.functions, term):
+        raise UsageError(Problem("term", f"{term} of this scene has no numbers", "inverse_dynamics"))
     return f"{term}_{'hessian' if order == 2 else 'derivatives'}"
 
 
@@ -261,7 +276,13 @@ def _layout(functions: Functions, name: str, of: Sequence[str] | None) -> _Layou
 
 
 def _made_layout(functions: Functions, name: str, of: Sequence[str] | None) -> _Layout:
-    taken = [block for block in ARGUMENTS if block in functions.inputs(name)]
+    sizes = {block: size_of(functions, block) for block in ARGUMENTS}
+    firsts = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
+    rows, columns = unpacked_places(functions.library.layout["patterns"][name])
+    read = {
+        block for block in ARGUMENTS if np.any((firsts[block] <= columns) & (columns < firsts[block] + sizes[block]))
+    }
+    taken = [block for block in ARGUMENTS if block in functions.inputs(name) or block in read]
     chosen = taken if of is None else list(of)
     for block in chosen:
         if block not in taken:
@@ -269,15 +290,12 @@ def _made_layout(functions: Functions, name: str, of: Sequence[str] | None) -> _
             raise UsageError(Problem("of", fault, f"some of {', '.join(taken)}"))
     if len(set(chosen)) < len(chosen):
         raise UsageError(Problem("of", f"{', '.join(chosen)} has an argument twice", "each once"))
-    sizes = {block: size_of(functions, block) for block in ARGUMENTS}
-    firsts = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
     slices, size = dict[str, slice](), 0
     place = np.full(sum(sizes.values()), -1)
     for block in chosen:
         slices[block] = slice(size, size + sizes[block])
         place[firsts[block] : firsts[block] + sizes[block]] = np.arange(size, size + sizes[block])
         size += sizes[block]
-    rows, columns = unpacked_places(functions.library.layout["patterns"][name])
     numbers = np.arange(len(rows))
     second = name.endswith("_hessian")
     if second:
@@ -288,7 +306,7 @@ def _made_layout(functions: Functions, name: str, of: Sequence[str] | None) -> _
     kept = np.flatnonzero((rows >= 0) & (columns >= 0))
     order = kept[np.lexsort((rows[kept], columns[kept]))]
     starts = np.concatenate([[0], np.cumsum(np.bincount(columns[order], minlength=size))])
-    height = size if second else functions.sizes[_ROWS[TERMS[name].differentiated]]
+    height = size if second else _rows(functions, TERMS[name].differentiated)
     return _Layout(Sparsity((height, size), starts, rows[order], slices), numbers[order])
 
 

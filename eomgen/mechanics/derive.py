@@ -220,7 +220,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
             hint = "terms without this one, or formulas in place of the law"
             raise ModelError(Problem(name, str(error), hint)) from None
         made[name] = Function(name, term.description, term.inputs, blocks)
-    read = tape.blocks_read({name: function.refs for name, function in made.items()})
+    read = _blocks_read(derivation, made)
     timed = any("t" in blocks for blocks in read.values())
     order = max((TERMS[name].order for name in terms), default=0)
     taken = {block for function in made.values() for block in function.inputs}
@@ -280,6 +280,15 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         defaults=dict(vars(scene.simulation)),
         order=order,
     )
+
+
+def _blocks_read(derivation: Derivation, made: Mapping[str, Function]) -> dict[str, set[str]]:
+    """Return the input blocks that each function depends on; first and second derivatives take the same blocks."""
+    read = derivation.tape.blocks_read({name: function.refs for name, function in made.items()})
+    for name in (name for name in made if TERMS[name].differentiated and TERMS[name].of_motion):
+        values = [ref for block in RECORDERS[TERMS[name].differentiated](derivation) for ref in block.refs]
+        read[name] |= {symbol.block for symbol in derivation.tape.depends_on(values)}
+    return read
 
 
 def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import reduce
 from operator import or_
@@ -443,3 +443,44 @@ def dot(tape: Tape, x: Sequence[Ref], y: Sequence[Ref]) -> Ref:
     for first, second in zip(x, y, strict=True):
         total = tape.add(total, tape.mul(first, second))
     return total
+
+
+def substituted(tape: Tape, outputs: Sequence[Ref], values: Mapping[Ref, Ref]) -> list[Ref]:
+    """Return outputs recorded again with other references in place of some nodes, such as inputs.
+
+    Raises
+    ------
+    ValueError
+        Outputs with loops or calls of external functions.
+    """
+    known = {abs(node): ref if node > 0 else -ref for node, ref in values.items()}
+
+    def there(ref: Ref) -> Ref:
+        return known[ref] if ref > 0 else -known[-ref]
+
+    for node in tape.live(outputs):
+        if node in known:
+            continue
+        op = tape.op[node]
+        operands = [there(ref) for ref in tape.operands(node)]
+        if op in LEAVES:
+            known[node] = node
+        elif op is _MAP:
+            raise ValueError("loops and calls are not recorded again")
+        elif op is _CURVE:
+            known[node] = tape.curve(*tape.curves[tape.b[node]], operands[0])
+        elif op in _RECORDED:
+            known[node] = _RECORDED[op](tape, *operands)
+        else:
+            known[node] = tape.call(op, *operands)
+    return [there(ref) for ref in outputs]
+
+
+#: Operations with rules of their own.
+_RECORDED: Mapping[Op, Callable[..., Ref]] = {
+    _ADD: Tape.add,
+    _SUB: Tape.sub,
+    _MUL: Tape.mul,
+    _DIV: Tape.div,
+    _SELECT: Tape.select,
+}

@@ -398,7 +398,14 @@ def _rates() -> Iterator[Term]:
 
 
 #: Terms with derivatives in all arguments -> symbol in descriptions.
-DIFFERENTIATED: Mapping[str, str] = {"inverse_dynamics": "tau", "forward_dynamics": "vdot"}
+DIFFERENTIATED: Mapping[str, str] = {
+    "inverse_dynamics": "tau",
+    "forward_dynamics": "vdot",
+    "residual": "r",
+    "constraint": "Phi",
+    "internal_rate": "zdot",
+    "outputs": "y",
+}
 #: Arguments of these derivatives, in the order of rows and columns; t is one number.
 ARGUMENTS = ("q", "v", "a", "z", "lam", "u", "p", "t")
 
@@ -412,6 +419,8 @@ def _derivatives() -> Iterator[Term]:
         first = f"nonzeros of the Jacobian of {symbol} in {arguments}"
         second = f"nonzeros of the lower triangle of the Hessian of weights . {symbol} in {arguments}"
         changes: dict[str, Any] = {"on_request": True, "differentiated": name, "quadratic": False}
+        if name == "residual":  # inverse dynamics without constraints
+            changes["exists"] = _CONSTRAINED
         yield replace(term, name=f"{name}_derivatives", description=first, **changes)
         inputs = (*term.inputs, "weights")
         yield replace(term, name=f"{name}_hessian", inputs=inputs, description=second, **changes)

@@ -21,6 +21,7 @@ from eomgen.scene.builder import SceneBuilder
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENE = EXAMPLES / "double_pendulum_on_shaking_base" / "scene.toml"
 Array = np.ndarray
+FUNCTIONS = ["inverse_dynamics", "forward_dynamics", "outputs", "step"]
 
 
 @cache
@@ -101,7 +102,7 @@ def test_a_step_is_that_of_the_method_and_its_derivatives_those_of_complex_steps
     assert np.max(np.abs(hessian - expected)) < 1e-8 * np.max(np.abs(hessian))
 
 
-@pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics", "step"])
+@pytest.mark.parametrize("name", FUNCTIONS)
 def test_the_sparsity_is_exact(name: str, rng: np.random.Generator) -> None:
     """Each structural nonzero of Jacobian and Hessian is a nonzero at some random point, and CasADi finds no others."""
     function = functions()[name]
@@ -124,7 +125,7 @@ def test_a_folder_compiles_strictly_and_takes_null_for_zeros_and_for_no_result(t
     subprocess.run(strict, check=True, cwd=folder)
     library = folder / command[command.index("-o") + 1]
     symbols = [item["symbol"] for item in manifest["casadi"]]
-    assert [symbol.partition("_casadi_")[2] for symbol in symbols] == ["inverse_dynamics", "forward_dynamics", "step"]
+    assert [symbol.partition("_casadi_")[2] for symbol in symbols] == FUNCTIONS
     name = symbols[1]
     shared = ctypes.CDLL(str(library))
     work = (ctypes.c_longlong * 4)()
@@ -168,7 +169,7 @@ def test_a_solver_in_c_that_casadi_writes_is_linked_with_the_folder(tmp_path: Pa
 def test_a_library_is_compiled_once(monkeypatch: pytest.MonkeyPatch) -> None:
     functions()
     monkeypatch.setattr("eomgen.products.optimisers.casadi_functions.generate", None)
-    assert list(eomgen.casadi(model(), profile="quick")) == ["inverse_dynamics", "forward_dynamics", "step"]
+    assert list(eomgen.casadi(model(), profile="quick")) == FUNCTIONS
 
 
 def ball() -> eomgen.Scene:
@@ -187,7 +188,7 @@ def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         eomgen.generate(SCENE, tmp_path / "c", ["mass"], target="casadi")
     assert str(of_terms.value) == (
         "usage error: terms: the target casadi writes functions with derivatives, and 'mass' has none; try: one of"
-        " inverse_dynamics, forward_dynamics"
+        " inverse_dynamics, forward_dynamics, residual, constraint, internal_rate, outputs"
     )
     with pytest.raises(eomgen.UsageError, match="there is no function of CasADi 'steps'; try: step"):
         functions()["steps"]

@@ -141,7 +141,14 @@ PLANTED = [
             ("drone", "inverse_dynamics_hessian"),
             ("drone", "forward_dynamics_derivatives"),
             ("drone", "forward_dynamics_hessian"),
-            ("gate", "inverse_dynamics_hessian"),
+            ("drone", "internal_rate_derivatives"),
+            ("drone", "internal_rate_hessian"),
+            ("drone", "outputs_derivatives"),
+            ("drone", "outputs_hessian"),
+            ("gate", "residual_derivatives"),
+            ("gate", "residual_hessian"),
+            ("gate", "constraint_derivatives"),
+            ("gate", "constraint_hessian"),
         )
     ),
 ]

@@ -16,15 +16,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from eomgen.mechanics.dynamics.elimination import solve_tree
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.implicit_step import Entries, nonzeros
 from eomgen.mechanics.tree.base import base_law
+from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.calculus.partials import forward_partials, gradient_along
-from eomgen.symbolic.operations import InputSymbol
-from eomgen.symbolic.tape import ONE, ZERO, Ref
+from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.scalar import Scalar
+from eomgen.symbolic.tape import ONE, ZERO, Ref, substituted
 from eomgen.system.system import Block
-from eomgen.system.terms import ARGUMENTS
+from eomgen.system.terms import ARGUMENTS, TERMS
+
+#: Velocity components up to which forward dynamics is also differentiated operation by operation, to take the way with
+#: fewer operations.
+_FEW = 4
 
 
 def derivative_blocks(derivation: Derivation, name: str, blocks: Sequence[Block]) -> list[Block]:
@@ -32,66 +39,167 @@ def derivative_blocks(derivation: Derivation, name: str, blocks: Sequence[Block]
 
     Nonzeros are column by column, rows ascending: the order of compressed columns.
     """
-    values = [ref for block in blocks for ref in block.refs]
-    seeds, size = _directions(derivation)
-    entries = (_hessian if name.endswith("_hessian") else _jacobian)(derivation, values, seeds, size)
+    values, second = [ref for block in blocks for ref in block.refs], name.endswith("_hessian")
+    arguments = Arguments(derivation)
+    ways = []
+    if TERMS[name].differentiated == "forward_dynamics" and _implicit(derivation):
+        ways.append(_ForwardDynamics(arguments, values).hessian() if second else _ForwardDynamics(arguments, values).A)
+    if not ways or derivation.tree.nv <= _FEW:
+        ways.append(arguments.hessian(values) if second else arguments.jacobian(values))
+    tape = derivation.tape
+    entries = min(ways, key=lambda way: tape.counts(way.values()).weight)
     by_columns = {(column, row): ref for (row, column), ref in entries.items()}
     block = nonzeros(derivation, name, by_columns, name)
     derivation.patterns[name] = tuple((row, column) for column, row in derivation.patterns[name])
     return [block]
 
 
-def _directions(derivation: Derivation) -> tuple[Seeds, int]:
-    """Return tangents of all arguments, numbered in the order of ``ARGUMENTS``, and their number."""
-    tape, scene, tree = derivation.tape, derivation.scene, derivation.tree
-    rows = 0 if derivation.constraints is None else len(derivation.constraints.rows.all)
-    tunable = sum(item.tunable for item in scene.parameters)
-    sizes = {"q": tree.nv, "v": tree.nv, "a": tree.nv, "z": len(scene.states), "lam": rows}
-    sizes |= {"u": len(scene.inputs), "p": tunable, "t": 1}
-    seeds: Seeds = dict(configuration_directions(tree))
-    law: Seeds = {}
-    first = tree.nv
-    for block in ARGUMENTS[1:]:
-        own: Seeds = {InputSymbol(block, k): {first + k: ONE} for k in range(sizes[block])}
-        seeds |= own
-        law |= own if block in ("p", "t") else {}
-        first += sizes[block]
-    if scene.base is not None:
-        with tape.block("partials of the motion of the base"):
-            values = [value.ref for value in base_law(derivation.algebra, scene.base, tree.parameters)]
-            tangents = forward_partials(tape, values, law)
-        seeds |= {InputSymbol("base", k): tangent for k, tangent in enumerate(tangents) if tangent}
-    return seeds, first
+def _implicit(derivation: Derivation) -> bool:
+    """Return whether derivatives of forward dynamics are made of derivatives of inverse dynamics, with solves of M."""
+    return not (derivation.ill_scaled or derivation.deep or _loops(derivation))
 
 
-def _jacobian(derivation: Derivation, values: Sequence[Ref], seeds: Seeds, size: int) -> Entries:
-    """Return the nonzeros of the Jacobian of values by (row, column)."""
-    with derivation.tape.block("Jacobian in all arguments"):
-        tangents = forward_partials(derivation.tape, values, seeds)
-    return {(row, column): ref for row, tangent in enumerate(tangents) for column, ref in tangent.items()}
-
-
-def _hessian(derivation: Derivation, values: Sequence[Ref], seeds: Seeds, size: int) -> Entries:
-    """Return the nonzeros of the lower triangle of the Hessian of weights . values by (row, column)."""
+def _loops(derivation: Derivation) -> bool:
     tape = derivation.tape
-    weights = [tape.input("weights", number) for number in range(len(values))]
-    with tape.block("gradient of the weighted sum"):
-        gradient = gradient_along(tape, values, weights, seeds, size)
-    with tape.block("Hessian of the weighted sum"):
-        changes = forward_partials(tape, gradient, seeds)
-        entries = {
-            (row, column): ref
-            for row, tangent in enumerate(changes)
-            for column, ref in tangent.items()
-            if column <= row and abs(ref) != ZERO
-        }
-        half = tape.constant(0.5)
-        for factor in derivation.tree.factors:
-            own = range(factor.v_start, factor.v_start + factor.v_size)
-            if factor.group == "R":
-                continue
-            for row in own:
-                for column in range(factor.v_start, row):
+    return any(tape.op[node] is Op.MAP for node in tape.live([value.ref for value in derivation.inverse()]))
+
+
+class _ForwardDynamics:
+    """Derivatives of vdot = f(x) by the equations G(x, f(x)) = 0 of inverse dynamics.
+
+    First derivatives: M f_x = -G_x. Second ones, with mu = M^-1 weights and E = (1, f_x): weights . f_xx = -E^T (mu .
+    G_..) E, in which a is vdot; G is linear in a.
+
+    Parameters
+    ----------
+    vdot : references of the accelerations
+    """
+
+    def __init__(self, arguments: Arguments, vdot: Sequence[Ref]) -> None:
+        derivation, tape, nv = arguments.derivation, arguments.derivation.tape, arguments.derivation.tree.nv
+        self.arguments, self.vdot = arguments, vdot
+        self.accelerations = {tape.input("a", k): ref for k, ref in enumerate(vdot)}
+        self.of_a = range(arguments.firsts["a"], arguments.firsts["a"] + nv)
+        self.equations = [value.ref for value in derivation.inverse()]
+        partials = arguments.jacobian(self.equations)
+        places = [place for place in partials if place[1] not in self.of_a]
+        refs = substituted(tape, [partials[place] for place in places], self.accelerations)
+        columns: dict[int, dict[int, Ref]] = {}
+        for (row, column), ref in zip(places, refs, strict=True):
+            columns.setdefault(column, {})[row] = ref
+        self.A: Entries = {}
+        with tape.block("solves of the mass matrix for each argument"):
+            for column, right in sorted(columns.items()):
+                for row, ref in enumerate(self.solved([-right[k] if k in right else ZERO for k in range(nv)])):
+                    if abs(ref) != ZERO:
+                        self.A[row, column] = ref
+
+    def solved(self, right: Sequence[Ref]) -> list[Ref]:
+        """Return M^-1 right."""
+        derivation = self.arguments.derivation
+        values = [Scalar(derivation.tape, ref) for ref in right]
+        return [x.ref for x in solve_tree(derivation.mass_rows, values, derivation.tree.dof_parents())]
+
+    def hessian(self) -> Entries:
+        """Return the nonzeros of the lower triangle of the Hessian of weights . vdot by (row, column)."""
+        tape = self.arguments.derivation.tape
+        weights = [tape.input("weights", k) for k in range(len(self.vdot))]
+        with tape.block("weights of the equations"):
+            multipliers = self.solved([-ref for ref in weights])
+        whole = self.arguments.hessian(self.equations)
+        new = {**self.accelerations, **dict(zip(weights, multipliers, strict=True))}
+        refs = substituted(tape, list(whole.values()), new)
+        result: Entries = {}
+        of_a: dict[int, list[tuple[int, Ref]]] = {}
+        first = self.of_a.start
+        for (row, column), ref in zip(whole, refs, strict=True):
+            if row in self.of_a:
+                of_a.setdefault(column, []).append((row - first, ref))
+            elif column in self.of_a:
+                of_a.setdefault(row, []).append((column - first, ref))
+            else:
+                result[row, column] = ref
+        with tape.block("second derivatives through the accelerations"):
+            for x, entries in sorted(of_a.items()):
+                for y in sorted({column for _, column in self.A}):
+                    total = ZERO
+                    for k, ref in entries:
+                        if (k, y) in self.A:
+                            total = tape.add(total, tape.mul(ref, self.A[k, y]))
+                    place = max(x, y), min(x, y)
+                    twice = tape.mul(tape.constant(2.0), total) if x == y else total
+                    result[place] = tape.add(result.get(place, ZERO), twice)
+        return {place: ref for place, ref in result.items() if abs(ref) != ZERO}
+
+
+class Arguments:
+    """Directions of differentiation in all arguments, numbered in the order of ``ARGUMENTS``.
+
+    Attributes
+    ----------
+    seeds : tangents of all quantities that the arguments move
+    size : number of directions
+    firsts : first direction of each argument
+    """
+
+    def __init__(self, derivation: Derivation) -> None:
+        tape, scene, tree = derivation.tape, derivation.scene, derivation.tree
+        self.derivation = derivation
+        rows = 0 if derivation.constraints is None else len(derivation.constraints.rows.all)
+        tunable = sum(item.tunable for item in scene.parameters)
+        sizes = {"q": tree.nv, "v": tree.nv, "a": tree.nv, "z": len(scene.states), "lam": rows}
+        sizes |= {"u": len(scene.inputs), "p": tunable, "t": 1}
+        self.seeds: Seeds = dict(configuration_directions(tree))
+        self.firsts, self.size, law = {"q": 0}, tree.nv, dict[Ref | InputSymbol, Tangent]()
+        for block in ARGUMENTS[1:]:
+            own: Seeds = {InputSymbol(block, k): {self.size + k: ONE} for k in range(sizes[block])}
+            self.seeds |= own
+            law |= own if block in ("p", "t") else {}
+            self.firsts[block], self.size = self.size, self.size + sizes[block]
+        if scene.base is not None:
+            with tape.block("partials of the motion of the base"):
+                values = [value.ref for value in base_law(derivation.algebra, scene.base, tree.parameters)]
+                tangents = forward_partials(tape, values, law)
+            self.seeds |= {InputSymbol("base", k): tangent for k, tangent in enumerate(tangents) if tangent}
+
+    def jacobian(self, values: Sequence[Ref]) -> Entries:
+        """Return the nonzeros of the Jacobian of values by (row, column)."""
+        tape = self.derivation.tape
+        with tape.block("Jacobian in all arguments"):
+            tangents = forward_partials(tape, values, self.seeds)
+        entries = {(row, column): ref for row, tangent in enumerate(tangents) for column, ref in tangent.items()}
+        entries = {place: ref for place, ref in entries.items() if abs(ref) != ZERO}
+        known = self._partials(values)
+        ways = [entries, {place: known.get(place, ref) for place, ref in entries.items()}]
+        return min(ways, key=lambda way: tape.counts(way.values()).weight)
+
+    def _partials(self, values: Sequence[Ref]) -> Entries:
+        """Return the partials of inverse dynamics in q, v and a by recursion, an empty mapping for other values."""
+        derivation = self.derivation
+        inverse = [value.ref for value in derivation.inverse()]
+        if list(values) != inverse or derivation.constrained or derivation.large:
+            return {}
+        nv, entries = derivation.tree.nv, dict[tuple[int, int], Ref]()
+        for block, name in zip(derivation.partials(), ("q", "v", "a"), strict=True):
+            for place, ref in enumerate(block.refs):
+                row, column = divmod(place, nv)
+                entries[row, self.firsts[name] + column] = ref
+        return entries
+
+    def hessian(self, values: Sequence[Ref]) -> Entries:
+        """Return the nonzeros of the lower triangle of the Hessian of weights . values by (row, column)."""
+        tape, entries = self.derivation.tape, dict[tuple[int, int], Ref]()
+        weights = [tape.input("weights", number) for number in range(len(values))]
+        with tape.block("gradient of the weighted sum"):
+            gradient = gradient_along(tape, values, weights, self.seeds, self.size)
+        with tape.block("Hessian of the weighted sum"):
+            changes = forward_partials(tape, gradient, self.seeds)
+            for row, tangent in enumerate(changes):
+                entries |= {(row, column): ref for column, ref in tangent.items() if column <= row}
+            half = tape.constant(0.5)
+            for factor in self.derivation.tree.factors:
+                own = range(factor.v_start, factor.v_start + factor.v_size)
+                for row, column in ((i, j) for i in own for j in own if j < i and factor.group != "R"):
                     there, back = (changes[i].get(j, ZERO) for i, j in ((row, column), (column, row)))
                     entries[row, column] = tape.mul(half, tape.add(there, back))
-    return {place: ref for place, ref in entries.items() if abs(ref) != ZERO}
+        return {place: ref for place, ref in entries.items() if abs(ref) != ZERO}

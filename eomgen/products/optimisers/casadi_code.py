@@ -121,12 +121,8 @@ class Exported:
 def plain(program: Program, name: str) -> Exported:
     """Return a function of the model, whose derivatives are functions of the model."""
     function = program.function(name)
-    taken = {
-        block
-        for term in (name, f"{name}_derivatives", f"{name}_hessian")
-        for block in program.function(term).inputs
-        if term in program.function_names
-    }
+    terms = [term for term in (name, f"{name}_derivatives", f"{name}_hessian") if term in program.function_names]
+    taken = {block for term in terms for block in program.function(term).inputs}
     taken |= {"t"} if "base" in taken else set()
     sizes = {block: program.input_size(block) for block in ARGUMENTS if block in taken and block != "base"}
     sizes = {block: size for block, size in sizes.items() if size}
@@ -370,7 +366,9 @@ def exported_functions(program: Program) -> tuple[list[Exported], Step | None]:
         names = ", ".join((*turning, *program.angles))
         fault = f"CasADi's functions need a configuration of plain numbers, and {names} is none"
         raise ModelError(Problem(program.prefix, fault, "joints of one angle or length each, or eomgen's own hessian"))
-    functions = [plain(program, name) for name in DIFFERENTIATED if name in program.function_names]
+    known = program.function_names
+    there = [name for name in DIFFERENTIATED if name in known and f"{name}_derivatives" in known]
+    functions = [plain(program, name) for name in there if program.function(name).outputs]
     step = None
     for rate in functions:
         if rate.name == "forward_dynamics" and not program.sizes["z"]:

@@ -29,18 +29,18 @@ def casadi(
 ) -> NamedResults[Any]:
     """Return functions of a scene for CasADi, with exact sparse Jacobians and Hessians in C.
 
-    ``forward_dynamics``: (q, v, u, p, t) -> vdot; ``inverse_dynamics``: (q, v, a, u, p, t) -> tau; ``step``, one step
-    of the method ``rk4``: (x, u, p, t, h) -> x_next, x = (q, v). Inputs that the scene does not have are left out: see
-    ``name_in()``. CasADi differentiates these functions like expressions; the Hessian of a Lagrangian
-    is one call in C.
+    ``forward_dynamics``: (q, v, z, u, p, t) -> vdot; ``inverse_dynamics``: (q, v, a, z, u, p, t) -> tau; with
+    constraints ``residual``: (q, v, a, z, lam, u, p, t) -> r and ``constraint``: (q, p, t) -> Phi; ``internal_rate``
+    and ``outputs``; ``step``, one step of the method ``rk4``: (x, u, p, t, h) -> x_next, x = (q, v). Inputs that the
+    scene does not have are left out: see ``name_in()``. CasADi differentiates these functions like expressions; the
+    Hessian of a Lagrangian is one call in C.
 
     Parameters
     ----------
     scene : Model, Scene, path, or mapping
         As in ``build``, in coordinates of one number for each degree of freedom.
     terms : sequence of str, optional
-        Functions among ``inverse_dynamics`` and ``forward_dynamics``; all that the scene has by default. ``step`` comes
-        with ``forward_dynamics``.
+        Functions among these; all that the scene has by default. ``step`` comes with ``forward_dynamics``.
     profile : str
         Profile of the compiler, as in ``build``.
 

@@ -22,7 +22,7 @@ from eomgen.compiled.functions import LEAST, Choice, Functions, LaneCompanions, 
 from eomgen.errors import EomgenError, ModelError, Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.system.sparsity import unpacked_places
-from eomgen.system.terms import ARGUMENTS, DIFFERENTIATED, TERMS
+from eomgen.system.terms import ARGUMENTS, TERMS
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.compiler import RunningCompilers, in_background
 from eomgen.toolchain.large_stack import stack_size
@@ -43,6 +43,8 @@ typedef struct {
 void *eomgen_xla(void *);
 """
 _TARGET = "eomgen"
+#: Terms with derivatives that are functions of JAX.
+_OFFERED = ("inverse_dynamics", "forward_dynamics")
 #: Operations of a thread at least, some milliseconds; a thread takes a tenth of this time to start.
 _SHARE = 10_000_000
 #: Samples by which lanes are compared with the model.
@@ -112,7 +114,7 @@ class JaxFunctions:
         self._factors = tuple(evaluator.factors)
         self._calls: dict[str, _TermCall] = {}
         self._defaults = {"p": evaluator.parameters(None), "z": evaluator.internal(None)}
-        self._dynamics = {name: self._differentiable(name) for name in DIFFERENTIATED}
+        self._dynamics = {name: self._differentiable(name) for name in _OFFERED}
 
     def forward_dynamics(
         self,
