@@ -74,7 +74,11 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_wheel_carries_the_templates_and_no_tests(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     folder = CHECKOUT / "templates"
-    templates = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+    templates = sorted(
+        str(path.relative_to(folder))
+        for path in folder.rglob("*")
+        if path.is_file() and path.parent.name != "__pycache__"
+    )
     assert {"c/model/model.c.jinja", "html/animation.html"} <= set(templates)
     carried = [name.removeprefix("eomgen/_templates/") for name in names if name.startswith("eomgen/_templates/")]
     assert sorted(carried) == templates
