@@ -39,11 +39,11 @@ from eomgen.toolchain.compiler import (
 )
 from eomgen.toolchain.library import LaneLibrary, Library
 from eomgen.toolchain.profiles import (
-    AFTER_REGISTERS,
     ENGINE_FLAGS,
     OF_STRAIGHT,
     STANDARD_PROFILE,
     Profile,
+    beside_straight,
     passes_for,
     without_slow_passes,
 )
@@ -367,7 +367,7 @@ class Builder:
         if name in straight:
             return without_slow_passes(self.flags, self.compiler.version, OF_STRAIGHT)
         if straight:  # in a run of a model this long, functions take most of the time, not the stepper
-            return without_slow_passes(self.flags, self.compiler.version, AFTER_REGISTERS)
+            return without_slow_passes(self.flags, self.compiler.version, beside_straight(text))
         return passes_for(text, self.flags, self.compiler.version)
 
     def build_lanes(self, library: Library, cdef: str, files_of: LaneFiles) -> LaneLibrary | str:

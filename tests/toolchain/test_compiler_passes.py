@@ -16,7 +16,14 @@ from eomgen.toolchain import profiles
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import find_compiler
-from eomgen.toolchain.profiles import AFTER_REGISTERS, OF_STRAIGHT, PROFILES, passes_for, without_slow_passes
+from eomgen.toolchain.profiles import (
+    AFTER_REGISTERS,
+    OF_ELIMINATION,
+    OF_STRAIGHT,
+    PROFILES,
+    passes_for,
+    without_slow_passes,
+)
 from tests.toolchain.test_builder import FILES, build
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -72,6 +79,8 @@ def test_the_stepper_of_a_model_with_several_files_has_few_passes() -> None:
     builder = Builder("fast")
     few = without_slow_passes(builder.flags, builder.compiler.version, AFTER_REGISTERS)
     assert builder._flags_for("arm_step.c", "", {"arm.c", "arm_2.c"}) == few
+    fewest = without_slow_passes(builder.flags, builder.compiler.version, OF_ELIMINATION)
+    assert builder._flags_for("car_step.c", "x" * 130_001, {"car.c", "car_2.c"}) == fewest
     assert builder._flags_for("arm_step.c", "", ()) == builder.flags
 
 
@@ -103,7 +112,7 @@ def test_the_bits_are_as_of_all_passes(
 ) -> None:
     scene = EXAMPLES / example / "scene.toml"
     monkeypatch.setattr(profiles, "_LONG", 0)  # as if these sources were long
-    monkeypatch.setattr(profiles, "_WITHOUT_SLOW_PASSES", (*profiles._WITHOUT_SLOW_PASSES, *OF_STRAIGHT))
+    monkeypatch.setattr(profiles, "_WITHOUT_SLOW_PASSES", (*profiles._WITHOUT_SLOW_PASSES, *OF_ELIMINATION))
     few = _bits(built_in(tmp_path / "few", scene, method="generalized_alpha", profile=profile))
     monkeypatch.setattr(profiles, "_WITHOUT_SLOW_PASSES", ("-O2",))
     every = _bits(built_in(tmp_path / "every", scene, method="generalized_alpha", profile=profile))
