@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.errors import UsageError
+from eomgen.simulation.judgement import remarks
 
 
 @cache
@@ -91,3 +93,12 @@ def test_ends_of_a_spring_that_pass_one_another_are_named() -> None:
 def test_other_springs_are_not(length: float, start: float, offset: float) -> None:
     """Linear from no length on; never as short; past one another at a distance."""
     assert "pass one another" not in message(spring(length, start, offset))
+
+
+def test_every_spring_that_passes_is_named_however_many_are_examined_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    builder = spring(1.0, 2.5).point("far", "base", [0.3, 0, 0])
+    builder.spring("other", "far", "a", stiffness=1e-9, length=1.0)
+    together = message(builder)
+    assert re.search(r"the ends of the springs s at t = 0\.\d+ s, other at t = 0\.\d+ s pass one another", together)
+    monkeypatch.setattr(remarks, "_TOGETHER", 1)
+    assert message(builder) == together

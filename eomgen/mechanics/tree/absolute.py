@@ -15,7 +15,7 @@ from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
 from eomgen.lie.product import Factor
-from eomgen.mechanics.tree.inertia import RecordedInertia, added_masses, inertia_about_center
+from eomgen.mechanics.tree.inertia import RecordedInertia, added_masses, elements_with_mass, inertia_about_center
 from eomgen.mechanics.tree.joints import IDENTITY, JointMotion, columns_of, name_rotation, own_coordinates, pose_of
 from eomgen.mechanics.tree.links import (
     CARRIER,
@@ -65,12 +65,13 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
         BASE: Mount(CARRIER, algebra.identity, algebra.zero_vector),
         WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
     }
+    with_mass = elements_with_mass(scene)
     hosts: list[Body] = []
     totals: list[RecordedInertia] = []
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
         tensor = tuple(number(entry) for entry in body.inertia)
         inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
-        inertia = replace(inertia, added=added_masses(algebra, scene, body.name, number))
+        inertia = replace(inertia, added=added_masses(algebra, with_mass.get(body.name, ()), number))
         if not joint.kind.moves:
             above = mounts[joint.parent]
             orientation = multiply(above.orientation, algebra.matrix(joint.orientation))

@@ -20,7 +20,13 @@ from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
 from eomgen.mechanics.tree.beam_body import elastic_body
 from eomgen.mechanics.tree.beam_fields import moves, station_motion
-from eomgen.mechanics.tree.inertia import AddedMass, RecordedInertia, added_masses, inertia_about_center
+from eomgen.mechanics.tree.inertia import (
+    AddedMass,
+    RecordedInertia,
+    added_masses,
+    elements_with_mass,
+    inertia_about_center,
+)
 from eomgen.mechanics.tree.joints import (
     JointCoordinates,
     JointMotion,
@@ -178,9 +184,10 @@ def build_tree(
         WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
     }
     tree, links = Tree(algebra, (), mounts, parameters, factors, coordinates), list[Link]()
+    with_mass = elements_with_mass(scene)
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
         merged, turned = joint.name not in apart, joint.name in along_z
-        added = added_masses(algebra, scene, body.name, number)
+        added = added_masses(algebra, with_mass.get(body.name, ()), number)
         tree.mounts[body.name] = _add_body(tree, links, body, joint, number, added, merged=merged, along_z=turned)
         if body.beam is not None:
             tree = add_beam(replace(tree, links=tuple(links)), scene, body, joint, number)

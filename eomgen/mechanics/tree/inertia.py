@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from eomgen.base.data import dataclass
 from eomgen.base.products import named
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.laws.derived import LAWS
+from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import (
     Algebra,
@@ -83,16 +84,24 @@ class RecordedInertia:
         return RecordedInertia(self.mass, first, (rows[0], rows[1], rows[2]), added)  # type: ignore[arg-type]  # three entries each
 
 
+def elements_with_mass(scene: Scene) -> dict[str, list[ForceElement]]:
+    """Return the force elements that add mass to bodies, by body."""
+    result: dict[str, list[ForceElement]] = {}
+    for element in scene.elements:
+        if body := element.adds_mass_to:
+            result.setdefault(body, []).append(element)
+    return result
+
+
 def added_masses(
-    algebra: Algebra, scene: Scene, body: str, number: Callable[[Formula], Scalar]
+    algebra: Algebra, elements: Iterable[ForceElement], number: Callable[[Formula], Scalar]
 ) -> tuple[AddedMass, ...]:
     """Return the masses that force elements add to a body, in the body frame, by the functions named in the elements'
     classes."""
     result: list[AddedMass] = []
-    for element in scene.elements:
-        if element.adds_mass_to == body:
-            added: Any = named(element.added_masses)
-            result += added(algebra, element, number)
+    for element in elements:
+        added: Any = named(element.added_masses)
+        result += added(algebra, element, number)
     return tuple(result)
 
 

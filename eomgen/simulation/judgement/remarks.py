@@ -149,6 +149,9 @@ _MET = 0.05
 #: Number of examined rows, evenly chosen, and the limit for the motion of ends between two of these rows, in lengths at
 #: rest.
 _ROWS, _FAR = 2048, 2.0
+#: Number of rows times springs that are examined at once.
+_TOGETHER = 100_000
+_ENDS = ("first", "second")
 #: Signs that turn a quaternion into its inverse.
 _BACK = np.array([1.0, -1.0, -1.0, -1.0])
 
@@ -212,27 +215,28 @@ def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Findin
         except (ArithmeticError, KeyError):
             return 0.0
 
-    lengths = {line.name: number(line.length) for line in lines}
-    if not any(length > 0.0 for length in lengths.values()):
+    lengths = np.array([number(line.length) for line in lines])
+    if not np.any(lengths > 0.0):
         return None
     t, q = (array[:: -(-len(t) // _ROWS)] for array in (t, q))
-    pose = model.evaluate("poses", q, t=t, parameters=p)["pose"]
-    pose_of = {name: pose[:, k] for k, name in enumerate(model.bodies)}
-    still = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
-    pose_of |= {WORLD: still, BASE: model.base(t, parameters=p)[:, :7] if "base" in model.functions else still}
+    poses, places = _poses(model, t, q, p), {name: k for k, name in enumerate((*model.bodies, WORLD, BASE))}
     points = {
-        point.name: (point.body, np.array([number(part) for part in point.position]))
+        point.name: (places[point.body], [number(part) for part in point.position])
         for point in model.description.drawing.points
     }
+    ends = [tuple(map(np.array, zip(*(points[getattr(line, end)] for line in lines), strict=True))) for end in _ENDS]
     result: dict[str, float] = {}
-    for line in lines:
-        ends = [(pose_of[body], place) for body, place in (points[line.first], points[line.second])]
-        first, second = (rotated(pose[:, :4], place) + pose[:, 4:] for pose, place in ends)
-        apart = second - first
-        seen = [rotated(pose[:, :4] * _BACK, apart) for pose, _ in ends]
-        met = np.flatnonzero(np.logical_and(*(_meetings(vectors, lengths[line.name]) for vectors in seen)))
-        if len(met):
-            result[line.name] = float(t[met[0] + 1])
+    count = max(1, _TOGETHER // len(t))
+    for part in (slice(first, first + count) for first in range(0, len(lines), count)):
+        carriers = [poses[:, body[part]] for body, _ in ends]
+        first, second = (
+            rotated(pose[..., :4], position[part]) + pose[..., 4:]
+            for pose, (_, position) in zip(carriers, ends, strict=True)
+        )
+        seen = [rotated(pose[..., :4] * _BACK, second - first) for pose in carriers]
+        met = np.logical_and(*(_meetings(vectors, lengths[part]) for vectors in seen))
+        for k in np.flatnonzero(met.any(axis=0)):
+            result[lines[part.start + k].name] = float(t[np.argmax(met[:, k]) + 1])
     if not result:
         return None
     named = ", ".join(f"{name} at t = {time:.6g} s" for name, time in result.items())
@@ -241,14 +245,23 @@ def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Findin
     return Finding(time=min(result.values()), text=text, hint="limits that stop the motion before")
 
 
-def _meetings(vectors: Array, length: float) -> Array:
-    """Return between which rows a spring from end to end, (rows, 3), turns round by way of next to no length."""
+def _poses(model: CompiledModel, t: Array, q: Array, p: Array) -> Array:
+    """Return the poses of the bodies, of the world and of the base, (rows, bodies + 2, 7)."""
+    bodies = model.evaluate("poses", q, t=t, parameters=p)["pose"]
+    still = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    base = model.base(t, parameters=p)[:, :7] if "base" in model.functions else still
+    frames = [np.broadcast_to(pose, (len(t), 7))[:, np.newaxis] for pose in (still, base)]
+    return np.concatenate([bodies, *frames], axis=1)
+
+
+def _meetings(vectors: Array, length: Array) -> Array:
+    """Return between which rows springs from end to end, (rows, springs, 3), turn round by way of next to no length."""
     before, after = vectors[:-1], vectors[1:]
     way = after - before
-    square = np.sum(way * way, axis=1)
-    share = np.clip(-np.sum(before * way, axis=1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
-    shortest = np.linalg.norm(before + share[:, np.newaxis] * way, axis=1)
-    turned = np.sum(before * after, axis=1) < 0.0
+    square = np.sum(way * way, axis=-1)
+    share = np.clip(-np.sum(before * way, axis=-1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    shortest = np.linalg.norm(before + share[..., np.newaxis] * way, axis=-1)
+    turned = np.sum(before * after, axis=-1) < 0.0
     return np.asarray(turned & (shortest < _MET * length) & (square < (_FAR * length) ** 2))
 
 
