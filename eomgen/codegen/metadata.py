@@ -48,14 +48,20 @@ def _without_tables(method: Mapping[str, Any]) -> dict[str, Any]:
     return {key: left(value) if key == "solver" else value for key, value in method.items()}
 
 
-#: Numbers on the stack for each velocity, in the deepest calls of a stepper: copies of states, and vectors.
+#: Numbers on the stack for each velocity and internal state, in the deepest calls of a stepper: copies of states, and
+#: vectors.
 _OF_STEPPER = 60
+#: Square matrices of the partials of internal states on the stack, in the deepest calls of an implicit stepper.
+_OF_STATES = 2
 
 
 def stack_bytes(program: Program) -> int:
     """Return an estimate of the largest stack that the functions of a Program need."""
     of_functions = max((function.workspace for function in program.functions), default=0)
-    return 8 * (of_functions + (_OF_STEPPER * program.sizes["v"] if program.method else 0))
+    if not program.method:
+        return 8 * of_functions
+    states = program.sizes["z"]
+    return 8 * (of_functions + _OF_STEPPER * (program.sizes["v"] + states) + _OF_STATES * states**2)
 
 
 def interface_layout(program: Program) -> dict[str, Any]:

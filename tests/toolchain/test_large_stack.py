@@ -12,6 +12,12 @@ from typing import Any
 
 import pytest
 
+import eomgen
+from eomgen.codegen.convert import to_program
+from eomgen.codegen.metadata import stack_bytes
+from eomgen.integrators.families.register import method_named
+from eomgen.integrators.stepper_data import method_data
+from eomgen.mechanics.derive import derive
 from eomgen.toolchain.large_stack import ENOUGH, LargeStackFunctions, thread_time_ns, with_stack
 
 MEGABYTES = 40
@@ -67,3 +73,14 @@ def test_time_of_such_functions_counts_for_the_thread_that_calls() -> None:
     before = thread_time_ns()
     spent = lib.eomgen_run()
     assert thread_time_ns() - before >= spent >= 5_000_000
+
+
+def test_long_delays_have_the_stack_of_the_partials_of_their_states() -> None:
+    builder = eomgen.SceneBuilder("delayed").body("cart", 2.0)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], stiffness=50.0, initial={"position": 0.1})
+    builder.state("position", sample=0.002, formula="q.rail", delay=2.0).effort("servo", "rail", "-3 * position")
+    system = derive(builder.build())
+    program = to_program(system, method_data(method_named("generalized_alpha"), system, 1e-3))
+    states = program.sizes["z"]
+    assert states > 1000
+    assert stack_bytes(program) > 8 * states**2 > ENOUGH
