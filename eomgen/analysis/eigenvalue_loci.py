@@ -4,6 +4,7 @@ Campbell diagrams, over a tunable parameter or over a velocity of a steady motio
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +26,7 @@ from eomgen.linear.campbell_search import campbell as diagram
 from eomgen.linear.eigenvalue_loci import Campbell, RootLocus
 from eomgen.linear.eigenvalue_loci import root_locus as followed_roots
 from eomgen.linear.linearization import Linearization
-from eomgen.linear.multiblade import Blades
+from eomgen.linear.multiblade import AT_ONE_AZIMUTH, Blades
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -205,8 +206,13 @@ def campbell(
             motion = motion_along(model, found_once, moving, held, initial, parameters or None, t, u)
         return linearize(model, t=t, u=u, at=motion, parameters=parameters or None, multiblade=multiblade)
 
+    def of_oscillations(value: float, before: Linearization | None) -> Linearization:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", f".*{AT_ONE_AZIMUTH}")  # of signals, on which oscillations do not depend
+            return linearized(value, before)
+
     with shown_progress(progress, f"{model.name}: {speed}") as report, one_thread_of_algebra(model.nv):
-        return diagram(speed, unit, array.tolist(), linearized, orders, whirl, report)
+        return diagram(speed, unit, array.tolist(), of_oscillations, orders, whirl, report)
 
 
 def _increasing(values: Sequence[float]) -> Array:

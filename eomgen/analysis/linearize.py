@@ -25,7 +25,7 @@ from eomgen.analysis.operating_point import (
 from eomgen.analysis.sparse_partials import dense, sampled_part, sparse_partials
 from eomgen.analysis.steady_motion import SteadyMotion
 from eomgen.base.arrays import Array
-from eomgen.base.messages import nearest, shown
+from eomgen.base.messages import listed, nearest, shown
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, check_name, number_of
 from eomgen.compiled.coordinates import StateArrays, coordinate_units
@@ -35,6 +35,7 @@ from eomgen.lie.product import update
 from eomgen.linear.freedom import Measures, Partials, freedom, singular_mechanism
 from eomgen.linear.linearization import Linearization, Names, Reference
 from eomgen.linear.multiblade import (
+    AT_ONE_AZIMUTH,
     Basis,
     Blades,
     Multiblade,
@@ -166,6 +167,8 @@ def orientations(model: CompiledModel, q: Array) -> dict[str, tuple[float, ...]]
 _LATER, _SAME = 0.11, 1e-6
 #: Parts of a turn after which models in multiblade coordinates are compared: no rotor of few blades is alike there.
 _AZIMUTHS = (0.11, 0.37, 0.71)
+#: Part of the largest coefficient of signals below which a coefficient is rounding.
+_ROUNDING = 1e-12
 #: Largest acceleration of a state that counts as rest, m/s^2 or rad/s^2.
 _RESTS = 1e-3
 #: Names in ``Partials`` of blocks of the terms, if different.
@@ -439,7 +442,31 @@ def _in_multiblade_coordinates(
     variation, row = _variation(result, models, rotors)
     if not variation <= _SAME:
         raise _changing(first, models, rotors, (variation, result.state_space().states[row]))
+    _warn_of_one_azimuth(result, _at_azimuths(models, rotors), rotors)
     return replace(result, multiblade=replace(result.multiblade, variation=variation))
+
+
+def _warn_of_one_azimuth(result: Linearization, others: Sequence[Linearization], rotors: Sequence[Rotor]) -> None:
+    """Warn of inputs and outputs that change with the azimuth in a model that does not: signals of single blades."""
+    spaces = [model.state_space() for model in (result, *others)]
+    sizes = _sizes(result)
+    rows = {"output": [space.C / sizes for space in spaces], "input": [space.B.T * sizes for space in spaces]}
+    told = []
+    for kind, (first, *later) in rows.items():
+        largest = np.max(np.abs(first), axis=1, initial=0.0)
+        change = np.max([np.max(np.abs(other - first), axis=1, initial=0.0) for other in later], axis=0)
+        changing = change > np.maximum(_SAME * largest, _ROUNDING * np.max(largest, initial=0.0))
+        names = [name for name, true in zip(getattr(spaces[0], f"{kind}s"), changing, strict=True) if true]
+        if names:
+            told.append(f"the {kind}{'s' if len(names) > 1 else ''} {listed(names)}")
+    if told:
+        turning = ", ".join(rotor.name for rotor in rotors if rotor.speed)
+        warnings.warn(
+            f"{' and '.join(told)} {AT_ONE_AZIMUTH} of {turning}, because their part of the linear model turns; try:"
+            " the equal signals of all blades as a group of multiblade",
+            RuntimeWarning,
+            stacklevel=4,
+        )
 
 
 def _changing(
@@ -466,16 +493,27 @@ def _variation(
     result: Linearization, models: Sequence[tuple[float, Linearization]], rotors: Sequence[Rotor]
 ) -> tuple[float, int]:
     """Return the largest change of a model over later models, each after so many seconds, and the state's number."""
-    matrices = []
+    matrices = [model.state_space().A for model in _at_azimuths(models, rotors)]
+    A = result.state_space().A
+    return largest_change(A, matrices, _sizes(result), max(rotor.speed**2 for rotor in rotors))
+
+
+def _at_azimuths(models: Sequence[tuple[float, Linearization]], rotors: Sequence[Rotor]) -> list[Linearization]:
+    """Return models, each after so many seconds, in the multiblade coordinates at this time."""
+    turned = []
     for seconds, moved in models:
         there = [replace(rotor, azimuth=rotor.azimuth + rotor.speed * seconds) for rotor in rotors]
-        matrices.append(_turned(moved, there).state_space().A)
-    A = result.state_space().A
-    sizes = np.ones(len(A))
-    if result.free.holonomic:
-        inertias = np.sqrt(np.abs(np.diag(result.M0)))
+        turned.append(_turned(moved, there))
+    return turned
+
+
+def _sizes(linear: Linearization) -> Array:
+    """Return the sizes of states that make entries comparable: roots of inertias."""
+    sizes = np.ones(len(linear.state_space().A))
+    if linear.free.holonomic:
+        inertias = np.sqrt(np.abs(np.diag(linear.M0)))
         sizes[: 2 * len(inertias)] = np.tile(inertias, 2)
-    return largest_change(A, matrices, sizes, max(rotor.speed**2 for rotor in rotors))
+    return sizes
 
 
 def _rotors(

@@ -29,6 +29,8 @@ _SMALL = 1e-6
 _FEWEST = 3
 _EXAMPLE = '{"spin": [("flap_1", "flap_2", "flap_3")]}'
 
+#: Words of the warning of signals of single blades, which leave frequencies and shapes as they are.
+AT_ONE_AZIMUTH = "in no group of multiblade hold at one azimuth"
 #: Groups of equal coordinates by the component of the rotor: each of the blades in the order of azimuth.
 Blades = Mapping[str, Sequence[Sequence[str]]]
 

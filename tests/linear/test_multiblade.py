@@ -207,6 +207,27 @@ def test_a_cyclic_moment_moves_the_support_as_the_equations_say() -> None:
         assert x == pytest.approx(z if w > 0.0 else np.conj(z), abs=1e-13)
 
 
+def test_signals_of_single_blades_in_no_group_are_named() -> None:
+    """Signals of the support and signals in groups are the same at all azimuths; a diagram needs no signals."""
+    scene = scene_of(3)
+    scene["inputs"] = {"push": {"unit": "N"}, **{name: {"unit": "N m"} for name in blades(3, "moment")}}
+    scene["efforts"] = {f"pull_{k}": {"joint": f"lag_{k}", "effort": f"moment_{k}"} for k in (1, 2, 3)}
+    scene["efforts"]["push"] = {"joint": "x", "effort": "push"}
+    scene["outputs"] = {"tip_2": {"formula": "q.lag_2"}, "sway": {"formula": "q.x + 2 * q.y"}}
+    model, u = eomgen.build(scene, profile="quick"), dict.fromkeys(("push", *blades(3, "moment")), 0.0)
+    text = (
+        r"the output tip_2 and the inputs moment_1, moment_2, moment_3 in no group of multiblade hold at one azimuth of"
+        r" shaft, because their part of the linear model turns; try: the equal signals of all blades as a group"
+    )
+    with pytest.warns(RuntimeWarning, match=text):
+        model.linearize(multiblade={"shaft": GROUP}, u=u)
+    with pytest.warns(RuntimeWarning, match="^the output tip_2 in no group"):
+        model.linearize(multiblade={"shaft": [GROUP, blades(3, "moment")]}, u=u)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        model.campbell("speed", [1.0, 1.5], u=u, multiblade={"shaft": [GROUP]})
+
+
 def test_a_campbell_diagram_has_the_frequencies_of_an_observer_and_the_sense_of_whirl() -> None:
     model = rotor()
     diagram = model.campbell("speed", np.linspace(0.5, 4.0, 4), orders=(1,), multiblade={"shaft": [GROUP]})
