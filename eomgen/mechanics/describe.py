@@ -113,6 +113,7 @@ def describe(scene: Scene) -> Description:
             _element_stiffness(item.beam) for item in scene.elements if isinstance(item, CosseratBeam)
         ),
         frames=scene.frames,
+        contacts=tuple(_contacts(scene)),
         linear_parameters=linear_parameters(scene),
         drawing=_drawing(scene),
         simulation=scene.simulation,
@@ -287,7 +288,7 @@ def _drawing(scene: Scene) -> Drawing:
         + tuple(_elements(scene)),
         wheels=tuple(item for item in drawn if isinstance(item, Wheel)),
         shapes=(*scene.shapes, *_rolling_shapes(scene)),
-        contact_surfaces=tuple(_surfaces(scene)),
+        contact_surfaces=tuple(item for item in _contacts(scene) if item.size != ZERO),
         ground=_ground(scene),
     )
 
@@ -341,14 +342,16 @@ def _rolling_solid(item: Constraint) -> tuple[str, tuple[Formula, ...]]:
     return "wheel", (item.radius, _DISC_WIDTH * item.radius)
 
 
-def _surfaces(scene: Scene) -> Iterator[HeightSurface]:
-    """Yield the surfaces of rolling and sliding contacts that are given by heights."""
+def _contacts(scene: Scene) -> Iterator[HeightSurface]:
+    """Yield the surfaces of rolling and sliding contacts that are given by heights, and equations between two
+    frames."""
     for item in scene.constraints:
-        if item.surface is not None:
+        height = item.equation if item.surface is None else item.surface
+        if item.framed and height is not None:
             first, second = item.first, item.second
             plane = (first.body, first.position, first.orientation)
             size = item.semi_axes[0] if item.shape == "ellipsoid" else item.radius
-            yield HeightSurface(item.name, *plane, item.surface, second.body, second.position, size)
+            yield HeightSurface(item.name, *plane, height, second.body, second.position, size)
 
 
 def _ground(scene: Scene) -> tuple[Formula, ...]:

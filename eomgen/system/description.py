@@ -343,14 +343,14 @@ class Shape:
 
 @dataclass(frozen=True)
 class HeightSurface:
-    """A surface over a plane, on which a body rolls or slides.
+    """A surface over a plane, on which a body rolls or slides, or an equation of the place of a body over a plane.
 
     Attributes
     ----------
     body, position, axes : carrier of the plane; origin, m, and axes of the plane in the carrier, as of ``Shape``
-    height : m, formula of the plane's x and y and of parameters
+    height : m, formula of the plane's x and y and of parameters; or an equation of x, y, z, time and parameters
     rider, center : the body on the surface, and its centre in the body, m
-    size : of the body on the surface, m
+    size : of the body on the surface, m; 0 for an equation
     """
 
     name: str
@@ -422,6 +422,7 @@ class Description:
     exact_beams : of geometrically exact beams: the bodies of the nodes, in the order along the beam
     element_stiffness : of the elements of these beams, beam by beam
     frames : named frames of bodies
+    contacts : surfaces on which bodies roll or slide, and equations between two frames, by the constraint's name
     linear_parameters : columns of the regressor, if the scene has one
     places : places of the keys of ``simulation``, for messages: ``file:line`` by ``simulation.method``
     """
@@ -446,6 +447,7 @@ class Description:
     exact_beams: tuple[tuple[str, ...], ...] = ()
     element_stiffness: tuple[ElementStiffness, ...] = ()
     frames: tuple[FixedFrame, ...] = ()
+    contacts: tuple[HeightSurface, ...] = ()
     linear_parameters: tuple[LinearParameter, ...] = ()
     drawing: Drawing = field(default_factory=Drawing)
     simulation: Simulation = field(default_factory=Simulation)

@@ -104,6 +104,19 @@ def test_drives_and_constraints_have_no_laws(folder: Path) -> None:
     ) in str(error.value)
 
 
+def test_heights_of_roads_have_no_laws(folder: Path) -> None:
+    scene = wheel_scene(TYRE_LAW, folder)
+    scene["points"] = {**scene.get("points", {}), "hub": {"body": "car"}}
+    scene["tyres"] = {"front": {"center": "hub", "radius": 0.3, "stiffness": 1e5, "road": "law.tyre.fx(0, 0, 1)"}}
+    with pytest.raises(DescriptionError) as error:
+        eomgen.build(scene)
+    assert (
+        "(tyres.front.road): law.tyre cannot be used here: damping of the tyre needs the rate of the road, whose slopes"
+        " need second derivatives, and laws of files do not have these (column 1); try: a map of the heights in [maps],"
+        " or the force of the tyre by the law in [forces]"
+    ) in str(error.value)
+
+
 @pytest.mark.parametrize(("old", "new"), [("results[0] = mu", "result[0] = mu"), ("void tyre(", "int tyre(")])
 def test_faults_of_the_compiler_name_the_line(folder: Path, old: str, new: str) -> None:
     scene = wheel_scene(TYRE_LAW, folder)

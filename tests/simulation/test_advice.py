@@ -3,7 +3,9 @@ mapping."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -133,3 +135,61 @@ def test_inputs_that_are_no_mapping() -> None:
         [problem] = caught.value.problems
         assert problem.where == "inputs" and problem.what == f"a mapping from the names of inputs is needed, not {name}"
         assert 'inputs={"torque": signal}' in problem.hint
+
+
+PIN: dict[str, Any] = {
+    "format": 1,
+    "name": "pin",
+    "curves": {"profile": {"points": [[-0.5, 0.25], [-0.25, 0.0625], [0, 0], [0.25, 0.0625], [0.5, 0.25]]}},
+    "bodies": {"slider": {"mass": 0}, "pin": {"mass": 1.0, "inertia": [0.01, 0.01, 0.01]}},
+    "joints": {
+        "x": {
+            "type": "prismatic",
+            "parent": "base",
+            "child": "slider",
+            "axis": [1, 0, 0],
+            "initial": {"position": 0.1, "velocity": 4.0},
+        },
+        "z": {
+            "type": "prismatic",
+            "parent": "slider",
+            "child": "pin",
+            "axis": [0, 0, 1],
+            "initial": {"position": 0.07},
+        },
+    },
+    "points": {"tip": {"body": "pin"}},
+}
+FRAMES = {"first": {"body": "base", "axis": [0, 0, 1], "x_axis": [1, 0, 0]}, "second": {"body": "pin"}}
+
+
+@pytest.mark.parametrize(
+    ("constraint", "equation", "asked"),
+    [
+        (
+            {"type": "formula", "equation": "z - profile(x)", "unit": "m", **FRAMES},
+            "formula",
+            r"at 0\.50\d+ by the constraint slot",
+        ),
+        pytest.param(
+            {"type": "formula", "equation": "position.tip[2] - profile(position.tip[0])", "unit": "m"},
+            "formula",
+            r"at 0\.50\d+",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            {"type": "sliding", "shape": "sphere", "radius": 0.05, "surface": "profile(x)", **FRAMES},
+            "contact with the surface",
+            r"within 0\.05 m of 0\.4\d+ by the constraint slot",
+            marks=pytest.mark.slow,
+        ),
+    ],
+)
+def test_a_constraint_that_leaves_the_end_of_a_curve_is_named(
+    constraint: dict[str, Any], equation: str, asked: str
+) -> None:
+    run = eomgen.build({**PIN, "constraints": {"slot": constraint}}, profile="quick").simulate(1.0, 0.005)
+    text = rf"component slot: {equation} at t = 0\.1\d+ s, where the curve profile has points from -0\.5 to 0\.5 and is"
+    remedy = r"; try: points that reach further, or outside = \"hold\" or \"periodic\""
+    assert not run.success
+    assert re.search(rf"{text} asked {asked}{remedy}", run.message), run.message

@@ -7,7 +7,7 @@ Operations of formulas that have no value at a state: quotients by zero, roots a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -25,13 +25,14 @@ from eomgen.integrators.events import CONTROLLER_ADVICE, CONTROLLER_FAILED
 from eomgen.integrators.families.adaptive import MOST_STEPS
 from eomgen.integrators.families.register import Method
 from eomgen.lie import product
+from eomgen.lie.numeric import rotated
 from eomgen.simulation.judgement.instability import Growth
 from eomgen.simulation.judgement.start_checks import upright_tyres
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.settings import HINT, REASON, large_angles, large_joint_angles
 from eomgen.simulation.stepping.states import States
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.system.description import Description
+from eomgen.system.description import BASE, Description
 from eomgen.system.terms import TERMS
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ OTHER_FORMULA = "another start, or a formula that has a value there, such as max
 _SAID = {name: f"{name}({{0}})" for name in WITH_EDGE} | {"pow": "({0}) ** ({1})"}
 #: Largest number of rows at which values of formulas are examined.
 _ROWS = 500
+#: Displacements to the places around a centre, by the size of a body.
+_AROUND = np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
 #: Arguments beyond this size come from a motion that has grown without end.
 _GROWN = 1e12
 
@@ -135,6 +138,7 @@ _ORDER = (
     ("force", "Q (the generalized force)"),
     ("internal_rate", "zdot (the rates of the internal states)"),
     ("forward_dynamics", "vdot (the acceleration)"),
+    ("constraint", "Phi (the constraint equations)"),
 )
 
 
@@ -171,17 +175,18 @@ def first_non_finite(
             block = _at(model, time, q, v, z, p, signals)
             if block:
                 values = _values(model, time, q, v, z, p, signals)
-                cause = _cause(model, q, values)
+                cause = _cause(model, time, q, p, values)
                 if not cause[0] and (tyres := upright_tyres(tyred, time, q, p)):
                     cause = f", where slip.axis of the tyre {tyres} is upright", UPRIGHT
                 return f"{block} at t = {time:.9g} s", not ahead, cause
     return "", False, ("", "")
 
 
-def _cause(model: CompiledModel, q: Array, values: Mapping[tuple[str, str, int], float]) -> tuple[str, str]:
+def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> tuple[str, str]:
     """Return the cause of blocks that are not finite, as far as curves, formulas and angles show a cause, and a
     remedy."""
-    if left := curves_outside_range(model.description, values):
+    values = {**values, **_positions(model, t, q, p, values)}
+    if left := curves_outside_range(model.description, values) or _left_by_contacts(model, t, q, p, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
     if taken := large_angles(model.description, values):
         return f", where formulas take {taken}: {REASON}", HINT
@@ -190,6 +195,64 @@ def _cause(model: CompiledModel, q: Array, values: Mapping[tuple[str, str, int],
     if unknown := operations_without_value(model.description, values):
         return f", where in a formula {unknown}", OTHER_FORMULA
     return "", ""
+
+
+def _positions(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> dict[tuple[str, str, int], float]:
+    """Return the world positions of the points that arguments of curves mention."""
+    formulas = (used.argument for formula in model.description.formulas for used in applications(formula))
+    named = {symbol.name for formula in formulas for symbol in _symbols(formula) if symbol.kind == "position"}
+    result: dict[tuple[str, str, int], float] = {}
+    for item in model.description.drawing.points:
+        if item.name in named and item.body in model.bodies:
+            place = _numbers(values, item.position)
+            position = model.point(item.body, place, q, t=t, parameters=p).position
+            result |= {("position", item.name, k): float(position[k]) for k in range(3)}
+    return result
+
+
+def _numbers(values: Values, formulas: Sequence[Formula]) -> list[float]:
+    return [evaluate(part, lambda symbol: values[symbol.kind, symbol.name, symbol.index]) for part in formulas]
+
+
+def _left_by_contacts(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> str:
+    """Return a description of a curve whose ends a constraint between two frames leaves, with the constraint; empty
+    without one."""
+    for item in model.description.contacts:
+        used = [(one.curve, one.argument) for one in applications(item.height) if isinstance(one.curve, Curve)]
+        if not used or item.rider not in model.bodies:
+            continue
+        try:
+            origin, center, (size,) = (_numbers(values, part) for part in (item.position, item.center, [item.size]))
+            place = model.point(item.rider, center, q, t=t, parameters=p).position
+            if item.body in (*model.bodies, BASE):
+                at_base = item.body == BASE
+                pose = model.base(t, parameters=p)[:7] if at_base else model.pose(item.body, q, t, parameters=p)
+                place = rotated(pose[:4] * [1.0, -1.0, -1.0, -1.0], place - pose[4:])
+            local = (place - np.array(origin)) @ np.array(item.axes)
+            for curve, argument in used:
+                arguments = [_numbers(_with_place(values, local + off), [argument])[0] for off in size * _AROUND]
+                if _outside(curve, arguments):
+                    near = f"within {size:.6g} m of" if size else "at"
+                    return f"{_range_of(curve)} and is asked {near} {arguments[0]:.9g} by the constraint {item.name}"
+        except (ArithmeticError, KeyError):  # of something that is not known here
+            continue
+    return ""
+
+
+def _with_place(values: Values, place: Array) -> Values:
+    return {**values, **{("local", "position", k): float(place[k]) for k in range(3)}}
+
+
+def _outside(curve: Curve, arguments: Sequence[float]) -> bool:
+    """Return whether the curve has no value at one of the arguments."""
+    margin = EDGE * (curve.end - curve.start)
+    within = all(curve.start - margin <= at <= curve.end + margin for at in arguments)
+    return curve.outside == "error" and not within
+
+
+def _range_of(curve: Curve) -> str:
+    name = curve.name.partition(", ")[0]  # lines of one surface have a common name
+    return f"{name} has points from {curve.start:.9g} to {curve.end:.9g}"
 
 
 def _values(
@@ -249,17 +312,17 @@ def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, 
         "force": lambda: model.force(q, v, t, u, z=z, parameters=p),
         "internal_rate": lambda: model.internal_rates(q, v, z, t, u, parameters=p),
         "forward_dynamics": lambda: accelerations(model, q, v, t, u, z=z, parameters=p),
+        "constraint": lambda: next(iter(model.evaluate("constraint", q, t=t, parameters=p).values())),
     }
     for term, label in _ORDER:
         if term in model.functions:
             value = calls[term]()
             if not np.all(np.isfinite(value)):
                 place = [int(index) for index in np.argwhere(~np.isfinite(value))[0]]
-                names = (
-                    [item["name"] for item in model.library.layout["states"]]
-                    if term == "internal_rate"
-                    else model.v_names
-                )
+                names = {
+                    "internal_rate": [item["name"] for item in model.library.layout["states"]],
+                    "constraint": model.multipliers,
+                }.get(term, model.v_names)
                 return f"{label}, component {' and '.join(dict.fromkeys(names[index] for index in place))}"
     return ""
 
@@ -309,18 +372,12 @@ def curves_outside_range(description: Description, values: Mapping[tuple[str, st
     formulas = [item.formula for item in description.inputs if item.formula is not None]
     for formula in (*formulas, *description.formulas):
         for used in applications(formula):
-            curve = used.curve
-            if not isinstance(curve, Curve) or curve.outside != "error":
-                continue
             try:
                 at = evaluate(used.argument, value_of)
             except ArithmeticError:
                 continue
-            margin = EDGE * (curve.end - curve.start)
-            if not curve.start - margin <= at <= curve.end + margin:
-                points = f"has points from {curve.start:.9g} to {curve.end:.9g}"
-                name = curve.name.partition(", ")[0]  # lines of one surface have a common name
-                result.setdefault(name, f"{name} {points} and is asked at {at:.9g}")
+            if isinstance(curve := used.curve, Curve) and _outside(curve, [at]):
+                result.setdefault(curve.name.partition(", ")[0], f"{_range_of(curve)} and is asked at {at:.9g}")
     return " and ".join(result.values())
 
 
