@@ -128,6 +128,14 @@ CORE: tuple[Verb, ...] = (
     Verb("steady_motion", methods=("eomgen.analysis.steady_motion:steady_motion",)),
     Verb("floquet", methods=("eomgen.simulation.floquet:floquet",)),
     Verb("base_parameters", methods=("eomgen.analysis.base_parameters:base_parameters",)),
+    Verb(
+        "derivatives",
+        methods=(
+            "eomgen.compiled.argument_derivatives:sparsity",
+            "eomgen.compiled.argument_derivatives:derivatives",
+            "eomgen.compiled.argument_derivatives:hessian",
+        ),
+    ),
 )
 
 

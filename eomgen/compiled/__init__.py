@@ -1,6 +1,7 @@
 """A compiled library as a model of functions on NumPy arrays: arguments, coordinates, terms, consistent states."""
 
 __all__ = [
+    "argument_derivatives",
     "arguments",
     "beams",
     "consistent_states",

@@ -15,7 +15,6 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import Defaults, unknown_attribute
 from eomgen.compiled import (
     actuators,
-    argument_derivatives,
     bodies,
     centroidal,
     configurations,
@@ -226,11 +225,6 @@ class CompiledModel:
     constrained_dynamics, partials = equations.constrained_dynamics, equations.partials
     evaluate, energy, outputs = equations.evaluate, equations.energy, equations.outputs
     internal_rates, internal_partials = equations.internal_rates, equations.internal_partials
-    sparsity, derivatives, hessian = (
-        argument_derivatives.sparsity,
-        argument_derivatives.derivatives,
-        argument_derivatives.hessian,
-    )
     output_parameter_partials = parameter_derivatives.output_parameter_partials
     parameter_partials = parameter_derivatives.parameter_partials
     regressor_parameters = parameter_derivatives.regressor_parameters

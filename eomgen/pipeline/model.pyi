@@ -10,6 +10,9 @@ from eomgen.analysis.path_following import buckling_loads as _buckling_loads
 from eomgen.analysis.path_following import equilibrium_path as _equilibrium_path
 from eomgen.analysis.road_excitation import road_excitation as _road_excitation
 from eomgen.analysis.steady_motion import steady_motion as _steady_motion
+from eomgen.compiled.argument_derivatives import derivatives as _derivatives
+from eomgen.compiled.argument_derivatives import hessian as _hessian
+from eomgen.compiled.argument_derivatives import sparsity as _sparsity
 from eomgen.compiled.model import CompiledModel
 from eomgen.products.derivatives.linearise import sensitivities as _sensitivities
 from eomgen.products.ensembles.simulate_many import simulate_many as _simulate_many
@@ -29,6 +32,9 @@ class Model(CompiledModel):
     equilibrium_path = _equilibrium_path
     road_excitation = _road_excitation
     steady_motion = _steady_motion
+    derivatives = _derivatives
+    hessian = _hessian
+    sparsity = _sparsity
     sensitivities = _sensitivities
     simulate_many = _simulate_many
     resume = _resume

@@ -366,11 +366,16 @@ def second_claims(space: Space, engine: Engine, system: System, description: Des
 def argument_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
     """Return the claims of first and second derivatives of terms in all arguments.
 
-    Tunable parameters are among the arguments if no input follows the parameters by a law.
+    Tunable parameters and time are held if inputs follow them by a law, since inputs are arguments of their own.
     """
     sizes = system.argument_sizes
-    moving = [block for block, size in sizes.items() if size and not (block == "p" and "inputs" in system.functions)]
+    moving = [block for block, size in sizes.items() if size]
     parts = {name: space.along[name].matrix if name in space.along else np.eye(sizes[name]) for name in moving}
+    if "inputs" in system.functions and "p" in parts:
+        read = system.tape.depends_on(system.functions["inputs"].refs)
+        for block in ("p", "t"):
+            followed = [symbol.index for symbol in read if symbol.block == block]
+            parts[block] = parts[block][:, ~np.any(parts[block][followed] != 0.0, axis=0)]
     count, first = sum(part.shape[1] for part in parts.values()), 0
     whole, rates = np.zeros((sum(sizes.values()), count)), dict[str, Array]()
     for name, part in parts.items():
