@@ -373,7 +373,9 @@ def argument_claims(space: Space, engine: Engine, system: System) -> list[Claim]
     parts = {name: space.along[name].matrix if name in space.along else np.eye(sizes[name]) for name in moving}
     if "inputs" in system.functions and "p" in parts:
         read = system.tape.depends_on(system.functions["inputs"].refs)
-        for block in ("p", "t"):
+        if not any(symbol.block == "p" for symbol in read):  # without p among the directions inputs are held
+            del parts["p"]
+        for block in (block for block in ("p", "t") if "p" in parts):
             followed = [symbol.index for symbol in read if symbol.block == block]
             parts[block] = parts[block][:, ~np.any(parts[block][followed] != 0.0, axis=0)]
     count, first = sum(part.shape[1] for part in parts.values()), 0
