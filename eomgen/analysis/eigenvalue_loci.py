@@ -8,10 +8,12 @@ import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.analysis.linearize import linearize
 from eomgen.analysis.operating_point import EquilibriumState
+from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.analysis.steady_motion import motion_along
 from eomgen.analysis.symmetries import KnownSymmetries
 from eomgen.base.arrays import Array
@@ -20,8 +22,10 @@ from eomgen.base.progress import Progress
 from eomgen.base.progress import shown as shown_progress
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, numbers
+from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.lie.numeric import rotated
 from eomgen.linear.campbell_search import campbell as diagram
 from eomgen.linear.eigenvalue_loci import Campbell, RootLocus
 from eomgen.linear.eigenvalue_loci import root_locus as followed_roots
@@ -112,6 +116,8 @@ def state_of(lin: Linearization) -> dict[str, Any] | None:
 
 #: Excitations per turn whose crossings are looked for, if none are given.
 ORDERS = (1.0,)
+#: Volume of three unit axes from which they count as across one another.
+_ACROSS = 0.9
 _SPEED = "rad/s"
 
 
@@ -164,7 +170,7 @@ def campbell(
     Raises
     ------
     UsageError
-        A name that is neither, values that do not increase, pairs that are none.
+        A name that is neither, values that do not increase, pairs that are none or hold the rotation itself.
     EomgenError
         As of ``linearize`` and ``steady_motion``, with the value in the message. Values without a linear model are left
         out with a warning as long as two are kept.
@@ -185,6 +191,8 @@ def campbell(
     if orders is None:
         orders = ORDERS if unit == _SPEED else ()
     _check_orders(orders, whirl)
+    if not is_parameter:
+        _check_whirl(model, speed, whirl, initial, parameters)
     held = coordinates or {}
     found_once = KnownSymmetries()
 
@@ -225,6 +233,42 @@ def _increasing(values: Sequence[float]) -> Array:
     if (array[1:] <= array[:-1]).any():
         raise UsageError(Problem("values", "they do not increase", "numpy.linspace(0.0, 300.0, 61)"))
     return array
+
+
+def _check_whirl(
+    model: CompiledModel,
+    speed: str,
+    whirl: Sequence[tuple[str, str]],
+    initial: Mapping[str, Any] | None,
+    parameters: Mapping[str, float] | None,
+) -> None:
+    """Raise UsageError for the varied rotation as a deflection; warn of joints in an order against its sense.
+
+    Axes are known of joints with one coordinate, in models with ``poses``.
+    """
+    for first, second in whirl:
+        if speed in (first.removeprefix("q."), second.removeprefix("q.")):
+            fault = f"{speed} is the rotation that is varied, and no deflection"
+            hint = f"deflections along two axes across the axis of {speed}, the second a quarter turn from the first"
+            raise UsageError(Problem(f"whirl {first}:{second}", fault, hint))
+    hinges = {item.name: item for item in model.description.drawing.hinges if item.turns != item.slides}
+    known = [
+        pair
+        for pair in whirl
+        if {f"q.{name}" for name in (speed, *pair)} <= {f"q.{name}" for name in hinges} & set(model.q_names)
+    ]
+    moving = model.library.layout["facts"]["moving_base"]
+    if not known or moving or "poses" not in model.functions or not hinges[speed].turns:
+        return
+    measures = SceneMeasures(model, model.evaluator.one_set(parameters), 0.0, None)
+    bodies = measures.poses(initial_state(model, initial).q[np.newaxis])
+    for first, second in known:
+        turning = [hinges[name] for name in (first, second, speed)]
+        axes = [rotated(bodies[hinge.parent][0][0], np.array(hinge.axis)) for hinge in turning]
+        if np.linalg.det(axes) < -_ACROSS:
+            text = f"whirl {first}:{second} is against the sense of {speed}: the axis of {second} is a quarter turn"
+            text += f" before the axis of {first}, so that forward and backward are exchanged"
+            warnings.warn(f"campbell: {text}; try: {second}:{first}", RuntimeWarning, stacklevel=4)
 
 
 def _check_orders(orders: Sequence[float], whirl: Sequence[tuple[str, str]]) -> None:

@@ -60,8 +60,15 @@ def write_bytes(path: Path, data: bytes) -> None:
     write_file(path, len(data), fill)
 
 
+#: Endings of files that are written into folders.
+_ENDINGS = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".html", ".csv", ".json", ".npz", ".mat", ".parquet")
+
+
 def make_folder(path: Path) -> Path:
-    """Return a folder that exists. Raises FileError."""
+    """Return a folder that exists. Raises FileError, for new folders with the ending of a file as well."""
+    if path.suffix.lower() in _ENDINGS and not path.exists():
+        fault = f"a folder is needed, and {path.suffix} is the ending of a file"
+        raise FileError(Problem(str(path), fault, f"the folder {path.with_suffix('')}, which the files are written to"))
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -62,7 +62,9 @@ class CampbellRequest:
         speed_unit: str | None,
     ) -> CampbellRequest | None:
         """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
-        if sweep is None:
+        if sweep is not None:
+            _check_increasing(*sweep)
+        else:
             options = {"--orders": orders, "--whirl": whirl, "--modes": modes, "--speed-unit": speed_unit}
             for option, given in options.items():
                 if given:
@@ -534,6 +536,15 @@ def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[fl
     if logarithmic:
         return name.strip(), [first * (last / first) ** s for s in steps]
     return name.strip(), [first + (last - first) * s for s in steps]
+
+
+def _check_increasing(name: str, values: Sequence[float]) -> None:
+    first, last = values[0], values[-1]
+    if last <= first:
+        least, most = (last, first) if last < first else (0.0, 300.0)
+        fault = f"the values go from {first:.6g} to {last:.6g}, and have to increase"
+        example = f"--campbell {name}={least:.6g}:{most:.6g}:{len(values)}"
+        raise UsageError(Problem(f"--campbell {name}", fault, example))
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -4,6 +4,7 @@ package rainflow counts."""
 from __future__ import annotations
 
 import math
+import warnings
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,10 @@ from eomgen.results.recorded import RecordedSolution
 
 #: Rows between which there may be a cycle.
 _FEWEST = 3
+#: Part of the largest range from which changes between reversals count as large, and the fewest of them that show rows
+#: that are too coarse.
+_LARGE = 0.2
+_SEVERAL = 8
 
 
 @checked_calls()
@@ -98,12 +103,16 @@ class Rainflow:
         Raises
         ------
         UsageError
-            A number that is not positive.
+            A number that is not positive, a slope below 1, a second slope below the first.
         """
         below = slope if slope_below is None else slope_below
         _check_positive(slope=slope, reference_range=reference_range, reference_cycles=reference_cycles)
+        _check_slope(slope)
         if below != math.inf:
             _check_positive(slope_below=below)
+        if below < slope:
+            fault = f"{below:.6g} is smaller than slope {slope:.6g}, and small ranges would damage more than large ones"
+            raise UsageError(Problem("slope_below", fault, f"slope={below:.6g}, slope_below={slope:.6g}"))
         relative = self.ranges / reference_range
         exponents = np.where(relative < 1.0, below, slope)
         return float(self.counts @ relative**exponents) / reference_cycles
@@ -126,9 +135,10 @@ class Rainflow:
         Raises
         ------
         UsageError
-            A number that is not positive.
+            A number that is not positive, a slope below 1.
         """
         _check_positive(slope=slope, frequency=frequency)
+        _check_slope(slope)
         if not len(self.ranges):
             return 0.0
         largest = float(self.ranges[0])  # in front of the powers, which overflow otherwise
@@ -217,6 +227,26 @@ def _check_positive(**given: float) -> None:
             raise UsageError(Problem(name, f"{shown(value)} is not a positive number", f"{name}=5"))
 
 
+def _check_slope(slope: float) -> None:
+    if slope < 1.0:
+        inverse = f"{1.0 / slope:.3g} is its inverse" if 1.0 / slope <= 20.0 else "3 to 5 are common for welded steel"
+        fault = f"{shown(slope)} is below 1, and exponents of Woehler curves are 3 to 15: {inverse}"
+        raise UsageError(Problem("slope", fault, f"slope={1.0 / slope if 1.0 / slope <= 20.0 else 5.0:.3g}"))
+
+
+def _warn_of_coarse_rows(name: str, t: Array, x: Array) -> None:
+    """Warn of rows that reverse every two rows or sooner: the extreme values lie between them."""
+    changed = np.flatnonzero(np.diff(x))
+    up = np.diff(x)[changed] > 0.0
+    reversals = changed[1:][up[1:] != up[:-1]]
+    rows = np.diff(reversals)[np.abs(np.diff(x[reversals])) >= _LARGE * np.ptp(x)]
+    if len(rows) < _SEVERAL or np.mean(rows) > 2.0:
+        return
+    text = f"rainflow of {name}: rows every {np.median(np.diff(t)):.4g} s, {np.mean(rows):.2g} between two reversals:"
+    text += " extreme values lie between the rows, so that ranges are too small and cycles may be missing"
+    warnings.warn(f"{text}; try: record_every=1, or a smaller step", RuntimeWarning, stacklevel=5)
+
+
 def rainflow(solution: RecordedSolution, name: str, start: float | None) -> Rainflow:
     """Return the cycles of a column; see ``Solution.rainflow``."""
     curve = only_curve(solution, name, "rainflow")
@@ -229,6 +259,7 @@ def rainflow(solution: RecordedSolution, name: str, start: float | None) -> Rain
     if not np.all(np.isfinite(x)):
         fault = f"{curve.name} is not finite at t = {t[np.argmin(np.isfinite(x))]:.6g} s"
         raise UsageError(Problem("rainflow", fault, "the part of the run before it"))
+    _warn_of_coarse_rows(curve.name, t, x)
     cycles = [cycle for cycle in _counter().extract_cycles(x.tolist()) if cycle[0] > 0.0]
     cycles.sort(key=lambda cycle: -cycle[0])
     numbers = np.array(cycles, dtype=float).reshape(-1, 5)

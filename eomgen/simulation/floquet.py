@@ -4,6 +4,7 @@ method, linear models along the motion."""
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -13,6 +14,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call
 from eomgen.base.messages import shown
 from eomgen.compiled.coordinates import StateArrays
+from eomgen.compiled.initial_state import angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
@@ -94,6 +96,9 @@ def floquet(
         if not (isinstance(value, int | float) and 0.0 < value < largest):
             hint = "floquet(period=2.0), s" if name == "period" else "tolerance=1e-6"
             raise UsageError(Problem(name, f"{shown(value)} is not a positive number", hint))
+    check_initial(initial)
+    for note in angles_of_several_turns(model, initial):
+        warnings.warn(f"floquet: {note}", RuntimeWarning, stacklevel=4)
     chosen = method or ("rk45_partitioned" if model.multipliers else "rk45")
     options = {"parameters": parameters, "inputs": inputs, "t_start": t_start, "method": chosen, "tolerance": _MOTION}
     orbit = _Orbit(model, float(period), options)

@@ -136,7 +136,8 @@ def test_the_speed_may_be_negative_and_the_sense_is_that_of_the_spin(overhung: e
     here = overhung.campbell("spin", [200.0, 300.0], whirl=pairs)
     np.testing.assert_allclose(there.angular_frequencies[::-1], here.angular_frequencies, rtol=1e-7)
     np.testing.assert_array_equal(there.whirl[::-1], here.whirl)
-    swapped = overhung.campbell("spin", [200.0, 300.0], whirl=[("y", "x")])
+    with pytest.warns(RuntimeWarning, match="whirl y:x is against the sense of spin"):
+        swapped = overhung.campbell("spin", [200.0, 300.0], whirl=[("y", "x")])
     np.testing.assert_array_equal(swapped.whirl, -here.whirl)
 
 
@@ -341,6 +342,10 @@ def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:
         (lambda: overhung.campbell("spin", [2.0, 1.0]), "values: they do not increase"),
         (lambda: overhung.campbell("spin", [1.0, 2.0], orders=(0,)), "orders: an order is 0; try: positive numbers"),
         (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=["xy"]), "whirl: 'xy' is not a pair of deflections"),
+        (
+            lambda: overhung.campbell("spin", [1.0, 2.0], whirl=[("tilt_x", "spin")]),
+            "whirl tilt_x:spin: spin is the rotation that is varied, and no deflection; try: deflections along two",
+        ),
         (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=[("x", "z")]), "there is no output or state 'z'"),
         (
             lambda: overhung.campbell("damping", [1.0, 2.0], velocities={"spin": 1.0}),
@@ -349,6 +354,18 @@ def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:
     ):
         with pytest.raises(UsageError, match=text):
             call()
+
+
+@pytest.mark.parametrize("pair", [("tilt_y", "tilt_x"), ("y", "x"), ("tilt_x", "tilt_y"), ("x", "tilt_x")])
+def test_deflections_against_the_sense_of_the_spin_are_warned_of(overhung: eomgen.Model, pair: tuple[str, str]) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        overhung.campbell("spin", [10.0, 20.0], whirl=[pair], orders=())
+    first, second = pair
+    said = f"campbell: whirl {first}:{second} is against the sense of spin: the axis of {second} is a quarter turn "
+    said += f"before the axis of {first}, so that forward and backward are exchanged; try: {second}:{first}"
+    found = [(str(each.message), each.filename) for each in caught]
+    assert found == ([(said, __file__)] if first.endswith("y") else [])
 
 
 def test_a_value_without_a_linear_model_is_left_out_and_named(overhung: eomgen.Model) -> None:
@@ -394,6 +411,7 @@ def jeffcott(eccentricity: float) -> dict[str, object]:
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:campbell. whirl y.x is against the sense")
 def test_of_two_equal_modes_one_whirls_forward_and_one_backward() -> None:
     model = eomgen.build(jeffcott(0.0), profile="quick")
     for whirl in ([("x", "y")], [("y", "x")]):

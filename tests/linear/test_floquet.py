@@ -3,6 +3,7 @@ constant."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import Any
 
@@ -205,6 +206,16 @@ def test_a_periodic_motion_is_found_and_its_multipliers_are_differences_of_runs(
     np.testing.assert_allclose(end(np.zeros(2)), np.concatenate([result.q, result.v]), atol=1e-7)
     columns = [(end(h * unit) - end(-h * unit)) / (2.0 * h) for unit in np.eye(2)]
     np.testing.assert_allclose(np.array(columns).T, result.monodromy, atol=1e-7)
+
+
+@pytest.mark.slow
+def test_a_start_of_several_turns_is_warned_of() -> None:
+    text = (
+        r'floquet: the joint hinge starts at 180 rad, 28\.6 turns: angles without a unit are radians, "30 deg" is in '
+    )
+    with pytest.warns(RuntimeWarning, match=text) as caught, contextlib.suppress(NumericalError):
+        pendulum("joint").floquet(math.pi, initial={"hinge": 180})
+    assert caught[0].filename == __file__
 
 
 @pytest.mark.slow

@@ -266,6 +266,11 @@ def test_the_verb_draws_what_simulate_stored(tmp_path: Path, monkeypatch: pytest
         (["{run}/none.npz"], 7, "none.npz: cannot be read: No such file or directory"),
         (["{run}/other.npz"], 7, "other.npz: "),
         (["{run}", "--out", "{run}/solution.npz"], 7, "this is a file, and a folder is needed"),
+        (
+            ["{run}", "--out", "{run}/picture.pdf"],
+            7,
+            "a folder is needed, and .pdf is the ending of a file; try: the folder {run}/picture, which the files",
+        ),
     ],
 )
 def test_mistakes_of_the_verb_are_named(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+import warnings
 from itertools import pairwise
 from pathlib import Path
 
@@ -66,6 +67,7 @@ def test_rows_between_reversals_and_plateaus_are_no_reversals() -> None:
     assert np.allclose(count.ranges, [row[0] for row in _CYCLES]) and count.counts.sum() == 4.0
 
 
+@pytest.mark.filterwarnings("ignore:rainflow of load. rows every 1 s")
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.integers(-9, 9), min_size=3, max_size=60), st.floats(0.1, 10.0), st.floats(-5.0, 5.0))
 def test_any_history(values: list[int], factor: float, offset: float) -> None:
@@ -123,6 +125,29 @@ def test_files_and_pictures(tmp_path: Path) -> None:
         count.save(tmp_path / "cycles.png")
 
 
+@pytest.mark.parametrize(
+    ("frequency", "distance", "said"),
+    [
+        (
+            6.4,
+            0.2,
+            "rainflow of load: rows every 0.2 s, 1.8 between two reversals: extreme values lie between the rows, ",
+        ),
+        (6.4, 0.01, ""),
+        (6.4, 0.03, ""),
+    ],
+)
+def test_rows_that_are_too_coarse_for_reversals(frequency: float, distance: float, said: str) -> None:
+    t = np.arange(0.0, 8.0, distance)
+    run = run_of(np.sin(2.0 * math.pi * frequency * t + 0.3), t)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        run.rainflow("load")
+    assert [str(each.message)[: len(said)] for each in caught] == [said] * bool(said)
+    assert all(str(each.message).endswith("; try: record_every=1, or a smaller step") for each in caught)
+    assert all(each.filename == __file__ for each in caught)
+
+
 def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
     run = run_of(np.array(_HISTORY))
     count = run.rainflow("load")
@@ -137,6 +162,16 @@ def test_refusals(monkeypatch: pytest.MonkeyPatch) -> None:
         (lambda: run.rainflow(3), "rainflow: the name of one column is needed, not 3; try: solution.rainflow"),
         (lambda: broken.rainflow("load"), "load is not finite at t = 2 s; try: the part of the run before it"),
         (lambda: count.damage(0, 40.0), "slope: 0 is not a positive number"),
+        (
+            lambda: count.equivalent_range(slope=0.2),
+            "slope: 0.2 is below 1, and exponents of Woehler curves are 3 to 15: 5 is its inverse; try: slope=5",
+        ),
+        (lambda: count.damage(0.01, 40.0), "3 to 5 are common for welded steel; try: slope=5"),
+        (
+            lambda: count.damage(9, 40.0, slope_below=5),
+            "slope_below: 5 is smaller than slope 9, and small ranges would damage more than large ones; try: slope=5, "
+            "slope_below=9",
+        ),
         (lambda: count.damage(5, 40.0, slope_below=-1), "slope_below: -1 is not a positive number"),
         (lambda: count.equivalent_range(5, frequency=0.0), r"frequency: 0\.0 is not a positive number"),
         (lambda: count.histogram(0), "histogram: bins: 0 classes; try: a whole number of 1 and more"),

@@ -213,6 +213,12 @@ FAILURES = [
         command="linearize scene.toml --campbell load=1:2:3 --orders 1,-2",
     ),
     Failure(
+        "A Campbell diagram from the largest speed down",
+        2,
+        "usage error: --campbell load: the values go from 3 to 1, and have to increase; try: --campbell load=1:3:3",
+        command="linearize scene.toml --campbell load=3:1:3",
+    ),
+    Failure(
         "A whirl of one deflection",
         2,
         "usage error: --whirl tip[0]: two deflections are needed; try: --whirl x:y",
