@@ -430,7 +430,7 @@ def _fill(
 
 
 def _abscissa_label(curve: PlottedCurve) -> str:
-    name = curve.description or curve.name
+    name = f"{curve.name}: {curve.description}" if curve.description else curve.name
     return name if curve.unit in ("", "1") else f"{name}, {curve.unit}"
 
 

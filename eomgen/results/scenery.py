@@ -134,7 +134,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
 
     Positions are in the frames of the bodies whose names are given with the positions; ``base`` and ``world`` count as
     bodies. ``links`` are the places of a body that the body's drawing ties to its frame: joints, ends of springs,
-    constraints.
+    constraints; none of a massless body in a scene with shapes.
 
     Raises
     ------
@@ -209,7 +209,9 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         solid = equivalent_solid(mass, center, tensor)
         hub = center.tolist() if item.hub == "center" else [0.0, 0.0, 0.0]
         positions = [hub, *links[item.name]] if solid["kind"] == "none" else [center.tolist(), *links[item.name]]
-        ties = [tie for tie in positions if tie != hub]
+        # next to shapes the lines of a massless body, as of an include's base, would look like parts of the machine
+        carrier = solid["kind"] == "none" and any(not shape.implied for shape in drawing.shapes)
+        ties = [] if carrier else [tie for tie in positions if tie != hub]
         bodies.append({"name": item.name, "solid": solid, "hub": hub, "links": ties})
     shapes = _shapes(drawing, vector, {body["name"]: body["solid"]["center"] for body in bodies})
     ground = vector("ground", drawing.ground)

@@ -322,6 +322,23 @@ def test_shapes_stand_on_the_page_at_their_bodies_with_their_colours() -> None:
     np.testing.assert_allclose([corners.min(0), corners.max(0)], [[-0.2, -0.1, 0.25], [0.2, 0.1, 0.35]], atol=1e-9)
 
 
+def test_lines_of_massless_bodies_are_drawn_without_shapes_only() -> None:
+    """The base of an include is such a body: its lines beside shapes would look like parts of the machine."""
+    builder = eomgen.SceneBuilder("cart").body("hull", 1.0, inertia=[1, 1, 1]).body("hull_base", 0.0)
+    builder.body("arm", 1.0, center_of_mass=[0, 0.2, 0], inertia=[1, 1, 1])
+    builder.joint("drive", "prismatic", "base", "hull", axis=[1, 0, 0])
+    builder.joint("mount", "fixed", "hull", "hull_base").point("eye", "hull", [0, 0, 0.5])
+    builder.joint("hinge", "revolute", "hull_base", "arm", axis=[1, 0, 0], position=[0, 0.3, 0])
+
+    def links() -> dict[str, list[list[float]]]:
+        return {body["name"]: body["links"] for body in scenery(describe(builder.build()), {})["bodies"]}
+
+    bare = links()
+    assert bare["hull_base"] == [[0.0, 0.3, 0.0]]
+    builder.shape("cabin", "box", "hull", size=[0.4, 0.2, 0.1])
+    assert links() == {**bare, "hull_base": []}
+
+
 def test_a_scene_without_shapes_has_none_on_its_page() -> None:
     assert data_of(animation_page(pendulum().simulate(0.1, 1e-2)))["shapes"] == []
 

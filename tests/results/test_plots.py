@@ -200,7 +200,7 @@ def test_curves_over_another_column_have_its_values_and_its_label(tmp_path: Path
     (axis,) = run.plot("toe", "travel", over="travel")
     (line,) = axis.get_lines()
     np.testing.assert_array_equal(line.get_xydata(), np.column_stack([run["travel"], run["toe"]]))
-    assert axis.get_xlabel() == "wheel travel, mm" and not axis.figure.get_suptitle()
+    assert axis.get_xlabel() == "travel: wheel travel, mm" and not axis.figure.get_suptitle()
     pyplot.close("all")
     for over, said in (
         ("trave", "plot over: the solution has no curve 'trave'; try: travel"),
