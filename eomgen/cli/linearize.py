@@ -223,7 +223,9 @@ _POINTS = 600
 @click.option(
     "--multiblade", multiple=True, metavar="ROTOR:NAME,NAME,...", help="Equal blades by azimuth; may be repeated."
 )
-@click.option("--modes", default=None, metavar="N,N,...", help="Of the picture of a Campbell diagram, from 1 on.")
+@click.option(
+    "--modes", default=None, metavar="N,N,...", help="Of the picture of a Campbell diagram, numbered as its crossings."
+)
 @click.option("--speed-unit", type=click.Choice(["rad/s", "rpm", "Hz"]), help="Of the picture of a Campbell diagram.")
 @click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else the scene's.")
 @click.option("--speeds", default=None, metavar="V,V,...", help="Speeds of rides in m/s; else the scene's.")
@@ -411,7 +413,8 @@ def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:
         numeric = tuple(range(1, len(table.headings)))
         print_table("root mean squares on random roads", table.headings, table.rows, numeric=numeric)
     if diagram is not None:
-        print_table("crossings with orders", diagram.headings, diagram.rows, numeric=(0, 1, 2, 3, 4))
+        words = "crossings with orders; modes: oscillations, by frequency at the first speed"
+        print_table(words, diagram.headings, diagram.rows, numeric=(0, 1, 2, 3, 4))
 
 
 def _print(lin: Linearization, name: str) -> None:

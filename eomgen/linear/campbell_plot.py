@@ -23,6 +23,8 @@ _WHIRL = {1: ("#0B62C4", "-", "forward"), -1: ("#F08C00", "--", "backward"), 0: 
 _RAY, _CROSSING = "#777777", "#C8102E"
 #: Units of the speed axis, per rad/s.
 SPEED_UNITS = {"rad/s": 1.0, "rpm": 30.0 / math.pi, "Hz": 0.5 / math.pi}
+#: Meaning of the numbers of modes, below a picture: the table of modes counts all modes of one speed.
+_NUMBERING = "modes: oscillations, by frequency at the first speed"
 #: Inches of a new figure.
 _SIZE = (8.6, 5.6)
 #: Letters in points: size, width and height of a line, with the space to the next line.
@@ -130,6 +132,7 @@ def draw_campbell(diagram: DrawnCampbell, title: str, path: Path, view: Campbell
     figure = new_figure(_SIZE)
     _Drawing(figure.subplots(), diagram, view).draw()
     figure.suptitle(f"{title}: Campbell diagram", fontsize=11)
+    figure.text(0.99, 0.01, _NUMBERING, ha="right", va="bottom", fontsize=7.5, color="#444444")
     return saved(figure, path)
 
 

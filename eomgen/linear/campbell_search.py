@@ -28,6 +28,8 @@ _ACCURACY = 1e-12
 _LINE = 1e-6
 #: Deflections, as parts of the largest coordinate of a mode, below which a mode has no orbit but for rounding.
 _FAINT = 1e-8
+#: Cosine and sine coordinates, as parts of the largest coordinate of a mode, below which a mode has no sense of whirl.
+_MINOR = 0.1
 #: Eigenvalues that differ by less than this part are one of several modes.
 _EQUAL = 1e-9
 #: Modes that are more unlike than this are followed over a value between.
@@ -239,7 +241,8 @@ class _FollowedModes:
 
 def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: float) -> _Oscillations:
     modes = lin.modes()
-    pairs = pairs or (lin.multiblade.pairs if lin.multiblade is not None else ())
+    of_blades = () if pairs or lin.multiblade is None else lin.multiblade.pairs
+    pairs = pairs or of_blades
     kept = np.flatnonzero(modes.oscillating)
     eigenvalues = modes.eigenvalues[kept]
     shapes = modes.weights[:, np.newaxis] * modes.shapes[:, kept]
@@ -257,7 +260,12 @@ def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: f
         # x = cos t, y = sin t has the amplitudes 1 and -i
         area = -np.sum((first.conj() * second).imag, axis=0)
         size = np.sum(np.abs(first) ** 2 + np.abs(second) ** 2, axis=0)
-    sense = np.where(np.abs(area) > np.maximum(_LINE * size, _FAINT**2), np.sign(area), 0.0) * np.sign(value)
+    seen = np.abs(area) > np.maximum(_LINE * size, _FAINT**2)
+    if of_blades and len(kept):  # a collective mode or one of the support moves the others a little, in either sense
+        sizes = np.abs(shapes)
+        turning = [lin.names.measured.index(name) for pair in of_blades for name in pair]
+        seen &= np.max(sizes[turning], axis=0) > _MINOR * np.max(sizes, axis=0)
+    sense = np.where(seen, np.sign(area), 0.0) * np.sign(value)
     lengths = np.linalg.norm(shapes, axis=0)
     return _Oscillations(
         eigenvalues, shapes / np.where(lengths > 0.0, lengths, 1.0), sense.astype(int), modes.stability

@@ -278,3 +278,5 @@ spin = { type = "revolute", parent = "middle", child = "disc", axis = [0, 0, 1] 
     assert header[:4] == ["spin", "mode1 frequency [Hz]", "mode1 damping_ratio", "mode1 whirl"]
     assert [float(row[0]) for row in rows] == [10.0, 155.0, 300.0] and float(rows[0][3]) == -1.0
     assert (folder / "campbell.png").stat().st_size > 10_000
+    assert main(["linearize", str(path), *words[:-1]]) == 0
+    assert "modes: oscillations, by frequency at the first speed" in " ".join(capsys.readouterr().out.split())

@@ -231,13 +231,18 @@ def test_signals_of_single_blades_in_no_group_are_named() -> None:
 def test_a_campbell_diagram_has_the_frequencies_of_an_observer_and_the_sense_of_whirl() -> None:
     model = rotor()
     diagram = model.campbell("speed", np.linspace(0.5, 4.0, 4), orders=(1,), multiblade={"shaft": [GROUP]})
+    left_out = 0
     for speed, eigenvalues, whirl in zip(diagram.values, diagram.eigenvalues, diagram.whirl, strict=True):
-        expected = ground_resonance(3, speed)
+        # the support has no sense of its own: modes that move the blades less than a tenth of it are left out
+        w = ground_resonance(3, speed) / 1j
+        mass, moment = SUPPORT + 3.0 * BLADE, 1.5 * BLADE * ARM
+        of_blades = np.abs(STIFFNESS + 0.3j * w - mass * w**2) / np.abs(moment * w**2)
+        expected = 1j * w[of_blades * math.sqrt(1.5 * (INERTIA + BLADE * ARM**2) / mass) > 0.1]
         turning = whirl != 0
-        assert (
-            np.sum(turning) == 4
-            and distance(np.where(whirl > 0, eigenvalues, np.conj(eigenvalues))[turning], expected) < 1e-9
-        )
+        left_out += 4 - len(expected)
+        assert np.sum(turning) == len(expected)
+        assert distance(np.where(whirl > 0, eigenvalues, np.conj(eigenvalues))[turning], expected) < 1e-9
+    assert left_out == 2
     assert diagram.crossings
     for crossing in diagram.crossings:
         assert crossing.frequency == pytest.approx(crossing.order * crossing.speed, rel=1e-10)
