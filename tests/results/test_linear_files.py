@@ -54,6 +54,7 @@ def linear_model() -> Linearization:
             **second,
             reference=SimpleNamespace(**reference),
             coordinates=("lift", "tilt"),
+            multiblade=None,
             names=SimpleNamespace(components=("v.lift", "v.tilt")),
             free=SimpleNamespace(holonomic=True, R=np.eye(2)),
             modes=lambda: MODES,

@@ -131,17 +131,19 @@ def _too_dense(
     a cube as large as the box of its inertia; none on bodies without a reach or an inertia, and on bodies with a note
     in ``earlier``."""
     notes: list[str] = []
+    rigid = {body.name: body for body in bodies if body.beam is None and not body.node_of}
     reach: dict[str, float] = {}
     for owner, position in (
         *((body.name, body.center_of_mass) for body in bodies),
         *((joint.parent, joint.position) for joint in joints),
         *((point.body, point.position) for point in points),
     ):
-        length = math.hypot(*(values.value(part) for part in position))
-        reach[owner] = max(reach.get(owner, 0.0), length)
-    for body in bodies:
+        if owner in rigid:
+            length = math.hypot(*(values.value(part) for part in position))
+            reach[owner] = max(reach.get(owner, 0.0), length)
+    for body in rigid.values():
         mass, inertia = values.value(body.mass), [values.value(entry) for entry in body.inertia[:3]]
-        if body.beam is not None or body.node_of or not (min(inertia) > 0.0 and reach[body.name] > _SHORTEST):
+        if not (min(inertia) > 0.0 and reach[body.name] > _SHORTEST):
             continue
         side = math.sqrt(6.0 * max(sum(inertia) - 2.0 * entry for entry in inertia) / mass) if mass > 0.0 else 0.0
         size = max(2.0 * reach[body.name], side)
