@@ -139,7 +139,8 @@ CONTROLLER_FAILURE = (
     Field("controller_returned", "return value of that function, 0 without an error", 0, "long"),
     Field(
         "controller_not_finite",
-        "number of the value, then memory, of this controller that is not finite, from 1; 0: none",
+        "number of the value, then memory, of this controller that is not finite, from 1; 0: none; after the last one: "
+        "values, then memory, that were written beyond their size",
         0,
         "long",
     ),

@@ -402,10 +402,20 @@ def test_a_stepper_that_knows_no_more_says_what_its_status_means() -> None:
     )
 
 
-@pytest.mark.slow_except("value")
+@pytest.mark.slow_except("value", "beyond memory")
 @pytest.mark.parametrize(
     ("old", "new", "what"),
     [
+        (
+            "return t < 0.0",
+            "memory[2] += t > 0.205; return 0",
+            "wrote beyond memory = 2; try: memory = 3 in the scene; memory[1] is the last entry so far",
+        ),
+        (
+            "return t < 0.0",
+            "if (t > 0.205) values[1] = 1.0; return 0",
+            "wrote beyond its 1 value; try: writes up to values[0], or outputs with a name for each value",
+        ),
         (
             "return t < 0.0",
             "return t > 0.205 ? 7 : 0",
@@ -422,7 +432,7 @@ def test_a_stepper_that_knows_no_more_says_what_its_status_means() -> None:
             "gave memory[1] a value that is not a finite number; try: a check of its divisions",
         ),
     ],
-    ids=["code", "value", "memory"],
+    ids=["beyond memory", "beyond values", "code", "value", "memory"],
 )
 def test_a_linked_function_that_fails_says_in_which_way(old: str, new: str, what: str, tmp_path: Path) -> None:
     machine = eomgen.build(linked(tmp_path, LAW_IN_C.replace(old, new)), profile="quick", method="rk4")

@@ -219,6 +219,10 @@ def test_a_sampled_quantity_that_passes_zero_does_so_at_a_sample(name: str) -> N
         ('[states.a]\nsample = 0\nformula = "1"\n', "the time between two samples is 0 s, and has to be positive"),
         ('[states.a]\nsample = 1\nformula = "1"\nquantum = -1\n', "the quantum -1 is not positive"),
         (
+            '[states.a]\nsample = 1\nformula = "q.x"\nquantum = "0.1 deg"\n',
+            "the quantum is in rad, and the formula in m; try: a difference of two",
+        ),
+        (
             '[states.a]\nsample = 1\nformula = "1"\nquantum = 0\n',
             "the quantum 0 is not positive; try: a positive number, or",
         ),
@@ -251,6 +255,15 @@ def test_what_moves_continuously_only_is_refused() -> None:
         model(HOLD).simulate(2e4, 1e4, method="rk4")
 
 
+@pytest.mark.parametrize(("digits", "noted"), [("0.53195326136296", False), ("0.53", True)])
+def test_gains_that_a_program_computed_have_no_note_on_units(digits: str, noted: bool) -> None:
+    clock = 'sample = "10 ms"\nformula ='
+    sampled = f'[states.place]\n{clock} "q.x"\nunit = "m"\n[states.rate]\n{clock} "v.x"\nunit = "m/s"\n'
+    sampled += f'[states.a]\n{clock} "{digits} * place - {digits[:-1]}7 * rate"\nunit = "N"\n'
+    notes = eomgen.build(tomllib.loads(CART.replace("1 + t", "1.0") + HOLD + sampled), profile="instant").notes
+    assert any("states.a.formula" in note and "if its numbers have no unit" in note for note in notes) == noted
+
+
 @pytest.mark.parametrize(
     ("formula", "quantum", "text"),
     [
@@ -260,6 +273,12 @@ def test_what_moves_continuously_only_is_refused() -> None:
             "0.5 m",
             "measured takes 3 values, rounded to multiples of 0.5 m: its formula goes from -1 to",
         ),
+        (
+            "5.0 + 0 * q.x",
+            "12 m",
+            "measured is 0 all the time, rounded to multiples of 12 m: its formula is 5 m and more",
+        ),
+        ("0 * q.x", "12 m", ""),
         ("q.x", "0.1 m", ""),
         ("1.0 if q.x > 0.5 else 0.0", "1 m", ""),
         ("0.2", "12 m", ""),

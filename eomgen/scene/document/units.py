@@ -374,7 +374,10 @@ class _Converter:
                     f"{shown(text)} is one value, and {len(unit)} are needed here", f"units {', '.join(unit)}"
                 )
             if unit:
-                return to_si(quantity)[0] if unit == ANY_UNIT else to_unit(quantity, unit, over_time=over_time)
+                if unit != ANY_UNIT:
+                    return to_unit(quantity, unit, over_time=over_time)
+                number, self.units[key] = to_si(quantity)
+                return number
             number, coherent = to_si(quantity)
             fault, hint = (
                 f"{shown(text)} has a unit, and a number without one is needed here",

@@ -36,6 +36,8 @@ _GROWING = frozenset({"exp", "log", "sinh", "cosh"})
 _OF_COSINES = frozenset({"asin", "acos"})
 _OF_NUMBERS = {name for name, count in FUNCTIONS.items() if count == 1} - {"sqrt", "abs", "sign"}
 _KEEPING = frozenset({"add", "sub", "min", "max", "select"})
+#: Digits from which a number was computed by a program.
+_COMPUTED = 13
 #: Remedy for terms that disagree.
 FACTOR = "a factor that turns one unit into the other"
 _NO_UNIT = Dimension((0.0,) * 5, None)
@@ -86,7 +88,8 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
     none does, or if this is not known.
 
     ``2 * torque`` has such a number as a force, if ``torque`` is labelled N m. Gains of plain numbers, angles, times
-    and their rates, as ``100 * throttle`` and ``5 * (wanted - q.hinge)``, may have any unit.
+    and their rates, as ``100 * throttle`` and ``5 * (wanted - q.hinge)``, may have any unit, and so may numbers of 13
+    digits and more if all factors are such numbers: these are gains that a program computed.
 
     Parameters
     ----------
@@ -95,7 +98,7 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
     by_time : bool
         Whether a number may be a time or a rate, as the time constant in the rate of a state.
     """
-    if not isinstance(formula, Operation | Application):
+    if not isinstance(formula, Operation | Application) or _is_computed(formula):
         return ""
     units = _Units(names, plain=True)
     known = units.of_labelled(formula)
@@ -111,14 +114,24 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
     return f"the formula is in {known} if its numbers have no unit, and its place takes {expected}; try: {remedy}"
 
 
+def _is_computed(formula: Formula) -> bool:
+    """Return whether all factors are numbers of more digits than people write."""
+    digits = [len(repr(number.value).partition("e")[0].lstrip("-0.").replace(".", "")) for number in _factors(formula)]
+    return min(digits, default=0) >= _COMPUTED
+
+
 def factors(formula: Formula) -> Iterator[str]:
     """Yield the numbers other than 1 that are factors or divisors in a formula, as text."""
+    return map(infix, _factors(formula))
+
+
+def _factors(formula: Formula) -> Iterator[Number]:
     if isinstance(formula, Operation) and not isinstance(formula, Quantity):
         for argument in formula.arguments:
             if formula.name in ("mul", "div") and isinstance(argument, Number) and abs(argument.value) != 1.0:
-                yield infix(argument)
+                yield argument
             elif formula.name not in _OF_NUMBERS:
-                yield from factors(argument)
+                yield from _factors(argument)
 
 
 def unit_of_symbol(symbol: Symbol, joints: Mapping[str, str], labels: Mapping[str, str]) -> str:

@@ -9,7 +9,9 @@ from typing import Protocol
 from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, Formula, Symbol
+from eomgen.formula.units.parser import dimension_of
 from eomgen.scene.formula.scope import LOAD
+from eomgen.scene.reading.formula_units import dimension_of_formula
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.schema import State as WrittenState
@@ -122,4 +124,10 @@ def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[S
     clock = read_clock(key, entry, values)
     if clock is None:
         return []
+    step, known = dimension_of(values.units.get(f"{key}.quantum", "")), dimension_of_formula(formula, values.names)
+    if step is not None and known is not None and step.powers != known.powers:
+        fault = f"the quantum is in {step}, and the formula in {known}"
+        values.report.add(
+            f"{key}.quantum", fault, f"a difference of two neighbouring values of the formula, in {known}"
+        )
     return held_states(HeldValue(name, formula, initial, entry.unit, entry.description, key, place), clock, values)

@@ -14,6 +14,7 @@ import numpy as np
 
 from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.base.arrays import Array
+from eomgen.base.messages import counted
 from eomgen.compiled.equations import accelerations
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import EDGE, Curve
@@ -406,10 +407,21 @@ def failed_controller(stepper: Stepper) -> Failure:
         )
     place = int(told["controller_not_finite"]) - 1
     behind = place - len(row["outputs"])
+    if (beyond := behind - (size := len(row["memory_states"]))) >= 0:
+        return _beyond(who, len(row["outputs"]), size, in_memory=beyond > 0)
     which = f"memory[{behind}]" if behind >= 0 else f"values[{place}], {row['outputs'][place]},"
     given = ", ".join(f"signals[{k}] = {name}" for k, name in enumerate(row["signals"])) or "it has no signals"
     hint = f"a check of its divisions, roots and unset values; {given}"
     return Failure(f"{who} gave {which} a value that is not a finite number", hint)
+
+
+def _beyond(who: str, values: int, memory: int, *, in_memory: bool) -> Failure:
+    """Return the failure of a function that wrote beyond its values or its memory."""
+    if in_memory:
+        last = f"memory[{memory - 1}] is the last entry" if memory else "it has none"
+        return Failure(f"{who} wrote beyond memory = {memory}", f"memory = {memory + 1} in the scene; {last} so far")
+    fault = f"{who} wrote beyond its {counted(values, 'value')}"
+    return Failure(fault, f"writes up to values[{values - 1}], or outputs with a name for each value")
 
 
 def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Array, Array], status: int) -> Problem:

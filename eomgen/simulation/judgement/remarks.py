@@ -19,7 +19,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.messages import counted, listed
 from eomgen.compiled.model import CompiledModel
-from eomgen.formula.evaluate import evaluate, evaluate_batch
+from eomgen.formula.evaluate import evaluate, evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
 from eomgen.lie.numeric import rotated
 from eomgen.results.finding import FAILURE, NOTE, Finding
@@ -156,8 +156,14 @@ _ENDS = ("first", "second")
 _BACK = np.array([1.0, -1.0, -1.0, -1.0])
 
 
+#: Part of a quantum from which a value that is not zero is more than rounding.
+_SEEN = 1e-6
+_HINT = "a smaller quantum: the difference of neighbouring values in the state's unit, and not a number of bits"
+
+
 def coarse_quanta(model: CompiledModel, states: States, p: Array, signals: InputSignals) -> list[Finding]:
-    """Return a finding on each sampled state whose quantum leaves at most three values of a formula that moves.
+    """Return a finding on each sampled state whose quantum leaves at most three values of a formula that moves, or 0
+    of a formula that is never 0.
 
     Parameters
     ----------
@@ -182,14 +188,18 @@ def coarse_quanta(model: CompiledModel, states: States, p: Array, signals: Input
             exact = evaluate_batch(sampling.formula, lambda symbol: numbers[symbol.kind, symbol.name, symbol.index])
         except KeyError:  # a quantity of points, or the like
             continue
+        unit = "" if state.unit in ("", "1") else f" {state.unit}"
+        if not np.any(rounded) and np.min(np.abs(exact)) > _SEEN * sampling.quantum and symbols(sampling.formula):
+            least = float(exact[np.argmin(np.abs(exact))])
+            text = f"{state.name} is 0 all the time, rounded to multiples of {sampling.quantum:.6g}{unit}: its formula"
+            findings.append(Finding(text=f"{text} is {least:.3g}{unit} and more", hint=_HINT, value=sampling.quantum))
+            continue
         if len(np.unique(np.round(exact / sampling.quantum, _SAME_VALUE))) <= _MANY_VALUES:
             continue
-        unit = "" if state.unit in ("", "1") else f" {state.unit}"
         count = counted(len(np.unique(np.round(rounded / sampling.quantum))), "value")
         span = f"its formula goes from {np.min(exact):.3g} to {np.max(exact):.3g}{unit}"
         text = f"{state.name} takes {count}, rounded to multiples of {sampling.quantum:.6g}{unit}: {span}"
-        hint = "a smaller quantum: the difference of neighbouring values in the state's unit, and not a number of bits"
-        findings.append(Finding(text=text, hint=hint, value=sampling.quantum))
+        findings.append(Finding(text=text, hint=_HINT, value=sampling.quantum))
     return findings
 
 
