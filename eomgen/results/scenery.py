@@ -199,6 +199,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     bodies: list[dict[str, Any]] = []
     nodes = []
     exact = {name for beam in description.exact_beams for name in beam}
+    shaped = _has_shapes(description)
     for item in drawing.solids:
         xx, yy, zz, xy, xz, yz = vector(f"bodies.{item.name}.inertia", item.inertia)
         mass = number(f"bodies.{item.name}.mass", item.mass)
@@ -208,11 +209,10 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         center = np.array(vector(f"bodies.{item.name}.center_of_mass", item.center_of_mass))
         solid = equivalent_solid(mass, center, tensor)
         hub = center.tolist() if item.hub == "center" else [0.0, 0.0, 0.0]
-        positions = [hub, *links[item.name]] if solid["kind"] == "none" else [center.tolist(), *links[item.name]]
-        # next to shapes the lines of a massless body, as of an include's base, would look like parts of the machine
-        carrier = solid["kind"] == "none" and any(not shape.implied for shape in drawing.shapes)
-        ties = [] if carrier else [tie for tie in positions if tie != hub]
-        bodies.append({"name": item.name, "solid": solid, "hub": hub, "links": ties})
+        ties = links[item.name] if solid["kind"] == "none" else [center.tolist(), *links[item.name]]
+        if solid["kind"] == "none" and shaped:
+            ties = []
+        bodies.append({"name": item.name, "solid": solid, "hub": hub, "links": [tie for tie in ties if tie != hub]})
     shapes = _shapes(drawing, vector, {body["name"]: body["solid"]["center"] for body in bodies})
     ground = vector("ground", drawing.ground)
     return {
@@ -231,6 +231,12 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         **({"ground": ground} if ground else {}),
         **({"beams": drawn_beams(description.exact_beams, nodes, _lengths(description))} if nodes else {}),
     }
+
+
+def _has_shapes(description: Description) -> bool:
+    """Return whether the scene has shapes of its own: next to these the lines of a massless body, as of an include's
+    base, would look like parts of the machine."""
+    return any(not shape.implied for shape in description.drawing.shapes)
 
 
 #: From a place for messages and formulas of parameters to values.
