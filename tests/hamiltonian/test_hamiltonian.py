@@ -649,3 +649,18 @@ def test_mistakes_in_calls_have_one_clear_message(name: str, options: dict[str, 
         model(name).simulate(**options)
     with pytest.raises(eomgen.UsageError, match=r"an array of a state has shape \(5,\)"):
         model(name).energy(np.zeros(5), np.zeros(5))
+
+
+@pytest.mark.parametrize(("kinetic", "noted"), [("", True), ("kinetic + ", False)])
+def test_a_coordinate_without_its_momentum_in_h_is_noted(kinetic: str, noted: bool) -> None:
+    data = {
+        "format": 1,
+        "kind": "hamiltonian",
+        "name": "oscillator",
+        "hamiltonian": f"{kinetic}potential",
+        "coordinates": {"x": {"initial": [0.1, 0.0]}},
+        "definitions": {"kinetic": "p_x**2/4", "potential": "4*x**2"},
+        "outputs": {"energy": "kinetic + potential"},
+    }
+    note = "hamiltonian: H does not depend on p_x, so x never moves; try: a kinetic energy, p_x**2/(2*m), in H"
+    assert hamiltonian_from_data(data).notes == ((note,) if noted else ())

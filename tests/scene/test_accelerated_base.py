@@ -409,3 +409,24 @@ def test_a_base_that_accelerates_by_gravity_is_noted(acceleration: float, falls:
         " no acceleration, if gravity alone is meant"
     )
     assert (note in from_data(data).notes) == falls
+
+
+@pytest.mark.parametrize(("mean", "noted"), [("9.81", True), ("9.7", True), ("9.5", False), ("-9.81", False)])
+def test_an_acceleration_opposite_to_gravity_is_noted(mean: str, noted: bool) -> None:
+    data = frame([0, 0, f"{mean} + 0 * t"]) | {"gravity": [0, 0, -9.81]}
+    note = (
+        f"base.acceleration[2] has a mean of {mean} m/s^2, opposite to gravity: an accelerometer at rest reads this,"
+        " and the base moves away; try: the readings with -9.81 added"
+    )
+    assert (note in from_data(data).notes) == noted
+
+
+@pytest.mark.parametrize(("position", "noted"), [("0.02 * sin(10 * t)", True), (0.02, False)])
+def test_a_base_moved_twice_is_noted(position: str | float, noted: bool) -> None:
+    data = frame(["-2 * sin(10 * t)", 0, 0])
+    data["base"]["position"] = [position, 0, 0]
+    note = (
+        "base.position[0] and base.acceleration[0] both move the base over time, and their motions add; try: one of"
+        " the two, if they describe the same motion"
+    )
+    assert (note in from_data(data).notes) == noted

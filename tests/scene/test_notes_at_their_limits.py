@@ -230,3 +230,46 @@ def test_negative_springs_and_dampers_are_told_with_their_sign_turned() -> None:
         " pulls back",
     ]
     assert notes_with(joints={"hinge": {**RIG["joints"]["hinge"], "damping": 0, "stiffness": 0}}) == []
+
+
+HINGED: dict[str, Any] = {
+    "format": 1,
+    "name": "hinged",
+    "bodies": {"arm": {"mass": 1.0, "inertia": [0.01, 0.01, 0.01], "center_of_mass": [0, 0, -0.5]}},
+    "joints": {"hinge": {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, 1, 0]}},
+    "points": {"tip": {"body": "arm", "position": [0, 0, -0.4]}},
+}
+
+
+@pytest.mark.parametrize(
+    ("formula", "number"),
+    [
+        ("q.hinge > 30", 30),
+        ("-200 * (q.hinge - 30)", 30),
+        ("-90 < q.hinge", -90),
+        ("q.hinge > 6", 0),
+        ("q.tip > 30", 0),
+    ],
+)
+def test_angles_against_numbers_of_more_than_a_turn_are_told(formula: str, number: float) -> None:
+    data = HINGED | {"definitions": {"hit": formula}}
+    note = (
+        f"definitions.hit: q.hinge stands against {number} rad, {abs(number) / (2 * math.pi):.3g} turns: angles in"
+        f' formulas are radians; try: a parameter of "{number} deg" in its place'
+    )
+    assert scale.angles_against_numbers(data) == ([note] if number else [])
+
+
+def test_the_note_on_angles_in_formulas_is_in_the_notes_of_a_scene() -> None:
+    data = HINGED | {"efforts": {"stop": {"joint": "hinge", "effort": "-200 * (q.hinge - 30)"}}}
+    assert any(note.startswith("efforts.stop.effort: q.hinge stands against 30 rad") for note in from_data(data).notes)
+
+
+@pytest.mark.parametrize(("value", "unit", "told"), [(400.0, "m", True), (4.0, "m", False), (400.0, "N", False)])
+def test_parameters_in_m_beyond_the_scene_are_told(value: float, unit: str, told: bool) -> None:
+    data = HINGED | {
+        "parameters": {"r": {"value": value, "unit": unit}},
+        "efforts": {"drive": {"joint": "hinge", "effort": "r * t"}},
+    }
+    note = "parameters.r: the length is 400 m, and the scene is no larger than 0.5 m; numbers without a unit are in m"
+    assert (note in from_data(data).notes) == told

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache, cached_property
 from typing import Any, TypeVar
 
+import numpy as np
+
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.products import placed, rows_of
+from eomgen.formula.recording import law_and_rate
 from eomgen.scene.document.checks import efforts_on_drives, unused_names
 from eomgen.scene.document.doubtful_elements import (
     doubtful_beams,
@@ -17,7 +21,12 @@ from eomgen.scene.document.doubtful_elements import (
     springs_within_bodies,
     tyres_in_the_road,
 )
-from eomgen.scene.document.out_of_scale import angles_of_several_turns, doubtful_times, out_of_scale
+from eomgen.scene.document.out_of_scale import (
+    angles_against_numbers,
+    angles_of_several_turns,
+    doubtful_times,
+    out_of_scale,
+)
 from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.tyres import Tyre
@@ -105,6 +114,7 @@ def _out_of_scale(facts: SceneFacts) -> Iterable[str]:
         [name for name, beam in beams.items() if beam.section is not None and beam.section.shape],
         scene["shapes"],
         facts.values,
+        facts.reading.parameters,
     )
 
 
@@ -127,6 +137,39 @@ def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:
     yield f"{fault}; try: no acceleration, if gravity alone is meant"
 
 
+#: Difference between a mean acceleration and gravity, as a part of gravity, up to which they are taken to be equal.
+_SAME = 0.02
+#: Number of times at which motions of the base are looked at.
+_TIMES = 257
+
+
+def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
+    """Note a mean acceleration of the base that is opposite to gravity, and motions of one axis given twice."""
+    written, base = facts.data.get("base", {}), facts.scene["base"]
+    if base is None or written.get("acceleration") is None:
+        return
+    positions = written.get("position", (0.0, 0.0, 0.0))
+    duration = facts.document.simulation.duration or 1.0
+    times = np.linspace(0.0, duration, _TIMES)
+    for axis, gravity in enumerate(facts.document.gravity):
+        if written["acceleration"][axis] == 0.0:
+            continue
+        speeds = law_and_rate(base.position[axis], facts.values.parameters)(times)[1]
+        mean = float(speeds[-1] - speeds[0]) / duration
+        key = f"base.acceleration[{axis}]"
+        if gravity and abs(mean + gravity) <= _SAME * abs(gravity):
+            fault = f"{key} has a mean of {mean:.4g} m/s^2, opposite to gravity: an accelerometer at rest reads this"
+            yield f"{fault}, and the base moves away; try: the readings with {gravity:+.6g} added"
+        if _varies(positions[axis]):
+            fault = f"base.position[{axis}] and {key} both move the base over time, and their motions add"
+            yield f"{fault}; try: one of the two, if they describe the same motion"
+
+
+def _varies(formula: object) -> bool:
+    """Return whether a text mentions the time."""
+    return isinstance(formula, str) and re.search(r"\bt\b", formula) is not None
+
+
 #: The group of rows that products add.
 GROUP = "eomgen.notes"
 #: Notes of the core, in the order of their listing.
@@ -135,6 +178,7 @@ NOTES: tuple[Note, ...] = (
     Note("doubts of single sections", _of_sections),
     Note("unused names", lambda facts: unused_names(facts.document, facts.reading)),
     Note("plain angles", lambda facts: angles_of_several_turns(facts.data, facts.reading.rows)),
+    Note("plain angles in formulas", lambda facts: angles_against_numbers(facts.data)),
     Note("plain times", lambda facts: doubtful_times(facts.data, facts.document)),
     Note("negative stiffness or damping", lambda facts: negative_laws(facts.document)),
     Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),
@@ -143,6 +187,7 @@ NOTES: tuple[Note, ...] = (
     Note("doubtful beams", _doubtful_beams),
     Note("tyres in the road", _tyres_in_the_road),
     Note("base that falls freely", _base_with_gravity),
+    Note("base opposite to gravity or moved twice", _base_against_gravity),
     Note("doubtful values", lambda facts: facts.values.notes),
 )
 

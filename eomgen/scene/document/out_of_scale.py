@@ -4,6 +4,7 @@ of more than a turn, delays and sampling times as numbers of samples.
 
 from __future__ import annotations
 
+import ast
 import itertools
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -23,7 +24,7 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Section
-from eomgen.system.description import BASE, WORLD, Point, Shape
+from eomgen.system.description import BASE, WORLD, Parameter, Point, Shape
 
 #: Lengths above this multiple of the scene's size are doubted.
 _FACTOR = 100.0
@@ -58,9 +59,11 @@ def out_of_scale(
     shaped: Collection[str],
     shapes: Iterable[Shape],
     values: Values,
+    parameters: Iterable[Parameter] = (),
 ) -> list[str]:
-    """Return a note on each mass, radius of gyration, length of a spring, radius of a tyre, size of a shape, place in
-    a body that is much larger than the other lengths in the scene, at the default parameters; empty without arms.
+    """Return a note on each mass, radius of gyration, length of a spring, radius of a tyre, size of a shape, parameter
+    in m, place in a body that is much larger than the other lengths in the scene, at the default
+    parameters; empty without arms.
 
     Parameters
     ----------
@@ -83,6 +86,9 @@ def out_of_scale(
         notes += _too_heavy(bodies, max(apart), values)
     notes += _too_dense(bodies, joints, points, values, notes)
     lengths = [*_lengths(bodies, elements, shaped, values), *_lengths_of_shapes(shapes, values)]
+    lengths += [
+        (key_of("parameters", one.name), "the length", abs(one.value), "m") for one in parameters if one.unit == "m"
+    ]
     return notes + _too_long(lengths, size, well_known=len(apart) >= _ARMS)
 
 
@@ -271,6 +277,78 @@ def _of_rotations(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
         for rotation in entry.get("rotation") or ():
             if isinstance(value := rotation.get("angle"), int | float):
                 yield subject, value
+
+
+def angles_against_numbers(data: Mapping[str, Any]) -> list[str]:
+    """Return a note on each plain number of more than a turn that a formula compares with an angle of a joint, adds to
+    an angle or subtracts from an angle.
+
+    Parameters
+    ----------
+    data : of a well-formed scene, as written
+    """
+    units = {name: tuple(JOINTS[joint["type"]].coordinates.values()) for name, joint in data.get("joints", {}).items()}
+    notes = []
+    for key, text in _texts_with_positions("", data):
+        try:
+            tree = ast.parse(text.strip(), mode="eval")
+        except (SyntaxError, ValueError, RecursionError):
+            continue
+        for node in ast.walk(tree):
+            for angle, number in _pairs(node):
+                if _is_angle(angle, units) and (value := _literal(number)) is not None:
+                    subject = f"{key}: {ast.unparse(angle)} stands against"
+                    if note := several_turns(subject, value):
+                        turned = note.partition(":")[0] + ":" + note.partition(":")[2].partition(":")[0]
+                        notes.append(
+                            f"{turned}: angles in formulas are radians; try: a parameter"
+                            f' of "{value:.6g} deg" in its place'
+                        )
+    return list(dict.fromkeys(notes))
+
+
+def _texts_with_positions(key: str, data: object) -> Iterator[tuple[str, str]]:
+    if isinstance(data, str):
+        if "q." in data:
+            yield key, data
+    elif isinstance(data, Mapping):
+        for name, entry in data.items():
+            if name != "description":
+                yield from _texts_with_positions(f"{key}.{key_of(name)}" if key else key_of(name), entry)
+    elif isinstance(data, list | tuple):
+        for number, entry in enumerate(data):
+            yield from _texts_with_positions(f"{key}[{number}]", entry)
+
+
+def _pairs(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:
+    """Yield both orders of two operands that have one unit."""
+    pairs: list[tuple[ast.expr, ast.expr]] = []
+    if isinstance(node, ast.Compare):
+        pairs = list(itertools.pairwise([node.left, *node.comparators]))
+    elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
+        pairs = [(node.left, node.right)]
+    for first, second in pairs:
+        yield first, second
+        yield second, first
+
+
+def _is_angle(node: ast.expr, units: Mapping[str, Sequence[str]]) -> bool:
+    """Return whether an operand is a coordinate of a joint in rad."""
+    index = 0
+    if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, int):
+        node, index = node.value, node.slice.value
+    if not (isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "q"):
+        return False
+    return units.get(node.attr, ())[index : index + 1] == ("rad",)
+
+
+def _literal(node: ast.expr) -> float | None:
+    """Return the number that an operand is; None for any other operand."""
+    sign = 1.0
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        node, sign = node.operand, -1.0
+    written = node.value if isinstance(node, ast.Constant) else None
+    return sign * written if isinstance(written, int | float) and not isinstance(written, bool) else None
 
 
 #: Samples of a delay from which on a whole number of seconds may have been meant as a number of samples.

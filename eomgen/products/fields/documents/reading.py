@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -123,7 +123,7 @@ class _HamiltonianReader(FieldEntries):
                 {key: item for key, item in data.items() if key != "simulation"}, sort_keys=True, default=str
             ).encode(),
             definitions={name: item.text for name, item in self.defined.items()},
-            notes=self.unused(),
+            notes=(*self.unused(), *_without_motion(terms, coordinates)),
         )
 
     def hint(self, error: FormulaError) -> str:
@@ -310,3 +310,12 @@ def summands(formula: Formula, momenta: set[str]) -> list[Formula]:
     if formula.name == "mul" and not _states(arguments[0]):
         return [Operation("mul", (arguments[0], part)) for part in summands(arguments[1], momenta)]
     return [formula]
+
+
+def _without_motion(terms: Iterable[Term], coordinates: Sequence[Coordinate]) -> Iterator[str]:
+    """Yield a note on each coordinate with a force on whose momentum H does not depend: dH/dp is zero."""
+    used = {symbol.name for term in terms for symbol in symbols(term.formula)}
+    for item in coordinates:
+        if item.name in used and item.momentum not in used:
+            fault = f"hamiltonian: H does not depend on {item.momentum}, so {item.name} never moves"
+            yield f"{fault}; try: a kinetic energy, {item.momentum}**2/(2*m), in H"
