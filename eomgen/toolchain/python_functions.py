@@ -105,6 +105,10 @@ class PythonFunctions:
         hint = "results for all numbers"
         if isinstance(error, TypeError) and not lines:  # of the call
             hint = f"a function of {counted(sum(self._sizes[:2]), 'number')}: the arguments, then the parameters"
+        elif isinstance(error, TypeError) and "not subscriptable" in str(error):  # written as in C
+            taken = ", ".join(f"u{k}" for k in range(self._sizes[0])) or "..."
+            taken += "".join(f", c{k}" for k in range(self._sizes[1]))
+            hint = f"arguments and parameters as numbers, one by one: def {self._function.__name__}({taken})"
         elif self._data["complex_step"]:
             hint += "; a function for complex steps calls numpy or cmath in place of math"
         return self._fault(f"{place}: {type(error).__name__}: {error}, at the arguments {point}", hint)

@@ -190,6 +190,7 @@ def test_numbers_that_are_not_finite_are_told_as_of_a_law_in_c(folder: Path) -> 
         ("raise SystemExit(3)\ndef drag(s):\n    return 1\n", {}, ModelError, "laws.drag: law.py:1: SystemExit: 3"),
         ("def drag(a, b):\n    return 1\n", {}, ModelError, "laws.drag: law.py: TypeError: drag() missing"),
         ("def drag(a, b):\n    return 1\n", {}, ModelError, "try: a function of 1 number: the arguments, then the p"),
+        ("def drag(a):\n    return a[0]\n", {}, ModelError, "try: arguments and parameters as numbers, one by one"),
         ("def drag(s):\n    return '3'\n", {}, ModelError, "drag gives '3', and 1 number are needed; try: return"),
         ("def drag(s):\n    return [None]\n", {}, ModelError, "drag gives [None], and 1 number are needed"),
         ("def drag(s):\n    return None\n", {}, ModelError, "drag gives None, and 1 number are needed"),

@@ -439,3 +439,10 @@ def test_a_unit_that_is_not_of_si_is_noted(tmp_path: Path) -> None:
     )
     assert note in eomgen.load(written(tmp_path, text)).notes
     assert note not in eomgen.load(written(tmp_path, text.replace('"mm"', '"m"'))).notes
+
+
+def test_a_name_with_a_dot_is_named(tmp_path: Path) -> None:
+    found = problems(tmp_path, 'v.rel = "v.rail - 1"', "")
+    assert (
+        "definitions.v.rel) definitions.v is a table with the key 'rel', and names have no dots; v_rel = \"v.rail - 1\""
+    ) in found

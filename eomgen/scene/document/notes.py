@@ -157,7 +157,7 @@ def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
         speeds = law_and_rate(base.position[axis], facts.values.parameters)(times)[1]
         mean = float(speeds[-1] - speeds[0]) / duration
         key = f"base.acceleration[{axis}]"
-        if gravity and abs(mean + gravity) <= _SAME * abs(gravity):
+        if isinstance(gravity, int | float) and gravity and abs(mean + gravity) <= _SAME * abs(gravity):
             fault = f"{key} has a mean of {mean:.4g} m/s^2, opposite to gravity: an accelerometer at rest reads this"
             yield f"{fault}, and the base moves away; try: the readings with {gravity:+.6g} added"
         if _varies(positions[axis]):

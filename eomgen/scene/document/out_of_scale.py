@@ -24,7 +24,8 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Section
-from eomgen.system.description import BASE, WORLD, Parameter, Point, Shape
+from eomgen.system.description import BASE, WORLD, Point, Shape
+from eomgen.system.signals import Parameter
 
 #: Lengths above this multiple of the scene's size are doubted.
 _FACTOR = 100.0
@@ -336,7 +337,8 @@ def _is_angle(node: ast.expr, units: Mapping[str, Sequence[str]]) -> bool:
     """Return whether an operand is a coordinate of a joint in rad."""
     index = 0
     if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, int):
-        node, index = node.value, node.slice.value
+        index = node.slice.value
+        node = node.value
     if not (isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "q"):
         return False
     return units.get(node.attr, ())[index : index + 1] == ("rad",)

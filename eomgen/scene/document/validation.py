@@ -325,9 +325,17 @@ def _unknown_key(location: tuple[str | int, ...], given: object, table: type[Bas
     if len(location) == 1 and (absent := fault_of_absent(last)):
         return f"the section {shown(last)} is unknown: {absent[0]}", absent[1]
     keys = _keys_at(location[depth:-1], table)
+    if location[0] == "definitions" and len(location) == 3 and last.isidentifier() and _is_formula(given):
+        dotted = f"definitions.{location[1]} is a table with the key {shown(last)}, and names have no dots"
+        return dotted, f"{location[1]}_{last} = {quoted(given)}"
     if absent := fault_of_absent(".".join(map(str, location))):
         return f"the key {shown(last)} is unknown here: {absent[0]}", absent[1]
     return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
+
+
+def _is_formula(given: object) -> bool:
+    """Return whether a text has an operator or a call, unlike a unit's name or a description."""
+    return isinstance(given, str) and any(sign in given for sign in (" - ", " + ", " * ", "*", "(", "v.", "q."))
 
 
 def _word_meant(message: str, location: tuple[str | int, ...], given: object) -> str:
