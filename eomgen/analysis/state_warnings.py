@@ -239,6 +239,9 @@ def _far(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]], leng
 
 #: Distance of a centre of mass from its axis, relative to the scene's length, below which the centre lies on the axis.
 _ON_AXIS = 1e-12
+#: Moment of all parts about the axis, as a part of the largest of one, below which a rotor is in balance: blades sag.
+_BALANCED = 0.05
+_CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def off_axis_hint(model: CompiledModel, measures: SceneMeasures, q: Array, v: Array) -> str:
@@ -248,7 +251,7 @@ def off_axis_hint(model: CompiledModel, measures: SceneMeasures, q: Array, v: Ar
     """
     if "poses" not in model.functions:
         return ""
-    worst, result = 0.0, ""
+    worst, result, gravity = 0.0, "", measures.vector(model.description.gravity)
     for factor in model.factors:
         k = factor.v_start
         if factor.group != "R" or factor.v_size != 1 or not v[k] or model.v_units[k] != "rad/s":
@@ -256,10 +259,12 @@ def off_axis_hint(model: CompiledModel, measures: SceneMeasures, q: Array, v: Ar
         half = q.copy()
         half[factor.q] += np.pi
         poses = measures.poses(np.array([q, half]))
+        before, moment, across = worst, np.zeros(3), np.zeros(3)
         for solid in model.description.drawing.solids:
             turn, origin = poses[solid.name]
             center = origin + rotated(turn, measures.vector(solid.center_of_mass))
             off, mass = 0.5 * float(np.linalg.norm(center[1] - center[0])), measures.number(solid.mass)
+            moment += 0.5 * mass * (center[0] - center[1])
             if off > _ON_AXIS * measures.length(q) and mass * off > worst:
                 worst = mass * off
                 result = (
@@ -267,6 +272,15 @@ def off_axis_hint(model: CompiledModel, measures: SceneMeasures, q: Array, v: Ar
                     f" {worst:.6g} kg m), with gravity and springs that are the same all round it; unbalance acts on"
                     " the balanced rotor as a force that turns (docs/python.md, Rotors)"
                 )
+                # half a turn reverses the part of gravity across the axis alone
+                across = gravity - rotated(turn[1], rotated(turn[0] * _CONJUGATE, gravity))
+        own = worst > before and float(np.linalg.norm(moment)) <= _BALANCED * worst
+        if own and float(np.linalg.norm(across)) > _ON_AXIS * measures.gravity():
+            result = (
+                f"gravity along the axis of {factor.name} or none, for the centres of mass balance about this axis, and"
+                " gravity across it turns relative to each part; floquet (of a model, in Python) takes such a motion,"
+                f" with a drive of {factor.name}"
+            )
     return result
 
 

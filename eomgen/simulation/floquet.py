@@ -271,6 +271,9 @@ def _periodic_start(orbit: _Orbit, initial: Any) -> tuple[Any, int]:
         start = orbit.corrected(run, after.changes, known.matrix)
     fault = f"the motion is not periodic: in {orbit.period:.9g} s {words}"
     hint = "the period of the motion and of the equations, and an initial state near the periodic motion"
+    spins = [factor.name for factor in orbit.model.factors if np.any(after.turns[factor.v])]
+    if spins:
+        hint += f'; if {spins[0]} turns freely, a drive of this joint such as "w*t", for forces slow a free spin'
     raise NumericalError(Problem("floquet", fault, hint))
 
 

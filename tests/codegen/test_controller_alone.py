@@ -215,6 +215,7 @@ def test_floats_and_values_that_are_not_finite(tmp_path: Path) -> None:
 def test_limits_of_floats_have_no_doubles(tmp_path: Path) -> None:
     """Processors with floats alone compute doubles by library calls; the time of a step is kept in doubles."""
     eomgen.generate(servo(), tmp_path, only="controller", real="float")
+    assert "`delay = 0` for them" in (tmp_path / "README.md").read_text(encoding="utf-8")
     flags = [*STRICT, "-DEOMGEN_REAL_FLOAT", "-Wdouble-promotion", "-Wfloat-conversion", "-S"]
     text = {}
     for file in ("servo_controller.c", "servo_controller_step.c"):

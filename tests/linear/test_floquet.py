@@ -263,6 +263,17 @@ def test_a_motion_that_does_not_return_is_refused() -> None:
 
 
 @pytest.mark.slow
+def test_a_free_spin_that_slows_is_to_be_driven(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("eomgen.simulation.floquet._CORRECTIONS", 0)  # corrections find the wheel at rest
+    builder = eomgen.SceneBuilder("wheel", gravity=[0, 0, -9.81])
+    builder.body("wheel", 1.0, center_of_mass=[0, 0, 0.1], inertia=[1, 1, 1])
+    builder.joint("spin", "revolute", "base", "wheel", axis=[0, 1, 0], damping=0.5, initial={"velocity": 6.5})
+    with pytest.raises(NumericalError) as caught:
+        eomgen.build(builder.build(), profile="quick").floquet(1.0)
+    assert 'if spin turns freely, a drive of this joint such as "w*t", for forces slow a free spin' in str(caught.value)
+
+
+@pytest.mark.slow
 def test_events_are_refused() -> None:
     builder = eomgen.SceneBuilder("event", gravity=[0, 0, 0]).body("mass", 1.0)
     builder.joint(

@@ -239,6 +239,24 @@ def test_balance_at_an_instant_is_not_a_steady_motion() -> None:
     assert "try: centres of mass on the axis of hinge (the centre of bob is 0.5 m off, 1 kg m), with" in said
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("count", "cause"), [(3, "gravity along the axis of spin or none"), (1, "centres of mass on")])
+def test_gravity_across_the_axis_of_a_balanced_rotor_is_named(count: int, cause: str) -> None:
+    builder = eomgen.SceneBuilder("blades", gravity=[0, 0, -9.81]).body("hub", 1.0, inertia=[1, 1, 1])
+    builder.joint("spin", "revolute", "base", "hub", axis=[1, 0, 0])
+    for k in range(count):
+        turn = [([1, 0, 0], 2.0 * math.pi * k / 3.0)]
+        builder.body(f"blade_{k}", 1.0, center_of_mass=[0, 0, 1.0], inertia=[0.1, 0.1, 0.01])
+        builder.joint(f"lag_{k}", "revolute", "hub", f"blade_{k}", axis=[1, 0, 0], rotation=turn, stiffness=1e3)
+    with pytest.raises(NumericalError) as caught:
+        eomgen.build(builder.build(), profile="quick").steady_motion({"spin": 3.0})
+    assert "change along the motion or with time: later" in str(caught.value)
+    assert f"try: {cause}" in str(caught.value)
+    assert ("floquet (of a model, in Python) takes such a motion, with a drive of spin" in str(caught.value)) == (
+        count > 1
+    )
+
+
 @pytest.mark.long
 def test_a_blade_turns_steadily_however_slowly() -> None:
     """Beside the hub's, velocities are zero and no rounding: that of fast bendings would grow into forces."""
