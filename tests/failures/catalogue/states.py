@@ -117,7 +117,7 @@ FAILURES = [
         "note: the controller servo changes nothing: no formula mentions what it gives\n"
         "usage error: controller servo: the scene leaves its function to the caller; try: controllers={'servo': law} in"
         " Python, where law(t, signals) gives one number, servo",
-        command="simulate scene.toml --method rk4 --out run.npz",
+        command="simulate scene.toml --method rk4 --out run",
         more=f"{_SERVO}\n",
     ),
     Failure(
@@ -155,7 +155,7 @@ FAILURES = [
         "note: the controller servo changes nothing: no formula mentions what it gives\n"
         "toolchain error: servo.c:3: the C compiler finds 'error' undeclared (first use in this function){any}; try:"
         " C99, and int NAME(double t, const double *signals, double *values, double *memory)",
-        command="simulate scene.toml --method rk4 --out run.npz",
+        command="simulate scene.toml --method rk4 --out run",
         more=f'{_SERVO}\nsource = "servo.c"\nfunction = "servo"',
         files={"servo.c": _C.replace("signals[0]", "error")},
     ),
