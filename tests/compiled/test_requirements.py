@@ -69,7 +69,11 @@ _GIVEN: dict[str, Any] = {
     "to": 2.0,
     "speed": "hinge",
     "period": 1.0,
+    "weights": [1.0],
 }
+#: The same of some calls alone.
+_OF_TERM = {"term": "inverse_dynamics", "v": [0.2], "a": [0.3]}
+_GIVEN_TO: dict[str, dict[str, Any]] = {"derivatives": _OF_TERM, "hessian": _OF_TERM}
 #: What a call says instead whose subject the model has not.
 ABSENT = ("is not in this model", "the model has no geometrically exact beam")
 
@@ -99,7 +103,7 @@ def test_every_call_that_takes_parameters_refuses_them(name: str) -> None:
         by_name if name in ("root_locus", "calibrate", "campbell") else [*by_name, [-1.0], [[1.0], [-1.0]]]
     ):
         with pytest.raises(UsageError) as caught:
-            method(**{key: _GIVEN[key] for key in needed}, parameters=parameters)
+            method(**{**{key: _GIVEN[key] for key in needed}, **_GIVEN_TO.get(name, {})}, parameters=parameters)
         said = str(caught.value)
         one_set_only = np.ndim(parameters) == 2 and "one set of parameters" in said
         assert said.endswith(REFUSED) or one_set_only or any(text in said for text in ABSENT), name
