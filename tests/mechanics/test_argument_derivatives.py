@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,13 @@ import pytest
 import eomgen
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import update
+from eomgen.mechanics.scene_tape import Derivation
+from eomgen.mechanics.terms.argument_derivatives import Arguments
 from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.load import load
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.tape import ZERO
+from eomgen.system.system import BASE_SIZE
 from eomgen.system.terms import ARGUMENTS, DIFFERENTIATED
 from tests.studies.scenes import drone, gate
 
@@ -38,6 +44,30 @@ def gimbal() -> eomgen.Scene:
     return builder.build()
 
 
+def machine() -> eomgen.Scene:
+    """Return a tree of many joint types on a base that turns, with two joints that follow others."""
+    builder = SceneBuilder("machine", gravity=[0.4, -0.3, -9.81])
+    builder.base([0.0, "0.2 * sin(t)", 0.0], rotation=[([0, 0, 1], "0.3 * t"), ([1, 0, 0], "0.2 * cos(t)")])
+    chain = (
+        ("slider", "prismatic", {"axis": [0.6, 0.0, 0.8]}),
+        ("cross", "universal", {"axis": [0, 0, 1], "second_axis": [1, 0, 0]}),
+        ("plane", "planar", {"axis": [0, 1, 0]}),
+        ("nut", "helical", {"axis": [1, 0, 0], "pitch": 0.1}),
+        ("follower", "revolute", {"axis": [0, 1, 0], "mimic": {"joint": "nut", "multiplier": -0.7, "offset": 0.2}}),
+        ("ball", "spherical", {}),
+    )
+    parent = "base"
+    for k, (name, kind, keys) in enumerate(chain):
+        builder.body(f"part_{name}", 1.0 + 0.2 * k, center_of_mass=[0.1, -0.05 * k, 0.2], inertia=[0.02, 0.03, 0.025])
+        builder.joint(name, kind, parent, f"part_{name}", position=[0.1 * k, 0.2, -0.1], **keys)
+        parent = f"part_{name}"
+    builder.body("branch", 0.7, center_of_mass=[0.0, 0.1, 0.2], inertia=[0.01, 0.02, 0.015])
+    mimic = {"joint": "slider", "multiplier": 2.0}
+    builder.joint("arm", "revolute", "part_plane", "branch", axis=[0, 0, 1], position=[0.0, 0.1, 0.3], mimic=mimic)
+    builder.effort("spring", "slider", "-3 * sin(q.slider) * v.slider")
+    return builder.build()
+
+
 SCENES: Mapping[str, Any] = {
     "double_pendulum": lambda: EXAMPLES / "double_pendulum_on_shaking_base" / "scene.toml",
     "gimbal": gimbal,
@@ -45,6 +75,12 @@ SCENES: Mapping[str, Any] = {
     "gate": gate,
 }
 DYNAMICS = ("inverse_dynamics", "forward_dynamics")
+
+
+def four_bar() -> Path:
+    return EXAMPLES / "four_bar" / "scene.toml"
+
+
 #: Scene and term; the first ones' rotations have more than one axis.
 CASES = [
     *(("gimbal", term) for term in DYNAMICS),
@@ -135,6 +171,35 @@ def test_the_hessian_is_that_of_exponential_coordinates(rng: np.random.Generator
     expected = np.dot([-1.0, 16.0, -30.0, 16.0, -1.0], values) / (12.0 * step**2)
     found = model.hessian("inverse_dynamics", weights, state["q"], **fixed, of=["q"])
     assert direction @ found @ direction == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.parametrize(("scene", "fewer"), [(gimbal, True), (machine, False), (gate, True), (four_bar, False)])
+def test_composite_bodies_have_the_hessian_of_the_operations(
+    scene: Callable[[], Any], fewer: bool, rng: np.random.Generator
+) -> None:
+    """Two roads to the second derivatives of inverse dynamics in q, v and a; ``fewer``: whether composites take fewer
+    operations, so that they are used."""
+    described = scene()
+    derivation = Derivation(described if isinstance(described, eomgen.Scene) else load(described))
+    values = derivation.residual()[0].refs
+    arguments = Arguments(derivation)
+    by_composites, by_operations = arguments.by_composites(values), arguments.by_operations(values)
+    size = 3 * derivation.tree.nv
+    places = [(row, column) for row in range(size) for column in range(row + 1)]
+    refs = [way.get(place, ZERO) for way in (by_composites, by_operations) for place in places]
+    sizes = {"q": sum(factor.q_size for factor in derivation.tree.factors), "base": BASE_SIZE, "t": 1, "p": 2, "u": 2}
+    for block in ("v", "a", "weights"):
+        sizes[block] = derivation.tree.nv
+    sizes["lam"] = 0 if derivation.constraints is None else len(derivation.constraints.rows.all)
+    inputs = {block: rng.normal(size=count) for block, count in sizes.items()}
+    for factor in derivation.tree.factors:
+        if factor.group != "R":
+            quaternion = inputs["q"][factor.q_start : factor.q_start + 4]
+            quaternion /= np.linalg.norm(quaternion)
+    found, expected = np.split(np.array(evaluate(derivation.tape, refs, inputs)), 2)
+    assert np.max(np.abs(found - expected)) < 1e-13 * np.max(np.abs(expected))
+    used = arguments.hessian(values)
+    assert any(used.get(place, ZERO) != by_operations.get(place, ZERO) for place in places) == fewer
 
 
 @pytest.mark.parametrize("term", DYNAMICS)

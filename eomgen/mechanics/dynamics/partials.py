@@ -1,10 +1,18 @@
-"""Exact partials of inverse dynamics by composite bodies: left-trivialised in q, and in v and a.
+"""Exact partials of inverse dynamics by composite bodies: left-trivialised in q, and in v and a; and second ones of
+its work along a virtual motion.
 
 Moving joint j by a screw s moves its subtree rigidly. In the frame that moves along, every body there gains the twist
 V x s and the spatial acceleration A x s + V x (V x s) of the joint's parent, plus a Coriolis field 2 w x (velocity)
 of each point (after Echeandia & Wensing 2021 and Singh, Russell & Wensing 2022, restated for acceleration fields).
 The last needs two more composites of each subtree only: linear momentum P = int V dm and H = int V s^T dm. Applied
 forces are differentiated on the tape.
+
+Second partials: weights . tau is the power of the inertia forces along the virtual velocities y that the weights give
+the tree, int y . A dm. Its partial in q_i is linear in three changes of the subtree: of y by the parent's virtual twist
+x s, of V by the twist, of A as above. The composites of that are the momentum of y, the force, and B = 2 int V x y dm,
+since y . (2 w x V) = w . (2 V x y). Moving a joint j towards the root changes the subtree of i in the same three ways,
+so each entry is a product of a change of j with three vectors of i; the vector for the change of V is a pure moment
+(after Singh, Russell & Wensing 2023, contracted before the recursion).
 """
 
 from __future__ import annotations
@@ -29,6 +37,7 @@ from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import (
+    Algebra,
     Matrix,
     Scalar,
     Vector,
@@ -138,6 +147,12 @@ class CompositeMomentum:
         moment = minus(scaled(trace, w), apply(self.moment, w))
         return scaled(2.0, moment), scaled(2.0, cross(w, self.momentum))
 
+    @property
+    def spin(self) -> Vector:
+        """Angular momentum int s x V dm about the link's origin."""
+        H = self.moment
+        return H[2][1] - H[1][2], H[0][2] - H[2][0], H[1][0] - H[0][1]
+
     def adjoint(self, w: Vector, u: Vector) -> Vector:
         """Return y with y . w' = virtual work of ``coriolis(w')`` along the screw (w, u)."""
         trace = self.moment[0][0] + self.moment[1][1] + self.moment[2][2]
@@ -163,6 +178,23 @@ def _flows(tree: Tree, twists: Sequence[tuple[Vector, Vector]]) -> list[Composit
                 total[link.parent] = CompositeMomentum(
                     plus(above.momentum, momentum), matrix_plus(above.moment, moment)
                 )
+    return total
+
+
+def _products(
+    tree: Tree, twists: Sequence[tuple[Vector, Vector]], virtual: Sequence[tuple[Vector, Vector]]
+) -> list[Vector]:
+    """Return B = 2 int V x y dm of each subtree, in link axes."""
+    total: list[Vector] = []
+    for link, (omega, velocity), (turn, slide) in zip(tree.links, twists, virtual, strict=True):
+        body = link.inertia
+        momentum = plus(scaled(body.mass, slide), cross(turn, body.first))
+        turned = plus(cross(cross(omega, body.first), slide), apply(body.second, cross(omega, turn)))
+        total.append(scaled(2.0, plus(cross(velocity, momentum), turned)))
+    for index in reversed(range(len(tree.links))):
+        link = tree.links[index]
+        if link.parent != ROOT:
+            total[link.parent] = plus(total[link.parent], link.rotation.rotate(total[index]))
     return total
 
 
@@ -201,6 +233,20 @@ def inertial_partials(
     return K, C, M
 
 
+def _wrenches(
+    algebra: Algebra, screw: Screws, body: RecordedInertia, flow: CompositeMomentum
+) -> tuple[Wrench, Wrench, Wrench]:
+    """Return the changes of the inertia forces of a subtree, in axes that move along, by q, v and a of a column."""
+    by_q = _sum(wrench(algebra, body, screw.spin_origin, screw.spin_field), flow.coriolis(screw.turn))
+    by_v = _sum(wrench(algebra, body, screw.rate_origin, screw.rate_field), flow.coriolis(screw.angular))
+    return by_q, by_v, wrench(algebra, body, screw.linear, screw.angular)
+
+
+def _moved(screw: Screws, load: Wrench) -> Wrench:
+    """Return the change of a wrench that moves by a screw."""
+    return plus(cross(screw.angular, load[0]), cross(screw.linear, load[1])), cross(screw.angular, load[1])
+
+
 def _column(
     tree: Tree,
     index: int,
@@ -216,14 +262,11 @@ def _column(
     the root."""
     algebra, link = tree.algebra, tree.links[index]
     dof, ratio = link.dofs[k], link.coordinates.ratio
-    by_q = _sum(wrench(algebra, body, screw.spin_origin, screw.spin_field), flow.coriolis(screw.turn))
-    by_v = _sum(wrench(algebra, body, screw.rate_origin, screw.rate_field), flow.coriolis(screw.angular))
-    by_a = wrench(algebra, body, screw.linear, screw.angular)
+    by_q, by_v, by_a = _wrenches(algebra, screw, body, flow)
     own = zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)
     for row, values in zip(link.dofs, own, strict=True):
         _add(blocks, row, dof, ratio * ratio, values)
-    moved = (plus(cross(screw.angular, load[0]), cross(screw.linear, load[1])), cross(screw.angular, load[1]))
-    by_q = _sum(by_q, moved)
+    by_q = _sum(by_q, _moved(screw, load))
     work = flow.adjoint(screw.angular, screw.linear)
     below = index
     while tree.links[below].parent != ROOT:
@@ -244,6 +287,140 @@ def _column(
 def _add(blocks: Sequence[list[list[Scalar]]], row: int, column: int, ratio: Scalar, values: Sequence[Scalar]) -> None:
     for block, value in zip(blocks, values, strict=True):
         block[row][column] = block[row][column] + ratio * value
+
+
+@dataclass(frozen=True)
+class Change:
+    """Change of a subtree by q, v or a of a joint's column, in the axes of the joint's link.
+
+    Attributes
+    ----------
+    virtual, acceleration : screws by which the virtual twist and the acceleration of all its bodies change
+    turn : angular velocity by which its twist changes
+    """
+
+    virtual: Wrench
+    turn: Vector
+    acceleration: Wrench
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Change of the partial of the work in q, v or a of a column, as a linear function of a ``Change``."""
+
+    of_virtual: Wrench
+    of_turn: Vector
+    of_acceleration: Wrench
+
+    def carried(self, link: Link) -> Effect:
+        """Return the function for changes in the axes of the parent of a link."""
+        turned = link.rotation.rotate(self.of_turn)
+        return Effect(carry(link, self.of_virtual), turned, carry(link, self.of_acceleration))
+
+    def __call__(self, change: Change) -> Scalar:
+        of_virtual = dot(change.virtual[0], self.of_virtual[0]) + dot(change.virtual[1], self.of_virtual[1])
+        first, second = change.acceleration, self.of_acceleration
+        return of_virtual + dot(change.turn, self.of_turn) + (dot(first[0], second[0]) + dot(first[1], second[1]))
+
+
+def _virtual_motions(tree: Tree, weights: Sequence[Scalar]) -> tuple[list[tuple[Vector, Vector]], list[list[Wrench]]]:
+    """Return the virtual twists of all links, and for each column the change of the twist by q: twist of the parent x
+    screw."""
+    algebra, zero = tree.algebra, tree.algebra.zero_vector
+    twists: list[tuple[Vector, Vector]] = []
+    changes: list[list[Wrench]] = []
+    for link in tree.links:
+        turn_up, slide_up = (zero, zero) if link.parent == ROOT else twists[link.parent]
+        with algebra.tape.block(f"virtual motion of link {link.name}"):
+            values = [link.coordinates.ratio * weights[dof] for dof in link.dofs]
+            turn, slide = relative(algebra, link, values)
+            carried = link.rotation.rotate_back(turn_up)
+            moved = link.rotation.rotate_back(plus(slide_up, cross(turn_up, link.position)))
+            changes.append([_crossed(carried, moved, column.angular, column.linear) for column in link.columns])
+            twists.append((plus(carried, turn), plus(moved, slide)))
+    return twists, changes
+
+
+class WorkHessian:
+    """Second partials of weights . (tau of inertia and weight), by composite bodies.
+
+    Parameters
+    ----------
+    weights : (nv,) virtual velocities
+
+    Attributes
+    ----------
+    entries : of the lower triangle, by (row, column): q, v and a, ``nv`` numbers each
+    """
+
+    def __init__(self, tree: Tree, base: BaseMotion, weights: Sequence[Scalar]) -> None:
+        self.tree, self.entries = tree, dict[tuple[int, int], Scalar]()
+        algebra, zero = tree.algebra, tree.algebra.zero_vector
+        screws, twists = _motions(tree, base)
+        virtual, moved = _virtual_motions(tree, weights)
+        bodies, loads, flows = composites(tree), _loads(tree, base), _flows(tree, twists)
+        momenta, products = _flows(tree, virtual), _products(tree, twists, virtual)
+        none = (zero, zero)
+        self.changes = [
+            [
+                (
+                    Change(turned, screw.turn, (screw.spin_field, screw.spin_origin)),
+                    Change(none, screw.angular, (screw.rate_field, screw.rate_origin)),
+                    Change(none, zero, (screw.angular, screw.linear)),
+                )
+                for screw, turned in zip(*of_link, strict=True)
+            ]
+            for of_link in zip(screws, moved, strict=True)
+        ]
+        for index, link in enumerate(tree.links):
+            body, flow, momentum = bodies[index], flows[index], momenta[index]
+            with algebra.tape.block(f"second partials, joint {link.joint.name}"):
+                spin = momentum.spin
+                for k, (screw, turned) in enumerate(zip(screws[index], moved[index], strict=True)):
+                    by_q, by_v, by_a = _wrenches(algebra, screw, body, flow)
+                    by_q = _sum(by_q, _moved(screw, loads[index]))
+                    turning = minus(flow.adjoint(*turned), momentum.adjoint(screw.turn, screw.slide))
+                    turning = plus(turning, cross(screw.angular, products[index]))
+                    pushed = _sum(wrench(algebra, body, turned[1], turned[0]), _moved(screw, (spin, momentum.momentum)))
+                    twisting = scaled(-1.0, momentum.adjoint(screw.angular, screw.linear))
+                    effects = (
+                        Effect(by_q, turning, pushed),
+                        Effect(by_v, twisting, none),
+                        Effect(by_a, zero, none),
+                    )
+                    self._fill(index, k, effects)
+
+    def _fill(self, index: int, k: int, effects: tuple[Effect, ...]) -> None:
+        """Add the entries that couple one column of a joint with columns of the same joint and of all joints towards
+        the root."""
+        links, link = self.tree.links, self.tree.links[index]
+        for other, changes in zip(link.dofs, self.changes[index], strict=True):
+            both = link.coordinates.ratio * link.coordinates.ratio
+            for block in range(3):
+                self._add((block, link.dofs[k]), (0, other), both * effects[block](changes[0]), half=block == 0)
+            self._add((1, link.dofs[k]), (1, other), both * effects[1](changes[1]), half=True)
+        below = index
+        while links[below].parent != ROOT:
+            effects = tuple(effect.carried(links[below]) for effect in effects)
+            below = links[below].parent
+            both = links[below].coordinates.ratio * link.coordinates.ratio
+            for other, changes in zip(links[below].dofs, self.changes[below], strict=True):
+                for block, effect in enumerate(effects):
+                    for place, change in enumerate(changes):
+                        self._add((block, link.dofs[k]), (place, other), both * effect(change))
+
+    def _add(self, row: tuple[int, int], column: tuple[int, int], value: Scalar, *, half: bool = False) -> None:
+        """Add the derivative in two coordinates, (block, component) each, and its mirror image.
+
+        ``half``: the other order of the two columns of one joint follows, and the entry is their mean.
+        """
+        i, j = (block * self.tree.nv + dof for block, dof in (row, column))
+        if half and i != j:
+            value = 0.5 * value
+        elif not half and i == j:  # two links that move by one coordinate
+            value = 2.0 * value
+        place = max(i, j), min(i, j)
+        self.entries[place] = self.entries.get(place, self.tree.algebra.zero) + value
 
 
 Square = list[list[Scalar]]

@@ -2,7 +2,8 @@
 
 With w the weights and f the values of the term, the Hessian is the symmetric matrix of second derivatives of w . f at
 the origin of local coordinates: q exp(dq) in each factor of the configuration, and sums in v, a, z, lam, u, p and t. By
-one reverse sweep, and forward sweeps over that (Griewank and Walther, Evaluating Derivatives (2008), section 5.4).
+one reverse sweep, and forward sweeps over that (Griewank and Walther, Evaluating Derivatives (2008), section 5.4), or
+for inertia and weight by composite bodies, if that takes fewer operations.
 
 Derivatives X_i along the left-trivialised directions of a rotation or a pose do not commute, X_i X_j - X_j X_i = [X_i,
 X_j]. In the coordinates of the exponential, f(q exp(d)) = f + d_i X_i f + 1/2 d_i d_j X_i X_j f + ..., so the Hessian
@@ -17,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.mechanics.dynamics.elimination import solve_tree
+from eomgen.mechanics.dynamics.partials import WorkHessian
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.implicit_step import Entries, nonzeros
@@ -188,6 +190,36 @@ class Arguments:
 
     def hessian(self, values: Sequence[Ref]) -> Entries:
         """Return the nonzeros of the lower triangle of the Hessian of weights . values by (row, column)."""
+        tape, entries = self.derivation.tape, self.by_operations(values)
+        known = self.by_composites(values)
+        mixed = {place: known.get(place, ref) for place, ref in entries.items()}
+        ways = [entries, {place: ref for place, ref in mixed.items() if abs(ref) != ZERO}]
+        return min(ways, key=lambda way: tape.counts(way.values()).weight)
+
+    def by_composites(self, values: Sequence[Ref]) -> Entries:
+        """Return the entries of the Hessian of inverse dynamics or the residual in q, v and a: inertia and weight by
+        composite bodies, all else operation by operation; an empty mapping for other values."""
+        derivation, tape = self.derivation, self.derivation.tape
+        if derivation.large or not derivation.tree.rigid:
+            return {}
+        others = [-value for value in derivation.applied()]
+        if derivation.constraints is not None:
+            others = [x + y for x, y in zip(others, derivation.constraints.forces(), strict=True)]
+            if list(values) != list(derivation.residual()[0].refs):
+                return {}
+        elif list(values) != [value.ref for value in derivation.inverse()]:
+            return {}
+        nv = derivation.tree.nv
+        weights = [Scalar(tape, tape.input("weights", number)) for number in range(nv)]
+        work = WorkHessian(derivation.grouped, derivation.motion, weights)
+        entries = dict(work.entries)
+        for place, ref in self.by_operations([value.ref for value in others]).items():
+            entries[place] = entries.get(place, derivation.algebra.zero) + Scalar(tape, ref)
+        triangle = ((row, column) for row in range(3 * nv) for column in range(row + 1))
+        return {place: entries[place].ref if place in entries else ZERO for place in triangle}
+
+    def by_operations(self, values: Sequence[Ref]) -> Entries:
+        """Return the nonzeros of the Hessian by differentiation of each operation."""
         tape, entries = self.derivation.tape, dict[tuple[int, int], Ref]()
         weights = [tape.input("weights", number) for number in range(len(values))]
         with tape.block("gradient of the weighted sum"):
