@@ -55,7 +55,9 @@ test: $(VENV)/installed-test browser
 test-all: $(VENV)/installed-all browser
 	$(BIN)/python -m pytest -n auto -m "slow and not long"
 
+# PyTorch brings gigabytes of libraries of graphics cards on Linux, so that only these tests install it.
 test-long: $(VENV)/installed-all browser
+	$(INSTALL) '.[torch]'
 	$(BIN)/python -m pytest -n auto -m long
 
 coverage: $(VENV)/installed-test browser

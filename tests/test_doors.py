@@ -33,7 +33,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
     },
     "products.fields": {"FieldSystem", "Hamiltonian", "HamiltonianModel", "hamiltonian", "posterior", "posteriors"},
     "products.laws": {"FileLaw"},
-    "products.optimisers": {"CASADI", "casadi", "jax"},
+    "products.optimisers": {"CASADI", "casadi", "jax", "torch"},
     "products.maps": {"Surface", "surfaces"},
     "products.waves": {
         *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),

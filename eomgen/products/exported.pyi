@@ -5,6 +5,7 @@ from eomgen.products.fields import posteriors as fields
 from eomgen.products.fields import sampling
 from eomgen.products.optimisers.casadi_functions import casadi
 from eomgen.products.optimisers.jax_functions import jax
+from eomgen.products.optimisers.torch_functions import torch
 from eomgen.products.reliability.vibration import RandomVibration, random_vibration
 from eomgen.products.studies.identification import Identification, identify
 from eomgen.products.studies.ladders.result import Extremes
@@ -35,6 +36,7 @@ __all__ = [
     "savings",
     "studies",
     "testing",
+    "torch",
     "tradeoff",
     "tune",
     "waves",

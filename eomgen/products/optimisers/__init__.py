@@ -8,8 +8,9 @@ PRODUCT = Product(
     names={
         "casadi": "eomgen.products.optimisers.casadi_functions:casadi",
         "jax": "eomgen.products.optimisers.jax_functions:jax",
+        "torch": "eomgen.products.optimisers.torch_functions:torch",
     },
     rows={"eomgen.targets": ("eomgen.products.optimisers.casadi_code:CASADI",)},
 )
 #: Open to all parts of ``products``.
-WITHIN = ["casadi_functions", "jax_functions"]
+WITHIN = ["casadi_functions", "jax_functions", "torch_functions"]

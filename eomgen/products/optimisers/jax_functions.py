@@ -20,7 +20,14 @@ from eomgen.base.threads import thread_count
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.compiled.functions import LEAST, Choice, Functions, LaneCompanions, chosen
 from eomgen.errors import EomgenError, ModelError, Problem, UsageError
-from eomgen.lie.product import Factor
+from eomgen.products.optimisers.arguments import (
+    OFFERED,
+    arguments_of,
+    bracket,
+    gradient_in_components,
+    left_trivialised,
+)
+from eomgen.products.optimisers.runs import Runs
 from eomgen.system.sparsity import unpacked_places
 from eomgen.system.terms import ARGUMENTS, TERMS
 from eomgen.toolchain.builder import Builder
@@ -43,8 +50,6 @@ typedef struct {
 void *eomgen_xla(void *);
 """
 _TARGET = "eomgen"
-#: Terms with derivatives that are functions of JAX.
-_OFFERED = ("inverse_dynamics", "forward_dynamics")
 #: Operations of a thread at least, some milliseconds; a thread takes a tenth of this time to start.
 _SHARE = 10_000_000
 #: Samples by which lanes are compared with the model.
@@ -114,7 +119,7 @@ class JaxFunctions:
         self._factors = tuple(evaluator.factors)
         self._calls: dict[str, _TermCall] = {}
         self._defaults = {"p": evaluator.parameters(None), "z": evaluator.internal(None)}
-        self._dynamics = {name: self._differentiable(name) for name in _OFFERED}
+        self._dynamics = {name: self._differentiable(name) for name in OFFERED}
 
     def forward_dynamics(
         self,
@@ -249,22 +254,25 @@ class JaxFunctions:
         given = {"q": q, "v": v, "parameters": dict(parameters or {}), "inputs": dict(inputs or {})}
         given = self._jax.tree.map(lambda array: jnp.asarray(array, float), given)
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
-        runs = _Runs(self._model, {**options, "settings": settings}, given)
+        runs = Runs(self._model, {**options, "settings": settings}, given)
+        unknown = {name: np.zeros(array.shape) for name, array in given["inputs"].items()}
+        runs.learn_shapes({"q": None, "v": None, "parameters": {}, "inputs": unknown})
+        shape = functools.partial(self._jax.ShapeDtypeStruct, dtype=np.float64)
+        changes = self._jax.tree.map(lambda array: shape(array.shape), given)
+        if given["q"] is not None:
+            changes["q"] = shape((self._model.nv,))
         factors = self._factors
 
         def rows(values: Any) -> Array:
-            return self._jax.pure_callback(runs.outputs, runs.rows, values, vmap_method="sequential")
+            return self._jax.pure_callback(runs.outputs, shape(runs.shape), values, vmap_method="sequential")
 
         def rows_and_values(values: Any) -> tuple[Array, Any]:
             return rows(values), values
 
         def adjoint(values: Any, weights: Array) -> tuple[Any]:
-            gradient = self._jax.pure_callback(runs.gradient, runs.changes, values, weights, vmap_method="sequential")
+            gradient = self._jax.pure_callback(runs.gradient, changes, values, weights, vmap_method="sequential")
             if values["q"] is not None:
-                turned = self._jax.linear_transpose(
-                    lambda dq: _left_trivialised(jnp, factors, values["q"], dq), values["q"]
-                )
-                gradient = {**gradient, "q": turned(gradient["q"])[0]}
+                gradient = {**gradient, "q": gradient_in_components(jnp, factors, values["q"], gradient["q"])}
             return (gradient,)
 
         run = self._jax.custom_vjp(rows)
@@ -290,7 +298,7 @@ class JaxFunctions:
                 fault = f"{block} has the shape {array.shape}, and {name} takes {expected}"
                 raise UsageError(Problem(block, fault, f"one sample; jax.vmap({name}) for a batch"))
             values[block] = array.reshape(1) if block == "t" else array
-        return self._dynamics[name](*(values[block] for block in _arguments(name)))
+        return self._dynamics[name](*(values[block] for block in arguments_of(name)))
 
     def _by_name(self, given: Mapping[str, Any]) -> Array:
         names = self._model.evaluator.parameter_names
@@ -359,7 +367,7 @@ class JaxFunctions:
 
     def _differentiable(self, name: str) -> Callable[..., Array]:
         """Return a term as a function of the arguments in the order of ``ARGUMENTS``, with two derivatives."""
-        jnp, blocks = self._jax.numpy, _arguments(name)
+        jnp, blocks = self._jax.numpy, arguments_of(name)
         sizes = {
             block: 1 if block == "t" else self._sizes[{"q": "v", "a": "v"}.get(block, block)] for block in ARGUMENTS
         }
@@ -378,7 +386,7 @@ class JaxFunctions:
         def directions(arguments: Sequence[Array], along: Sequence[Array]) -> Array:
             """Return tangents of all arguments as one vector, q left-trivialised."""
             parts = [
-                _left_trivialised(jnp, self._factors, argument, tangent) if block == "q" else tangent
+                left_trivialised(jnp, self._factors, argument, tangent) if block == "q" else tangent
                 for block, argument, tangent in zip(blocks, arguments, along, strict=True)
             ]
             return jnp.concatenate(parts)
@@ -409,7 +417,7 @@ class JaxFunctions:
                 whole = jnp.zeros((height, len(taken))).at[rows, place[columns]].set(nonzeros)
                 for factor in turning:
                     of_v = factor.v  # q is the first argument
-                    change = change.at[:, of_v].add(0.5 * whole[:, of_v] @ _bracket(jnp, d[of_v]))
+                    change = change.at[:, of_v].add(0.5 * whole[:, of_v] @ bracket(jnp, d[of_v]))
             return nonzeros, change[rows, place[columns]]
 
         def along_values(arguments: Sequence[Array], along: Sequence[Array]) -> tuple[Array, Array]:
@@ -424,91 +432,6 @@ class JaxFunctions:
         differentiable.defjvp(along_values)
         made: Callable[..., Array] = differentiable
         return made
-
-
-class _Runs:
-    """Runs of one model with the same options, for callbacks of JAX.
-
-    Parameters
-    ----------
-    model : Model
-    options : of ``sensitivities``
-    given : nested arrays in which derivatives are taken, None if a part is not given
-    """
-
-    def __init__(self, model: Model, options: Mapping[str, Any], given: Mapping[str, Any]) -> None:
-        self._model, self._options = model, options
-        by = list(given["parameters"])
-        by += [f"q{name[1:]}" for name in model.v_names] if given["q"] is not None else []
-        by += list(model.v_names) if given["v"] is not None else []
-        self._inputs = list(given["inputs"])
-        by += [f"inputs.{name}[:]" for name in self._inputs]
-        self._by = by or [f"q{model.v_names[0][1:]}"]
-        self._last: tuple[bytes, Any] = b"", None
-        run = model.sensitivities(by=self._by, inputs=self._flat(given["inputs"]), **options)
-        self.columns: dict[str, tuple[slice, tuple[int, ...]]] = {}
-        first = 0
-        for name, values in run.outputs.items():
-            size = int(np.prod(values.shape[1:], dtype=int))
-            self.columns[name] = slice(first, first + size), values.shape[1:]
-            first += size
-        package = _package()
-        self.rows = package.ShapeDtypeStruct((len(run.t), first), np.float64)
-        self.changes = package.tree.map(lambda array: package.ShapeDtypeStruct(array.shape, np.float64), given)
-        if given["q"] is not None:
-            self.changes["q"] = package.ShapeDtypeStruct((model.nv,), np.float64)
-
-    @staticmethod
-    def _flat(inputs: Mapping[str, Any]) -> dict[str, Any]:
-        """Return zeros of the shapes of inputs, whose values are not known while JAX traces a function."""
-        return {name: np.zeros(array.shape) for name, array in inputs.items()}
-
-    def _run(self, values: Mapping[str, Any]) -> Any:
-        """Return the run of some values, kept for the adjoint that follows."""
-        parts = [values["q"], values["v"], *values["parameters"].values(), *values["inputs"].values()]
-        key = b"".join(np.asarray(part).tobytes() for part in parts if part is not None)
-        if self._last[1] is None or self._last[0] != key:
-            initial = {block: np.array(values[block]) for block in ("q", "v") if values[block] is not None}
-            parameters = {name: float(value) for name, value in values["parameters"].items()}
-            inputs = {name: np.array(value) for name, value in values["inputs"].items()}
-            run = self._model.sensitivities(
-                by=self._by,
-                initial=initial or None,
-                parameters=parameters or None,
-                inputs=inputs or None,
-                **self._options,
-            )
-            self._last = key, run
-        return self._last[1]
-
-    def outputs(self, values: Mapping[str, Any]) -> Any:
-        """Return the outputs at all rows, (rows, components)."""
-        run = self._run(values).outputs.values()
-        return np.concatenate([array.reshape(len(array), -1) for array in run], axis=1)
-
-    def gradient(self, values: Mapping[str, Any], weights: Any) -> dict[str, Any]:
-        """Return the gradient of weights . outputs, by one adjoint; in q left-trivialised."""
-        run, table = self._run(values), np.asarray(weights)
-        functional = {
-            name: table[:, places].reshape(len(table), *shape) for name, (places, shape) in self.columns.items()
-        }
-        entries = dict(zip(run.by, run.gradients([functional])[0], strict=True))
-        by_input = {
-            name: np.array([entries[f"inputs.{name}[{k}]"] for k in range(len(values["inputs"][name]))])
-            for name in self._inputs
-        }
-        names = self._model.v_names
-        return {
-            "q": None if values["q"] is None else np.array([entries[f"q{name[1:]}"] for name in names]),
-            "v": None if values["v"] is None else np.array([entries[name] for name in names]),
-            "parameters": {name: np.float64(entries[name]) for name in values["parameters"]},
-            "inputs": by_input,
-        }
-
-
-def _arguments(name: str) -> list[str]:
-    """Return the arguments in which a term has derivatives, q first."""
-    return [block for block in ARGUMENTS if block in TERMS[f"{name}_derivatives"].inputs]
 
 
 class _TermCall:
@@ -616,31 +539,3 @@ def _handler() -> tuple[Any, Any]:
     ffi, library = Builder().build_routine(source, _CDEF)
     _KEPT.append((ffi, library))
     return ffi, int(ffi.cast("uintptr_t", ffi.addressof(library, "eomgen_xla")))
-
-
-def _left_trivialised(jnp: Any, factors: Sequence[Factor], q: Array, dq: Array) -> Array:
-    """Return the left-trivialised tangent (nv,) of a change dq (nq,) at q (nq,)."""
-    if all(factor.group == "R" for factor in factors):
-        return dq
-    parts = []
-    for factor in factors:
-        of_q, of_dq = q[factor.q], dq[factor.q]
-        if factor.group == "R":
-            parts.append(of_dq)
-            continue
-        w, x, dw, dx = of_q[0], of_q[1:4], of_dq[0], of_dq[1:4]
-        parts.append(2.0 * (w * dx - dw * x - jnp.cross(x, dx)) / (w * w + x @ x))
-        if factor.group == "SE3":
-            turned = of_dq[4:7]
-            parts.append(turned - 2.0 * w * jnp.cross(x, turned) + 2.0 * jnp.cross(x, jnp.cross(x, turned)))
-    return jnp.concatenate(parts)
-
-
-def _bracket(jnp: Any, d: Array) -> Array:
-    """Return the matrix of the bracket with d: (3, 3) of a rotation, (6, 6) of a pose, angular first."""
-    zero = jnp.zeros(())
-    first = jnp.array([[zero, -d[2], d[1]], [d[2], zero, -d[0]], [-d[1], d[0], zero]])
-    if len(d) == 3:
-        return first
-    second = jnp.array([[zero, -d[5], d[4]], [d[5], zero, -d[3]], [-d[4], d[3], zero]])
-    return jnp.block([[first, jnp.zeros((3, 3))], [second, first]])

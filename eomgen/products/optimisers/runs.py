@@ -1,0 +1,105 @@
+"""Runs of a model with outputs and gradients by adjoints, as arrays nested by q, v, parameters and inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+
+
+class Runs:
+    """Runs of one model with the same options.
+
+    Parameters
+    ----------
+    model : Model
+    options : of ``sensitivities``
+    given : nested arrays in which derivatives are taken, None if a part is not given
+
+    Attributes
+    ----------
+    columns : output -> places of the components in a row of the table, and the shape of the output
+    shape : rows and columns of the table
+    factors : of the configuration
+    """
+
+    def __init__(self, model: Model, options: Mapping[str, Any], given: Mapping[str, Any]) -> None:
+        self._model, self._options = model, options
+        self.factors = model.evaluator.factors
+        by = list(given["parameters"])
+        by += [f"q{name[1:]}" for name in model.v_names] if given["q"] is not None else []
+        by += list(model.v_names) if given["v"] is not None else []
+        self._inputs = list(given["inputs"])
+        by += [f"inputs.{name}[:]" for name in self._inputs]
+        self._names = {block: list(part) for block, part in given.items() if isinstance(part, Mapping)}
+        self._taken = [block for block, part in given.items() if part is not None and block not in self._names]
+        self._by = by or [f"q{model.v_names[0][1:]}"]
+        self._last: tuple[bytes, Any] = b"", None
+        self.columns: dict[str, tuple[slice, tuple[int, ...]]] = {}
+        self.shape = (0, 0)
+
+    def flat(self, nest: Mapping[str, Any]) -> list[Any]:
+        """Return the arrays of a nest in order."""
+        parts = [nest[block] for block in self._taken]
+        return parts + [nest[block][name] for block, names in self._names.items() for name in names]
+
+    def nested(self, values: Sequence[Any]) -> dict[str, Any]:
+        """Return arrays in the form of a nest, the inverse of ``flat``."""
+        remaining = iter(values)
+        result: dict[str, Any] = {"q": None, "v": None} | {block: next(remaining) for block in self._taken}
+        return result | {block: {name: next(remaining) for name in names} for block, names in self._names.items()}
+
+    def learn_shapes(self, values: Mapping[str, Any]) -> None:
+        """Set ``columns`` and ``shape`` by the run of some values."""
+        run, first = self._run(values), 0
+        for name, array in run.outputs.items():
+            size = int(np.prod(array.shape[1:], dtype=int))
+            self.columns[name] = slice(first, first + size), array.shape[1:]
+            first += size
+        self.shape = len(run.t), first
+
+    def _run(self, values: Mapping[str, Any]) -> Any:
+        """Return the run of some values, kept for the adjoint that follows."""
+        parts = [values["q"], values["v"], *values["parameters"].values(), *values["inputs"].values()]
+        key = b"".join(np.asarray(part).tobytes() for part in parts if part is not None)
+        if self._last[1] is None or self._last[0] != key:
+            initial = {block: np.array(values[block]) for block in ("q", "v") if values[block] is not None}
+            parameters = {name: float(value) for name, value in values["parameters"].items()}
+            inputs = {name: np.array(value) for name, value in values["inputs"].items()}
+            run = self._model.sensitivities(
+                by=self._by,
+                initial=initial or None,
+                parameters=parameters or None,
+                inputs=inputs or None,
+                **self._options,
+            )
+            self._last = key, run
+        return self._last[1]
+
+    def outputs(self, values: Mapping[str, Any]) -> Any:
+        """Return the outputs at all rows, (rows, components)."""
+        run = self._run(values).outputs.values()
+        return np.concatenate([array.reshape(len(array), -1) for array in run], axis=1)
+
+    def gradient(self, values: Mapping[str, Any], weights: Any) -> dict[str, Any]:
+        """Return the gradient of weights . outputs, by one adjoint; in q left-trivialised."""
+        run, table = self._run(values), np.asarray(weights)
+        functional = {
+            name: table[:, places].reshape(len(table), *shape) for name, (places, shape) in self.columns.items()
+        }
+        entries = dict(zip(run.by, run.gradients([functional])[0], strict=True))
+        by_input = {
+            name: np.array([entries[f"inputs.{name}[{k}]"] for k in range(len(values["inputs"][name]))])
+            for name in self._inputs
+        }
+        names = self._model.v_names
+        return {
+            "q": None if values["q"] is None else np.array([entries[f"q{name[1:]}"] for name in names]),
+            "v": None if values["v"] is None else np.array([entries[name] for name in names]),
+            "parameters": {name: np.float64(entries[name]) for name in values["parameters"]},
+            "inputs": by_input,
+        }

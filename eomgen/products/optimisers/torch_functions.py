@@ -1,0 +1,556 @@
+"""Functions of a model for PyTorch on processors: values, first and second derivatives and runs, by the compiled C.
+
+Operators of ``torch.library`` serve all models: values f, tangents J c, gradients J^T w, and curvature, the product of
+the second derivative of w . f with c. The derivative of each is one of the others, up to second derivatives.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+
+import numpy as np
+
+from eomgen.base.calls import checked_call
+from eomgen.compiled.argument_derivatives import Sparsity
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.products.optimisers.arguments import arguments_of, bracket, gradient_in_components
+from eomgen.products.optimisers.runs import Runs
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+
+Tensor = Any
+
+
+@checked_call("a model")
+def torch(model: Model) -> TorchFunctions:
+    """Return the dynamics of a model as functions for PyTorch, with exact derivatives and batches in one call.
+
+    The functions are operators of ``torch.library`` with autograd: ``backward``, ``torch.autograd.grad`` with
+    ``create_graph``, ``torch.func.grad``, ``jacrev``, ``hessian`` (of ``jacrev``) and ``vmap``, and ``torch.compile``
+    apply. Tensors are float64 on the processor. There is no forward mode.
+
+    Parameters
+    ----------
+    model : Model
+        A model of real numbers. Missing derivatives are compiled once.
+
+    Returns
+    -------
+    TorchFunctions
+        ``forward_dynamics``, ``inverse_dynamics`` and ``simulate``.
+
+    Raises
+    ------
+    UsageError
+        PyTorch is not installed.
+    ModelError
+        A model with force laws in Python.
+    """
+    return TorchFunctions(model)
+
+
+class TorchFunctions:
+    """The dynamics of a model as functions of PyTorch tensors.
+
+    Arguments are (..., size) with leading axes that broadcast: a batch is one call of the C, in lanes and threads.
+    Arguments that are not given are the values of the scene: inputs follow the formulas at t, parameters and internal
+    states have the initial values. Derivatives in q are taken in the coordinates of q: a change of a quaternion turns
+    the body, a change of the length does not count.
+
+    Parameters
+    ----------
+    model : Model
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._operators = _operators()
+        if model.library.layout.get("python"):
+            raise ModelError(Problem("torch", f"{model.name} has force laws in Python", "the laws in C, [laws] source"))
+        model.finish_compilation()
+        evaluator = model.evaluator
+        self._model = model
+        self._sizes = evaluator.functions.sizes
+        self._defaults = {"p": evaluator.parameters(None), "z": evaluator.internal(None)}
+        self._number = len(_MODELS)
+        _MODELS.append(self)  # graphs of PyTorch hold the number, for the time of the process
+
+    def forward_dynamics(
+        self,
+        q: Tensor,
+        v: Tensor,
+        t: Tensor = 0.0,
+        u: Tensor | None = None,
+        *,
+        z: Tensor | None = None,
+        parameters: Tensor | Mapping[str, Tensor] | None = None,
+    ) -> Tensor:
+        """Return the acceleration vdot = M^-1 (Q - h - b), (..., nv), rad/s^2 and m/s^2.
+
+        Parameters
+        ----------
+        q, v : (..., nq) and (..., nv) tensors
+            Configuration and velocity, left-trivialised.
+        t : (...) tensor, optional
+            Time, s.
+        u, z : (..., nu) and (..., nz) tensors, optional
+            Inputs and internal states, SI units.
+        parameters : (..., np) tensor, or mapping of (...) tensors, optional
+            Tunable parameters, in order or by name, SI units.
+
+        Returns
+        -------
+        vdot : (..., nv) tensor
+
+        Raises
+        ------
+        UsageError
+            A wrong shape, float32, a tensor of another device, or an unknown parameter.
+        ModelError
+            A scene with constraints.
+        """
+        if self._model.multipliers:
+            fault = (
+                f"{self._model.name} has constraints, and accelerations of a loop are not a function of q and v alone"
+            )
+            raise ModelError(Problem("torch", fault, "inverse_dynamics; simulate, whose gradients go through loops"))
+        return self._evaluated("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
+
+    def inverse_dynamics(
+        self,
+        q: Tensor,
+        v: Tensor,
+        a: Tensor,
+        t: Tensor = 0.0,
+        u: Tensor | None = None,
+        *,
+        z: Tensor | None = None,
+        parameters: Tensor | Mapping[str, Tensor] | None = None,
+    ) -> Tensor:
+        """Return the generalized forces that a motion needs, tau = M a + h + b - Q, (..., nv), N m and N.
+
+        Parameters
+        ----------
+        q, v, a : (..., nq), (..., nv) and (..., nv) tensors
+            Configuration, velocity and acceleration, left-trivialised.
+        t : (...) tensor, optional
+            Time, s.
+        u, z : (..., nu) and (..., nz) tensors, optional
+            Inputs and internal states, SI units.
+        parameters : (..., np) tensor, or mapping of (...) tensors, optional
+            Tunable parameters, in order or by name, SI units.
+
+        Returns
+        -------
+        tau : (..., nv) tensor
+
+        Raises
+        ------
+        UsageError
+            A wrong shape, float32, a tensor of another device, or an unknown parameter.
+        """
+        return self._evaluated("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
+
+    def simulate(
+        self,
+        t_end: float | None = None,
+        step: float | None = None,
+        *,
+        q: Tensor | None = None,
+        v: Tensor | None = None,
+        parameters: Mapping[str, Tensor] | None = None,
+        inputs: Mapping[str, Tensor] | None = None,
+        of: Sequence[str] | None = None,
+        method: str | None = None,
+        record_every: int | None = None,
+        settings: Mapping[str, float] | None = None,
+    ) -> dict[str, Tensor]:
+        """Return the outputs of a run, whose reverse derivatives are one adjoint of the discrete steps.
+
+        Derivatives are taken in all tensors that are given here: the initial state, parameters, and inputs at every
+        step. First derivatives only.
+
+        Parameters
+        ----------
+        t_end, step : float, optional
+            End and step, s; values of the scene if not given.
+        q, v : (nq,) and (nv,) tensors, optional
+            Initial state.
+        parameters : mapping, optional
+            Tunable parameters by name, SI units.
+        inputs : mapping, optional
+            Inputs by name -> values at all steps, (steps + 1,), linear in between.
+        of : sequence of str, optional
+            Outputs; all of the scene by default.
+        method, record_every, settings : optional
+            As in ``model.sensitivities``.
+
+        Returns
+        -------
+        dict
+            Output -> (rows,) tensor, or (rows, size).
+
+        Raises
+        ------
+        UsageError
+            As ``model.sensitivities``: no outputs, or a method without derivatives.
+        """
+        given: dict[str, Any] = {"q": q, "v": v, "parameters": dict(parameters or {}), "inputs": dict(inputs or {})}
+        for block, value in given.items():
+            if isinstance(value, dict):
+                given[block] = {name: self._tensor(name, part) for name, part in value.items()}
+            elif value is not None:
+                given[block] = self._tensor(block, value)
+        options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
+        runs = Runs(self._model, {**options, "settings": settings}, given)
+        table = self._operators.run(runs, *runs.flat(given))
+        return {name: table[:, places].reshape(len(table), *shape) for name, (places, shape) in runs.columns.items()}
+
+    def _evaluated(self, name: str, given: Mapping[str, Any]) -> Tensor:
+        package, tensors = self._operators.package, dict[str, Tensor]()
+        for block, value in given.items():
+            if value is None and block == "u":
+                continue
+            if value is None:
+                tensors[block] = package.from_numpy(np.array(self._defaults[block], float))
+            else:
+                tensors[block] = self._by_name(value) if isinstance(value, Mapping) else self._tensor(block, value)
+        if "u" not in tensors:
+            tensors["u"] = self._inputs_of_scene(*self._broadcast(name, {"t": tensors["t"], "p": tensors["p"]}))
+        taken = {block: tensors[block] for block in arguments_of(name)}
+        result: Tensor = self._operators.value(self._number, name, *self._broadcast(name, taken))
+        return result
+
+    def _tensor(self, block: str, value: Any) -> Tensor:
+        """Return a tensor of float64 on the processor. Raises UsageError for float32 and other devices."""
+        package = self._operators.package
+        if not package.is_tensor(value):
+            return package.as_tensor(value, dtype=package.float64)
+        if value.dtype != package.float64:
+            fault = f"{block} is of {value.dtype}, and derivatives are exact to rounding of torch.float64"
+            raise UsageError(Problem(block, fault, f"{block}.double(); torch.set_default_dtype(torch.float64)"))
+        if value.device.type != "cpu":
+            fault = f"{block} is on {value.device}, and the compiled C runs on the processor"
+            raise UsageError(Problem(block, fault, f"{block}.cpu()"))
+        return value
+
+    def _by_name(self, given: Mapping[str, Any]) -> Tensor:
+        """Return the tunable parameters in order, (..., np)."""
+        evaluator, package = self._model.evaluator, self._operators.package
+        for name in given:
+            if name not in evaluator.parameter_names:
+                evaluator.parameters({name: 0.0})
+        values = {**dict(zip(evaluator.parameter_names, self._defaults["p"], strict=True)), **given}
+        parts = [self._tensor(name, values[name]) for name in evaluator.parameter_names]
+        return package.stack(package.broadcast_tensors(*parts), -1)
+
+    def _broadcast(self, name: str, blocks: Mapping[str, Tensor]) -> list[Tensor]:
+        """Return tensors with equal leading axes. Raises UsageError for sizes that do not fit."""
+        package, leading = self._operators.package, dict[str, Any]()
+        for block, tensor in blocks.items():
+            if block == "t":
+                leading[block] = tensor.shape
+                continue
+            size = self._sizes[{"a": "v"}.get(block, block)]
+            if not tensor.ndim or tensor.shape[-1] != size:
+                fault = f"{block} has the shape {tuple(tensor.shape)}, and {name} takes (..., {size})"
+                raise UsageError(Problem(block, fault, "samples along leading axes"))
+            leading[block] = tensor.shape[:-1]
+        try:
+            shape = package.broadcast_shapes(*leading.values())
+        except RuntimeError:
+            shapes = ", ".join(f"{block} {tuple(axes)}" for block, axes in leading.items())
+            raise UsageError(
+                Problem(name, f"the leading axes do not broadcast: {shapes}", "batches of equal shape")
+            ) from None
+        return [tensor.expand((*shape, *tensor.shape[len(leading[block]) :])) for block, tensor in blocks.items()]
+
+    def _inputs_of_scene(self, t: Tensor, p: Tensor) -> Tensor:
+        """Return the inputs that the formulas of the scene give at t, whose derivatives are refused."""
+        if "inputs" not in self._model.evaluator.functions:
+            return t.new_zeros((*t.shape, self.inputs))
+        inputs: Tensor = self._operators.inputs(self._number, "inputs", t, p)
+        return inputs
+
+    def scene_inputs(self, t: Tensor, p: Tensor) -> Tensor:
+        """Evaluate the inputs of the scene, (..., nu), at t (...) and p (..., np)."""
+        values = self._model.evaluator.functions("inputs", {"t": t.numpy(force=True), "p": p.numpy(force=True)})[0]
+        return self._made(values)
+
+    @property
+    def inputs(self) -> int:
+        """Number of inputs of the scene."""
+        return int(self._sizes["u"])
+
+    def size(self, name: str) -> int:
+        """Return the number of directions of all arguments of a term."""
+        return sum(self._directions(name).values())
+
+    def values(self, name: str, tensors: Sequence[Tensor]) -> Tensor:
+        """Evaluate a term, (..., nv)."""
+        return self._made(getattr(self._model, name)(**self._keywords(name, tensors)))
+
+    def gradient(self, name: str, tensors: Sequence[Tensor], weights: Tensor) -> Tensor:
+        """Evaluate J^T weights, (..., directions)."""
+        pattern, nonzeros = self._jacobian(name, tensors)
+        return self._by_columns(name, pattern, nonzeros * weights.numpy(force=True)[..., pattern.rows])
+
+    def tangent(self, name: str, tensors: Sequence[Tensor], along: Tensor) -> Tensor:
+        """Evaluate J along, (..., nv)."""
+        pattern, nonzeros = self._jacobian(name, tensors)
+        order = np.argsort(pattern.rows, kind="stable")
+        products = nonzeros * along.numpy(force=True)[..., self._places(name, pattern)[pattern.columns]]
+        return self._made(_sums(products[..., order], np.bincount(pattern.rows, minlength=self._sizes["v"])))
+
+    def curvature(self, name: str, tensors: Sequence[Tensor], weights: Tensor, along: Tensor) -> Tensor:
+        """Evaluate the change of J^T weights . along in each direction, (..., directions).
+
+        The Hessian is the symmetric part of second derivatives on rotations: X_k X_j f = H_kj + [X_k, X_j] f/2.
+        """
+        pattern = self._model.sparsity(name, 2)
+        nonzeros = self._model.hessian(name, weights.numpy(force=True), **self._keywords(name, tensors), sparse=True)
+        products = nonzeros * along.numpy(force=True)[..., self._places(name, pattern)[pattern.rows]]
+        result = self._by_columns(name, pattern, products)
+        turning = [factor for factor in self._model.evaluator.factors if factor.group != "R"]
+        if turning:
+            gradient = self.gradient(name, tensors, weights)
+            for factor in turning:
+                matrix = bracket(self._operators.package, along[..., factor.v])
+                result[..., factor.v] -= 0.5 * (gradient[..., factor.v][..., None, :] @ matrix)[..., 0, :]
+        return result
+
+    def in_components(self, name: str, tensors: Sequence[Tensor], gradient: Tensor) -> list[Tensor]:
+        """Return the gradient in the components of each argument, of the gradient in directions."""
+        parts = dict(zip(arguments_of(name), gradient.split(list(self._directions(name).values()), -1), strict=True))
+        factors = self._model.evaluator.factors
+        parts["q"] = gradient_in_components(self._operators.package, factors, tensors[0], parts["q"])
+        parts["t"] = parts["t"][..., 0]
+        return list(parts.values())
+
+    def _made(self, array: Any) -> Tensor:
+        return self._operators.package.from_numpy(np.array(array, float))
+
+    def _directions(self, name: str) -> dict[str, int]:
+        """Return the number of directions of each argument of a term."""
+        sizes = {**self._sizes, "q": self._sizes["v"], "a": self._sizes["v"], "t": 1}
+        return {block: sizes[block] for block in arguments_of(name)}
+
+    def _places(self, name: str, pattern: Sparsity) -> Any:
+        """Return the direction of each column of a pattern."""
+        directions = self._directions(name)
+        firsts = dict(zip(directions, np.cumsum([0, *directions.values()]).tolist(), strict=False))
+        return np.concatenate([firsts[block] + np.arange(directions[block]) for block in pattern.arguments]).astype(int)
+
+    def _keywords(self, name: str, tensors: Sequence[Tensor]) -> dict[str, Any]:
+        """Return the arguments of a call of the model; arguments without numbers are left out."""
+        arrays = {block: tensor.numpy(force=True) for block, tensor in zip(arguments_of(name), tensors, strict=True)}
+        arrays["parameters"] = arrays.pop("p")
+        return {block: array for block, array in arrays.items() if block == "t" or array.shape[-1]}
+
+    def _jacobian(self, name: str, tensors: Sequence[Tensor]) -> tuple[Sparsity, Any]:
+        pattern = self._model.sparsity(name)
+        return pattern, self._model.derivatives(name, **self._keywords(name, tensors), sparse=True)
+
+    def _by_columns(self, name: str, pattern: Sparsity, products: Any) -> Tensor:
+        """Return the sums of the columns of a pattern, (..., directions)."""
+        result = np.zeros((*products.shape[:-1], self.size(name)))
+        result[..., self._places(name, pattern)] = _sums(products, np.diff(pattern.starts))
+        return self._made(result)
+
+
+#: Functions by the number that operators take.
+_MODELS: list[TorchFunctions] = []
+
+
+def _sums(products: Any, counts: Any) -> Any:
+    """Return the sums of consecutive products, (..., sums), by the number of products of each, which may be zero."""
+    result = np.zeros((*products.shape[:-1], len(counts)))
+    filled = np.flatnonzero(counts)
+    if len(filled):
+        starts = np.concatenate([[0], np.cumsum(counts)])[filled]
+        result[..., filled] = np.add.reduceat(products, starts, axis=-1)
+    return result
+
+
+class Operators(NamedTuple):
+    """PyTorch, with the operators of all models."""
+
+    package: Any
+    value: Callable[..., Tensor]
+    inputs: Callable[..., Tensor]
+    run: Callable[..., Tensor]
+
+
+@functools.cache
+def _operators() -> Operators:
+    """Return PyTorch with the operators. Raises UsageError if it is not installed."""
+    try:
+        package: Any = import_module("torch")
+    except ImportError:
+        raise UsageError(
+            Problem("torch", "the package torch is not installed", "pip install 'eomgen[torch]'")
+        ) from None
+
+    def operator(name: str, takes: str, kernel: Callable[..., Tensor], shape: Callable[..., Tensor]) -> Any:
+        """Return an operator of tensors, the number of a model and a term, with the shape of the result."""
+        schema = f"({takes}, int model, str term) -> Tensor"
+        made = package.library.custom_op(f"eomgen::{name}", kernel, mutates_args=(), schema=schema)
+        made.register_fake(shape)
+        return made
+
+    value = operator(
+        "value",
+        "Tensor[] arguments",
+        lambda arguments, model, term: _MODELS[model].values(term, arguments),
+        lambda arguments, model, term: arguments[1].new_empty(arguments[1].shape),
+    )
+    tangent = operator(
+        "tangent",
+        "Tensor[] arguments, Tensor along",
+        lambda arguments, along, model, term: _MODELS[model].tangent(term, arguments, along),
+        lambda arguments, along, model, term: arguments[1].new_empty(arguments[1].shape),
+    )
+    gradient = operator(
+        "gradient",
+        "Tensor[] arguments, Tensor weights",
+        lambda arguments, weights, model, term: _MODELS[model].gradient(term, arguments, weights),
+        lambda arguments, weights, model, term: weights.new_empty((*weights.shape[:-1], _MODELS[model].size(term))),
+    )
+    curvature = operator(
+        "curvature",
+        "Tensor[] arguments, Tensor weights, Tensor along",
+        lambda arguments, weights, along, model, term: _MODELS[model].curvature(term, arguments, weights, along),
+        lambda arguments, weights, along, model, term: along.new_empty(along.shape),
+    )
+    inputs = operator(
+        "inputs",
+        "Tensor t, Tensor p",
+        lambda t, p, model, term: _MODELS[model].scene_inputs(t, p),
+        lambda t, p, model, term: t.new_empty((*t.shape, _MODELS[model].inputs)),
+    )
+
+    class Function(package.autograd.Function):  # type: ignore[misc]  # a class of a package imported at first use
+        """A function of model, term and tensors with equal leading axes; a batch of ``vmap`` is one more axis."""
+
+        @staticmethod
+        def setup_context(ctx: Any, inputs: Sequence[Any], output: Tensor) -> None:
+            ctx.model, ctx.term, *tensors = inputs
+            ctx.save_for_backward(*tensors)
+
+        @classmethod
+        def vmap(cls, info: Any, axes: Sequence[int | None], *values: Any) -> tuple[Tensor, int]:
+            def in_front(value: Any, axis: int | None) -> Any:
+                if not package.is_tensor(value):
+                    return value
+                return value.expand((info.batch_size, *value.shape)) if axis is None else value.movedim(axis, 0)
+
+            return cls.apply(*map(in_front, values, axes)), 0
+
+    class Value(Function):
+        @staticmethod
+        def forward(model: int, term: str, *arguments: Tensor) -> Tensor:
+            result: Tensor = value(arguments, model, term)
+            return result
+
+        @staticmethod
+        def backward(ctx: Any, weights: Tensor) -> tuple[Any, ...]:
+            arguments, functions = ctx.saved_tensors, _MODELS[ctx.model]
+            of_directions = Gradient.apply(ctx.model, ctx.term, weights, *arguments)
+            return None, None, *functions.in_components(ctx.term, arguments, of_directions)
+
+    class Gradient(Function):
+        @staticmethod
+        def forward(model: int, term: str, weights: Tensor, *arguments: Tensor) -> Tensor:
+            result: Tensor = gradient(arguments, weights, model, term)
+            return result
+
+        @staticmethod
+        def backward(ctx: Any, along: Tensor) -> tuple[Any, ...]:
+            weights, *arguments = ctx.saved_tensors
+            bent = Curvature.apply(ctx.model, ctx.term, weights, along, *arguments)
+            of_arguments = _MODELS[ctx.model].in_components(ctx.term, arguments, bent)
+            return None, None, Tangent.apply(ctx.model, ctx.term, along, *arguments), *of_arguments
+
+    class Tangent(Function):
+        @staticmethod
+        def forward(model: int, term: str, along: Tensor, *arguments: Tensor) -> Tensor:
+            result: Tensor = tangent(arguments, along, model, term)
+            return result
+
+        @staticmethod
+        def backward(ctx: Any, weights: Tensor) -> tuple[Any, ...]:
+            along, *arguments = ctx.saved_tensors
+            bent = Curvature.apply(ctx.model, ctx.term, weights, along, *arguments)
+            of_arguments = _MODELS[ctx.model].in_components(ctx.term, arguments, bent)
+            return None, None, Gradient.apply(ctx.model, ctx.term, weights, *arguments), *of_arguments
+
+    class Curvature(Function):
+        @staticmethod
+        def forward(model: int, term: str, weights: Tensor, along: Tensor, *arguments: Tensor) -> Tensor:
+            result: Tensor = curvature(arguments, weights, along, model, term)
+            return result
+
+        @staticmethod
+        def backward(ctx: Any, _: Tensor) -> NoReturn:
+            fault = f"third derivatives of {ctx.term}: the compiled C has first and second ones"
+            raise UsageError(Problem("torch", fault, "second derivatives without create_graph"))
+
+    class Inputs(Function):
+        @staticmethod
+        def forward(model: int, term: str, t: Tensor, p: Tensor) -> Tensor:
+            result: Tensor = inputs(t, p, model, term)
+            return result
+
+        @staticmethod
+        def backward(ctx: Any, _: Tensor) -> NoReturn:
+            fault = "derivatives in t or in parameters, with inputs by the formulas of the scene"
+            raise UsageError(Problem("u", fault, "u=..., a function of t and of the parameters"))
+
+    class OfRuns(package.autograd.Function):  # type: ignore[misc]  # as of Function
+        """A function of runs and their tensors in order; ``vmap`` takes one run after another."""
+
+        @staticmethod
+        def setup_context(ctx: Any, inputs: Sequence[Any], output: Tensor) -> None:
+            ctx.runs, *tensors = inputs
+            ctx.save_for_backward(*tensors)
+
+        @classmethod
+        def vmap(cls, info: Any, axes: Sequence[int | None], *values: Any) -> tuple[Any, Any]:
+            made = []
+            for k in range(info.batch_size):
+                pairs = zip(values, axes, strict=True)
+                made.append(cls.apply(*(x if axis is None else x.select(axis, k) for x, axis in pairs)))
+            if package.is_tensor(made[0]):
+                return package.stack(made), 0
+            return tuple(package.stack(parts) for parts in zip(*made, strict=True)), (0,) * len(made[0])
+
+    class Run(OfRuns):
+        @staticmethod
+        def forward(runs: Runs, *tensors: Tensor) -> Tensor:
+            values = runs.nested([tensor.numpy(force=True) for tensor in tensors])
+            runs.learn_shapes(values)
+            return package.from_numpy(runs.outputs(values))
+
+        @staticmethod
+        def backward(ctx: Any, weights: Tensor) -> tuple[Any, ...]:
+            return None, *Adjoint.apply(ctx.runs, weights, *ctx.saved_tensors)
+
+    class Adjoint(OfRuns):
+        @staticmethod
+        def forward(runs: Runs, weights: Tensor, *tensors: Tensor) -> tuple[Tensor, ...]:
+            values = runs.nested([tensor.numpy(force=True) for tensor in tensors])
+            gradient = runs.gradient(values, weights.numpy(force=True))
+            if gradient["q"] is not None:
+                q, of_q = (package.from_numpy(np.array(x)) for x in (values["q"], gradient["q"]))
+                gradient["q"] = gradient_in_components(package, runs.factors, q, of_q)
+            return tuple(package.as_tensor(part, dtype=package.float64) for part in runs.flat(gradient))
+
+        @staticmethod
+        def backward(ctx: Any, *_: Tensor) -> NoReturn:
+            fault = "second derivatives of a run"
+            raise UsageError(Problem("torch", fault, "model.sensitivities, whose hessian has them"))
+
+    return Operators(package, Value.apply, Inputs.apply, Run.apply)
