@@ -1,4 +1,5 @@
 # make demo   runs the main jobs: the spin-up beam and the active vehicle, from scene file to figure
+# make acados unpacks acados below .venv, for its tests, its example and benchmarks.optimisers
 # make test   passes the tests: one witness of each kind; make test-all runs the others
 # make test-long runs what takes most of the time of all, half an hour: before a release, not for every change
 # make coverage shows which lines the first tier runs, 90 % of them or more
@@ -14,7 +15,7 @@ BIN := $(VENV)/bin
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 # An environment or package index set by the user is respected; nothing here names one.
 
-.PHONY: demo test test-all test-long coverage browser lint types golden errors mutants bench clean
+.PHONY: demo acados test test-all test-long coverage browser lint types golden errors mutants bench clean
 
 $(VENV)/made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -41,6 +42,16 @@ demo: $(VENV)/installed
 	@echo
 	$(BIN)/python examples/active_vehicle/demo.py --out out/active_vehicle
 
+# The wheel has a CasADi of its own, so it is unpacked apart, in the shape of an installation from source.
+ACADOS := $(VENV)/acados
+acados: $(VENV)/made
+	@test -e $(ACADOS)/interfaces || { \
+	  $(BIN)/python -m pip install --quiet --no-deps --target $(ACADOS)/wheel comma-deps-acados && \
+	  for part in bin lib include; do ln -sfn wheel/acados/install/$$part $(ACADOS)/$$part; done && \
+	  mkdir -p $(ACADOS)/interfaces/acados_template && \
+	  ln -sfn ../../wheel/acados/acados_template $(ACADOS)/interfaces/acados_template/acados_template; } || \
+	  echo "no wheel of acados for this machine: tests of acados are skipped" >&2
+
 # Tests that look at pages need Chromium: it is installed where apt-get and the right to use it are there.
 browser: $(VENV)/installed-test
 	@$(BIN)/python -c 'import sys; from tests.browser.chromium import chromium; sys.exit(chromium() is None)' || \
@@ -48,11 +59,11 @@ browser: $(VENV)/installed-test
 	    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium >/dev/null; } || \
 	  echo "no Chromium: the tests in tests/browser will fail. Install Chromium or Chrome, or name it: CHROMIUM=<path> make test" >&2
 
-test: $(VENV)/installed-test browser
+test: $(VENV)/installed-test browser acados
 	$(BIN)/eomgen doctor --quiet
 	$(BIN)/python -m pytest -n auto -m "not slow"
 
-test-all: $(VENV)/installed-all browser
+test-all: $(VENV)/installed-all browser acados
 	$(BIN)/python -m pytest -n auto -m "slow and not long"
 
 # PyTorch brings gigabytes of libraries of graphics cards on Linux, so that only these tests install it.

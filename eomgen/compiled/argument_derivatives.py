@@ -62,8 +62,8 @@ def sparsity(model: ExtensibleModel, term: str, order: int = 1, *, of: Sequence[
     Parameters
     ----------
     term : str
-        ``inverse_dynamics``, ``forward_dynamics``, ``internal_rate`` or ``outputs``; with constraints ``residual`` or
-        ``constraint``.
+        ``inverse_dynamics``, ``forward_dynamics``, ``internal_rate``, ``outputs`` or ``frame_poses``; with constraints
+        ``residual``, ``constraint``, ``constraint_velocity`` or ``constraint_acceleration``.
     order : int, optional
         1: Jacobian; 2: Hessian, with both triangles.
     of : sequence of str, optional
@@ -112,8 +112,8 @@ def derivatives(
     Parameters
     ----------
     term : str
-        ``inverse_dynamics``, ``forward_dynamics``, ``internal_rate`` or ``outputs``; with constraints ``residual`` or
-        ``constraint``.
+        ``inverse_dynamics``, ``forward_dynamics``, ``internal_rate``, ``outputs`` or ``frame_poses``; with constraints
+        ``residual``, ``constraint``, ``constraint_velocity`` or ``constraint_acceleration``.
     q, v, a : array_like
         Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised; a by forward dynamics
         if the term takes it and it is not given.
@@ -176,8 +176,8 @@ def hessian(
     Parameters
     ----------
     term : str
-        ``inverse_dynamics``, ``forward_dynamics``, ``internal_rate`` or ``outputs``; with constraints ``residual`` or
-        ``constraint``.
+        ``inverse_dynamics``, ``forward_dynamics``, ``internal_rate``, ``outputs`` or ``frame_poses``; with constraints
+        ``residual``, ``constraint``, ``constraint_velocity`` or ``constraint_acceleration``.
     weights : array_like
         One weight for each number of the term, (..., rows): multipliers of an optimisation.
     q, v, a : array_like
@@ -221,12 +221,17 @@ def hessian(
 
 #: Blocks with as many numbers as terms.
 _ROWS = {"constraint": "holonomic", "internal_rate": "z"}
+_ROWS |= {"constraint_velocity": "lam", "constraint_acceleration": "lam"}
+#: Numbers of a pose: quaternion and position.
+_POSE = 7
 
 
 def _rows(functions: Functions, term: str) -> int:
     """Return the number of components of a term."""
     if term == "outputs":
         return sum(int(item["size"]) for item in functions.library.layout["outputs"])
+    if term == "frame_poses":
+        return _POSE * len(functions.library.layout["frames"])
     return functions.sizes[_ROWS.get(term, "v")]
 
 
@@ -239,7 +244,7 @@ def _name(model: ExtensibleModel, term: str, order: int) -> str:
     if term == "forward_dynamics" and evaluator.multipliers:
         fault = "forward_dynamics of a scene with constraints has two results, vdot and multipliers"
         raise UsageError(Problem("term", fault, "residual and constraint, with the multipliers as arguments"))
-    if term in ("residual", "constraint") and not evaluator.multipliers:
+    if TERMS[f"{term}_derivatives"].exists == ("constraints",) and not evaluator.multipliers:
         raise UsageError(Problem("term", f"{term} has derivatives in scenes with constraints", "inverse_dynamics"))
     if not _rows(evaluator.functions, term):
         raise UsageError(Problem("term", f"{term} of this scene has no numbers", "inverse_dynamics"))

@@ -9,7 +9,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "fields": ("fields", "hamiltonian", "sample", "sampling"),
     "laws": ("law", "laws"),
     "maps": ("map", "maps"),
-    "optimisers": ("casadi", "jax", "torch"),
+    "optimisers": ("acados", "casadi", "jax", "torch"),
     "reliability": ("RandomVibration", "random", "random_vibration"),
     "studies": (
         "Extremes",

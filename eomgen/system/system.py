@@ -411,10 +411,13 @@ class System:
     @property
     def second_sizes(self) -> dict[str, int]:
         """Numbers in the blocks of ``second_partials`` and in the weights of Hessians; none unless requested."""
+        sizes = {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
+        if "frame_poses_hessian" in self.functions:
+            sizes["weights"] = max(sizes["weights"], 7 * len(self.frames))
         if "second_partials" in self.functions:
-            return {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
+            return sizes
         if any(TERMS[name].differentiated for name in self.functions if name in TERMS):
-            return {"weights": sum(self.second_blocks.weights.values())}
+            return {"weights": sizes["weights"]}
         return {}
 
     @property

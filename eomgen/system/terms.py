@@ -155,6 +155,13 @@ _PLAIN = (
         exists=_CONSTRAINED,
     ),
     Term(
+        "constraint_acceleration",
+        ("p", "t", "q", "v", "a", "base"),
+        "accelerations of the constraints, B a + g",
+        exists=_CONSTRAINED,
+        on_request=True,
+    ),
+    Term(
         "constraint_jacobian",
         _KINEMATIC,
         "B: derivative of the constraints along w is B w, left-trivialised",
@@ -405,6 +412,9 @@ DIFFERENTIATED: Mapping[str, str] = {
     "constraint": "Phi",
     "internal_rate": "zdot",
     "outputs": "y",
+    "constraint_velocity": "w",
+    "constraint_acceleration": "B a + g",
+    "frame_poses": "the poses of frames",
 }
 #: Arguments of these derivatives, in the order of rows and columns; t is one number.
 ARGUMENTS = ("q", "v", "a", "z", "lam", "u", "p", "t")
@@ -421,6 +431,8 @@ def _derivatives() -> Iterator[Term]:
         changes: dict[str, Any] = {"on_request": True, "differentiated": name, "quadratic": False}
         if name == "residual":  # inverse dynamics without constraints
             changes["exists"] = _CONSTRAINED
+        if "t" not in term.inputs:  # a moving base follows its law
+            term = replace(term, inputs=(*term.inputs, "t"))
         yield replace(term, name=f"{name}_derivatives", description=first, **changes)
         inputs = (*term.inputs, "weights")
         yield replace(term, name=f"{name}_hessian", inputs=inputs, description=second, **changes)

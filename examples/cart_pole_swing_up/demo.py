@@ -35,21 +35,26 @@ class Optimum(NamedTuple):
     success: bool
 
 
-def native_step() -> ca.Function:
-    """Return the step of rk4 in CasADi's symbols, from equations of a cart and a point mass on a rod by hand."""
-    x, u, p, h = ca.SX.sym("x", 4), ca.SX.sym("u"), ca.SX.sym("p", 3), ca.SX.sym("h")
+def native_rate(x: Any, u: Any, p: Any) -> Any:
+    """Return (v, vdot) in CasADi's symbols, from equations of a cart and a point mass on a rod by hand."""
     cart, pole, length = p[0], p[1], p[2]
+    angle, speed = x[1], x[3]
+    # M11 a1 + M12 a2 = force + pole length sin speed^2, M12 a1 + M22 a2 = -pole g length sin
+    M11, M12, M22 = cart + pole, pole * length * ca.cos(angle), pole * length**2
+    first = u + pole * length * ca.sin(angle) * speed**2
+    second = -pole * 9.81 * length * ca.sin(angle)
+    determinant = M11 * M22 - M12**2
+    return ca.vertcat(
+        x[2], speed, (M22 * first - M12 * second) / determinant, (M11 * second - M12 * first) / determinant
+    )
+
+
+def native_step() -> ca.Function:
+    """Return the step of rk4 in CasADi's symbols."""
+    x, u, p, h = ca.SX.sym("x", 4), ca.SX.sym("u"), ca.SX.sym("p", 3), ca.SX.sym("h")
 
     def rate(x: Any) -> Any:
-        angle, speed = x[1], x[3]
-        # M11 a1 + M12 a2 = force + pole length sin speed^2, M12 a1 + M22 a2 = -pole g length sin
-        M11, M12, M22 = cart + pole, pole * length * ca.cos(angle), pole * length**2
-        first = u + pole * length * ca.sin(angle) * speed**2
-        second = -pole * 9.81 * length * ca.sin(angle)
-        determinant = M11 * M22 - M12**2
-        return ca.vertcat(
-            x[2], speed, (M22 * first - M12 * second) / determinant, (M11 * second - M12 * first) / determinant
-        )
+        return native_rate(x, u, p)
 
     k1 = rate(x)
     k2 = rate(x + h / 2 * k1)

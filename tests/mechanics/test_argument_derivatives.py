@@ -84,8 +84,8 @@ def four_bar() -> Path:
 #: Scene and term; the first ones' rotations have more than one axis.
 CASES = [
     *(("gimbal", term) for term in DYNAMICS),
-    *(("gate", term) for term in ("residual", "constraint")),
-    *(("drone", term) for term in ("internal_rate", "outputs")),
+    *(("gate", term) for term in ("residual", "constraint", "constraint_velocity", "constraint_acceleration")),
+    *(("drone", term) for term in ("internal_rate", "outputs", "frame_poses")),
     *(("double_pendulum", term) for term in DYNAMICS),
 ]
 
@@ -119,13 +119,13 @@ def changed(model: eomgen.Model, term: str, state: Mapping[str, Array]) -> Array
             if "base" in functions:
                 moved["base"] = functions("base", moved)[0]
             taken = {name: moved[name] for name in functions.inputs(term)}
-            columns.append(functions(term, taken)[0].imag / STEP)
+            columns.append(functions(term, taken)[0].imag.ravel() / STEP)
     return np.stack(columns, axis=-1)
 
 
 def given(model: eomgen.Model, state: Mapping[str, Array], term: str) -> dict[str, Any]:
     own = {name: state[name] for name in ("q", "v", "u", "z") if np.size(state[name])}
-    own |= {} if term == "forward_dynamics" else {"a": state["a"]}
+    own |= {} if term in ("forward_dynamics", "frame_poses") else {"a": state["a"]}
     own |= {"multipliers": state["lam"]} if model.multipliers else {}
     return {**own, "t": state["t"][0], "parameters": state["p"]}
 

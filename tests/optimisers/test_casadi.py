@@ -188,7 +188,8 @@ def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         eomgen.generate(SCENE, tmp_path / "c", ["mass"], target="casadi")
     assert str(of_terms.value) == (
         "usage error: terms: the target casadi writes functions with derivatives, and 'mass' has none; try: one of"
-        " inverse_dynamics, forward_dynamics, residual, constraint, internal_rate, outputs"
+        " inverse_dynamics, forward_dynamics, residual, constraint, internal_rate, outputs,"
+        " constraint_velocity, constraint_acceleration and 1 more"
     )
     with pytest.raises(eomgen.UsageError, match="there is no function of CasADi 'steps'; try: step"):
         functions()["steps"]

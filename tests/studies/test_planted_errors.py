@@ -149,8 +149,15 @@ PLANTED = [
             ("gate", "residual_hessian"),
             ("gate", "constraint_derivatives"),
             ("gate", "constraint_hessian"),
+            ("gate", "constraint_velocity_derivatives"),
+            ("gate", "constraint_velocity_hessian"),
+            ("gate", "constraint_acceleration_derivatives"),
+            ("gate", "constraint_acceleration_hessian"),
+            ("drone", "frame_poses_derivatives"),
+            ("drone", "frame_poses_hessian"),
         )
     ),
+    *_of("gate", "constraint_acceleration", "w_dot"),
 ]
 #: What is done to the largest entry of an output.
 CHANGES: tuple[Callable[[Array], Array], ...] = (

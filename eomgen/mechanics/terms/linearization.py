@@ -91,6 +91,13 @@ def acceleration_partials(derivation: Derivation) -> list[Block]:
         return _by_state(derivation, rows, ("Aq", "Av"), "d(B a + g)", "left-trivialised, a held")
 
 
+def constraint_acceleration(derivation: Derivation) -> list[Block]:
+    """Return B a + g, (rows,), m/s^2 or 1/s^2."""
+    (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()
+    rows = constraint_accelerations(derivation, B, g)
+    return [derivation.block("w_dot", (len(rows),), rows, "B a + g, rate of the velocity rows")]
+
+
 def joint_velocity_partials(derivation: Derivation) -> list[Block]:
     """Return velocities and accelerations of joints between absolute bodies, and their partials: Pv and Pq of the
     velocities in v and q, Pav and Paq of the accelerations at held body accelerations; q is left-trivialised."""

@@ -13,6 +13,7 @@ from eomgen.mechanics.terms.frames import FRAME_RECORDERS
 from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values, mass_values
 from eomgen.mechanics.terms.linearization import (
     acceleration_partials,
+    constraint_acceleration,
     joint_velocity_partials,
     linearization,
     output_parameter_partials,
@@ -63,6 +64,7 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "constraint": Derivation.constraint,
     "constraint_velocity": Derivation.constraint_velocity,
     "constraint_bias": Derivation.constraint_bias,
+    "constraint_acceleration": constraint_acceleration,
     "constraint_jacobian": Derivation.constraint_jacobian,
     "constraint_size": Derivation.constraint_size,
     "velocity_partials": Derivation.velocity_partials,

@@ -10,7 +10,12 @@ PRODUCT = Product(
         "jax": "eomgen.products.optimisers.jax_functions:jax",
         "torch": "eomgen.products.optimisers.torch_functions:torch",
     },
-    rows={"eomgen.targets": ("eomgen.products.optimisers.casadi_code:CASADI",)},
+    rows={
+        "eomgen.targets": (
+            "eomgen.products.optimisers.casadi_code:CASADI",
+            "eomgen.products.optimisers.acados_code:ACADOS",
+        )
+    },
 )
 #: Open to all parts of ``products``.
 WITHIN = ["casadi_functions", "jax_functions", "torch_functions"]

@@ -29,6 +29,8 @@ from eomgen.system.sparsity import unpacked_places
 from eomgen.system.terms import ARGUMENTS, DIFFERENTIATED
 
 Places = NDArray[np.int64]
+#: Terms that are written by name alone.
+_BY_NAME = ("constraint_acceleration", "frame_poses")
 #: Method of the function ``step``.
 METHOD = "rk4"
 
@@ -153,48 +155,164 @@ def _columns(program: Program, sizes: Mapping[str, int]) -> Places:
     return places
 
 
-class Step:
-    """One explicit Runge-Kutta step of (q, v), made of forward dynamics with derivatives."""
+@dataclass(frozen=True)
+class Part:
+    """Rows of equations that are one function of the model.
 
-    def __init__(self, program: Program, rate: Exported) -> None:
+    Attributes
+    ----------
+    function : with derivatives
+    row : first row
+    sign : 1 or -1
+    columns : column of each direction of the function, -1 of other directions
+    """
+
+    function: Exported
+    row: int
+    sign: int
+    columns: Places
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return self.function.output[1]
+
+
+class Equations:
+    """Rows that are functions of the model, or differences of single arguments, with derivatives.
+
+    Numbers of the Jacobian are the nonzeros of the functions one after another, then 1 and -1.
+
+    Parameters
+    ----------
+    program : Program
+    sizes : numbers of each argument in which the rows are differentiated, in order
+    functions : (function, first row, sign) of each function
+    places : first column of each of q, v, a, z, lam, u, p and t in which the rows are differentiated
+    linear : (row, column, sign) of the rows without function
+    """
+
+    def __init__(
+        self,
+        program: Program,
+        sizes: Mapping[str, int],
+        functions: Sequence[tuple[Exported, int, int]],
+        places: Mapping[str, int],
+        linear: Sequence[tuple[int, int, int]],
+    ) -> None:
+        self.nv, self.nz = program.sizes["v"], program.sizes["z"]
+        self.nx = 2 * self.nv + self.nz
+        self.sizes = dict(sizes)
+        self.width = sum(sizes.values())
+        self.parts = []
+        for function, row, sign in functions:
+            columns = [
+                np.arange(size) + places[name] if name in places else np.full(size, -1)
+                for name, size in function.sizes.items()
+            ]
+            self.parts.append(Part(function, row, sign, np.concatenate(columns).astype(np.int64)))
+        self.height = max([part.row + part.size for part in self.parts], default=0)
+        self.count = sum(part.function.first for part in self.parts)
+        self.hessian_count = sum(part.function.work - part.function.first for part in self.parts)
+        rows, across, numbers, first = [], [], [], 0
+        for part in self.parts:
+            jacobian = part.function.jacobian
+            rows.append(jacobian.rows + part.row)
+            across.append(part.columns[jacobian.columns])
+            numbers.append(jacobian.places + first)
+            first += part.function.first
+        rows.append(np.array([row for row, _, _ in linear], np.int64))
+        across.append(np.array([column for _, column, _ in linear], np.int64))
+        numbers.append(np.array([first + (sign < 0) for _, _, sign in linear], np.int64))
+        r, c, k = (np.concatenate(parts) for parts in (rows, across, numbers))
+        self.jacobian = ordered((self.height, self.width), r[c >= 0], c[c >= 0], k[c >= 0])
+        low, left, numbers, first = [], [], [], 0
+        for part in self.parts:
+            hessian = part.function.hessian
+            lower = hessian.rows >= hessian.columns
+            one, other = part.columns[hessian.rows[lower]], part.columns[hessian.columns[lower]]
+            low.append(np.maximum(one, other))
+            left.append(np.minimum(one, other))
+            numbers.append(hessian.places[lower] + first)
+            first += part.function.work - part.function.first
+        r, c, k = (np.concatenate(parts) if parts else np.zeros(0, np.int64) for parts in (low, left, numbers))
+        self.lower = ordered((self.width, self.width), r[c >= 0], c[c >= 0], k[c >= 0])
+
+    @property
+    def timed(self) -> bool:
+        """Whether a function takes the time."""
+        return any("t" in part.function.sizes for part in self.parts)
+
+    @property
+    def firsts(self) -> dict[str, int]:
+        """First column of each argument."""
+        return dict(zip(self.sizes, np.cumsum([0, *self.sizes.values()]).tolist(), strict=False))
+
+    def block(self, name: str) -> Pattern:
+        """Return the Jacobian in one argument."""
+        first = self.firsts[name]
+        return self.jacobian.block(slice(0, self.height), slice(first, first + self.sizes[name]))
+
+
+def rates(program: Program, functions: Sequence[Exported], along: Sequence[str]) -> Equations | None:
+    """Return the rates of x = (q, v, z), (v, vdot, zdot), None of a model without forward dynamics.
+
+    Parameters
+    ----------
+    along : arguments in which rates are differentiated in addition to x, among u, p and t
+    """
+    nv, nz = program.sizes["v"], program.sizes["z"]
+    by_name = {function.name: function for function in functions}
+    if program.sampled or "forward_dynamics" not in by_name or (nz and "internal_rate" not in by_name):
+        return None
+    parts = [(by_name["forward_dynamics"], nv, 1)]
+    parts += [(by_name["internal_rate"], 2 * nv, 1)] if nz else []
+    taken = dict[str, int]()
+    for part, _, _ in parts:
+        taken |= part.sizes
+    sizes: dict[str, int] = {"x": 2 * nv + nz}
+    sizes |= {name: taken[name] for name in ("u", "p", "t") if name in taken and name in along}
+    places: dict[str, int] = {"q": 0, "v": nv, "z": 2 * nv}
+    first = 0
+    for name, size in sizes.items():
+        places[name], first = first, first + size
+    return Equations(program, sizes, parts, places, [(k, nv + k, 1) for k in range(nv)])
+
+
+class Step:
+    """One explicit Runge-Kutta step of x = (q, v, z), made of rates with derivatives.
+
+    Parameters
+    ----------
+    rates : the rates, with derivatives in all arguments of the step but the length
+    of_length : whether the step is differentiated in the length, too
+    """
+
+    def __init__(self, rates: Equations, *, of_length: bool = True) -> None:
         method = cast("Any", method_named(METHOD))
         self.method = METHOD
-        self.rate = rate
-        self.nv = program.sizes["v"]
+        self.rates = rates
+        self.nx = rates.nx
         self.A = [[float(entry) for entry in row] for row in method.A]
         self.b, self.c = [float(entry) for entry in method.b], [float(entry) for entry in method.c]
-        rest = {name: size for name, size in rate.sizes.items() if name not in ("q", "v")}
-        self.sizes = {"x": 2 * self.nv, **rest, "h": 1}
-        self.timed = "t" in rest
-        self.ny = sum(self.sizes.values())
-        self.nz = self.ny - 1
-        in_order = np.argsort(rate.jacobian.places)
-        self.rows, self.columns = rate.jacobian.rows[in_order].tolist(), rate.jacobian.columns[in_order].tolist()
-        lower = rate.hessian.rows >= rate.hessian.columns
-        in_order = np.argsort(rate.hessian.places[lower])
-        self.hessian_rows = rate.hessian.rows[lower][in_order].tolist()
-        self.hessian_columns = rate.hessian.columns[lower][in_order].tolist()
+        self.of_length = of_length
+        self.of_time = "t" in rates.sizes
+        self.timed = rates.timed
+        self.sizes = {**rates.sizes, **({"h": 1} if of_length else {})}
+        self.ny, self.nz = sum(self.sizes.values()), rates.width
 
     @property
     def inputs(self) -> list[dict[str, Any]]:
         return [{"name": name, "size": size} for name, size in self.sizes.items()]
 
-    @property
-    def count(self) -> int:
-        """Nonzeros of the Jacobian of forward dynamics."""
-        return len(self.rows)
-
-    @property
-    def hessian_count(self) -> int:
-        """Nonzeros of the lower triangle of the Hessian of forward dynamics."""
-        return len(self.hessian_rows)
-
     @cached_property
     def first(self) -> dict[str, int]:
         """Places of the parts of the memory; ``work``: the size of the memory."""
-        nx, ny, nz, stages = 2 * self.nv, self.ny, self.nz, len(self.b)
-        parts = {"x": nx * stages, "k": nx * stages, "end": nx, "J": self.count * stages, "dZ": nz * ny * stages}
-        parts |= {"dk": nx * ny * stages, "kt": nx, "of_X": nx * stages, "H": self.hessian_count, "product": nz * ny}
+        nx, ny, nz, stages = self.nx, self.ny, self.nz, len(self.b)
+        numbers = self.rates.count + 2
+        parts = {"x": nx * stages, "k": nx * stages, "end": nx, "J": numbers * stages, "dZ": nz * ny * stages}
+        parts |= {"dk": nx * ny * stages, "kt": nx, "of_X": nx * stages, "H": self.rates.hessian_count}
+        parts["product"] = nz * ny
         result, place = dict[str, int](), nx * ny + ny * ny
         for name, size in parts.items():
             result[name], place = place, place + size
@@ -202,12 +320,12 @@ class Step:
 
     def exported(self) -> Exported:
         """Return the function with the patterns of both derivatives, by the chain rule on structural nonzeros."""
-        nx, nv, ny, nz = 2 * self.nv, self.nv, self.ny, self.nz
+        nx, ny, nz = self.nx, self.ny, self.nz
         of_rate = np.zeros((nx, nz), bool)
-        of_rate[:nv, nv:nx] = np.eye(nv, dtype=bool)
-        of_rate[nv + np.array(self.rows, int), np.array(self.columns, int)] = True
+        of_rate[self.rates.jacobian.rows, self.rates.jacobian.columns] = True
         second = np.zeros((nz, nz), bool)
-        second[self.hessian_rows, self.hessian_columns] = second[self.hessian_columns, self.hessian_rows] = True
+        lower = self.rates.lower
+        second[lower.rows, lower.columns] = second[lower.columns, lower.rows] = True
         along: list[NDArray[np.bool_]] = []
         start = np.eye(nz, ny, dtype=bool)
         hessian = np.zeros((ny, ny), bool)
@@ -217,7 +335,7 @@ class Step:
                 if weight:
                     here[:nx] |= earlier
                     here[:nx, -1] = True
-            if self.timed and c:
+            if self.of_time and c:
                 here[-1, -1] = True
             hessian |= here.T @ second @ here
             along.append(of_rate @ here)
@@ -232,14 +350,14 @@ class Step:
             "step",
             self.sizes,
             ("x_next", nx),
-            _of_dense(jacobian, jacobian.shape[1]),
+            of_dense(jacobian, jacobian.shape[1]),
             _of_lower(hessian),
             nx * ny,
             self.first["work"],
         )
 
 
-def _of_dense(nonzero: NDArray[np.bool_], width: int) -> Pattern:
+def of_dense(nonzero: NDArray[np.bool_], width: int) -> Pattern:
     """Return the pattern of nonzeros that are computed row by row in a whole matrix."""
     columns, rows = np.nonzero(nonzero.T)
     return Pattern((nonzero.shape[0], nonzero.shape[1]), rows, columns, rows * width + columns)
@@ -247,13 +365,13 @@ def _of_dense(nonzero: NDArray[np.bool_], width: int) -> Pattern:
 
 def _of_lower(nonzero: NDArray[np.bool_]) -> Pattern:
     """Return the pattern of a symmetric matrix, of which the lower triangle is computed row by row."""
-    pattern = _of_dense(nonzero, len(nonzero))
+    pattern = of_dense(nonzero, len(nonzero))
     high, low = np.maximum(pattern.rows, pattern.columns), np.minimum(pattern.rows, pattern.columns)
     return replace(pattern, places=high * len(nonzero) + low)
 
 
 @dataclass
-class _Texts:
+class Texts:
     """Patterns and tables that the C declares, each once."""
 
     patterns: list[tuple[int, ...]] = field(default_factory=list)
@@ -283,7 +401,7 @@ def symbol_of(program: Program, name: str) -> str:
     return f"{program.prefix}_casadi_{name}"
 
 
-def _entries(program: Program, exported: Exported, texts: _Texts) -> list[dict[str, Any]]:
+def _entries(program: Program, exported: Exported, texts: Texts) -> list[dict[str, Any]]:
     """Return the functions of CasADi of one function: value, Jacobian, gradient, Hessian."""
     symbol, (output, rows) = symbol_of(program, exported.name), exported.output
     is_step = exported.name == "step"
@@ -336,7 +454,7 @@ def _entries(program: Program, exported: Exported, texts: _Texts) -> list[dict[s
 class _Blocks:
     """Blocks of a function's derivatives, in order."""
 
-    def __init__(self, texts: _Texts) -> None:
+    def __init__(self, texts: Texts) -> None:
         self.texts = texts
         self.outputs: list[dict[str, Any]] = []
         self.blocks: list[dict[str, Any]] = []
@@ -369,11 +487,8 @@ def exported_functions(program: Program) -> tuple[list[Exported], Step | None]:
     known = program.function_names
     there = [name for name in DIFFERENTIATED if name in known and f"{name}_derivatives" in known]
     functions = [plain(program, name) for name in there if program.function(name).outputs]
-    step = None
-    for rate in functions:
-        if rate.name == "forward_dynamics" and not program.sizes["z"]:
-            step = Step(program, rate)
-    return functions, step
+    of_state = rates(program, functions, ("u", "p", "t"))
+    return functions, None if of_state is None else Step(of_state)
 
 
 def files_of(program: Program) -> dict[str, str]:
@@ -382,7 +497,7 @@ def files_of(program: Program) -> dict[str, str]:
     whole = generate_files(replace(program, uniform=True))
     files = {name: text for name, text in whole.items() if name not in ("main.c", "README.md", MANIFEST)}
     exported = [*functions, *([] if step is None else [step.exported()])]
-    texts = _Texts()
+    texts = Texts()
     entries = [entry for item in exported for entry in _entries(program, item, texts)]
     longest = max(1, *(size for item in exported for size in item.sizes.values()), *(i.output[1] for i in exported))
     names: dict[str, Any] = {"program": program, "prefix": program.prefix, "functions": []}
@@ -422,7 +537,7 @@ def needed_terms(terms: Sequence[str] | None) -> list[str]:
     UsageError
         A term without derivatives in all arguments.
     """
-    chosen = list(DIFFERENTIATED) if terms is None else list(terms)
+    chosen = [name for name in DIFFERENTIATED if name not in _BY_NAME] if terms is None else list(terms)
     for name in chosen:
         if name not in DIFFERENTIATED:
             fault = f"the target casadi writes functions with derivatives, and {shown(str(name))} has none"

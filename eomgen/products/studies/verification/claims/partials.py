@@ -139,8 +139,27 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
             size=_before_cancelling("velocity_partials", "Z"),
         )
     )
+    if "constraint_acceleration" in engine:
+        claims.append(
+            Claim(
+                "constraint_acceleration.w_dot",
+                "d w / dt",
+                CONSTRAINTS,
+                lambda engine, state: column(engine("constraint_acceleration", _pushed(state))["w_dot"]),
+                source=output("constraint_velocity", "w"),
+                directions=lambda state: along_motion(("q", "v"), ("v", "a"))(_pushed(state)),
+                rows=rows,
+                functions=("constraint_velocity",),
+                size=_before_cancelling("velocity_partials", "Z"),
+            )
+        )
     claims.append(jacobian(space, CONSTRAINTS, "velocity_partials", "Z", ("constraint_velocity", "w"), "q", rows))
     return claims
+
+
+def _pushed(state: Blocks) -> dict[str, Array]:
+    """Return the state with accelerations that violate the constraints."""
+    return {**state, "a": state["a"] + 1.0}
 
 
 def _beside(state: Blocks) -> dict[str, Array]:
@@ -412,6 +431,10 @@ def _argument_claims(
 
     jacobian_of, hessian_of = of(names[0], (height, width)), of(names[1], (width, width))
 
+    def values(engine: Engine, state: Blocks) -> Array:
+        result = engine(term, state)[system.functions[term].outputs[0].name]
+        return result.reshape(*result.shape[: state["q"].ndim - 1], height)
+
     def gradient(engine: Engine, state: Blocks) -> Array:
         weights = state["weights"][..., np.newaxis, :height]
         return np.asarray((weights @ jacobian_of(engine, state))[..., 0, :])
@@ -431,7 +454,7 @@ def _argument_claims(
             f"d {term} / d arguments",
             PARTIALS,
             lambda engine, state: np.asarray(jacobian_of(engine, state) @ whole),
-            source=lambda engine, state: engine(term, state)[system.functions[term].outputs[0].name],
+            source=values,
             directions=directions,
             functions=(term,),
         ),

@@ -1,0 +1,320 @@
+"""The target ``acados``: the model folder of acados, with explicit, implicit and discrete dynamics.
+
+acados compiles files of fixed names with the interface of CasADi's C. NAME_expl_ode_fun.c (for explicit integrators),
+NAME_impl_dae_fun.c (implicit ones) and NAME_dyn_disc_phi_fun.c (discrete dynamics) include the C of the model; Hessians
+stand in files that acados compiles for exact Hessians alone.
+Verschueren, Frison et al., acados: a modular open-source framework for fast embedded optimal control, Mathematical
+Programming Computation 14 (2022).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.data import dataclass, replace
+from eomgen.base.messages import nearest, shown
+from eomgen.codegen.folder import MANIFEST, manifest
+from eomgen.codegen.program import Program
+from eomgen.codegen.targets.c.naming import NAMES
+from eomgen.codegen.targets.c.target import fingerprint, generate_files
+from eomgen.codegen.targets.c.templates import environment
+from eomgen.codegen.targets.target import Target
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.products.optimisers.casadi_code import (
+    METHOD,
+    Equations,
+    Exported,
+    Pattern,
+    Step,
+    Texts,
+    dense,
+    exported_functions,
+    rates,
+)
+
+#: Terms of the functions of acados: of scenes without constraints, with constraints.
+_FREE, _CONSTRAINED = ("inverse_dynamics", "forward_dynamics"), ("residual", "constraint_acceleration")
+_TERMS = (*_FREE, *_CONSTRAINED, "internal_rate")
+
+
+@dataclass(frozen=True)
+class Family:
+    """Functions of acados with the same equations.
+
+    Attributes
+    ----------
+    name : explicit, implicit or discrete
+    equations : with derivatives in (x, u), or in (x, xdot, z, u)
+    step : of the discrete functions
+    """
+
+    name: str
+    equations: Equations
+    step: Step | None = None
+
+    @cached_property
+    def terms(self) -> tuple[str, ...]:
+        """Names of the functions of the model."""
+        return tuple(part.function.name for part in self.equations.parts)
+
+    @cached_property
+    def entries(self) -> Mapping[str, Callable[[_Sizes, Texts], dict[str, Any]]]:
+        """Files by the ending of the name, with the functions that describe each; the first holds the model."""
+        return {"explicit": _EXPLICIT, "implicit": _IMPLICIT, "discrete": _DISCRETE}[self.name]
+
+
+@dataclass(frozen=True)
+class _Sizes:
+    """Sizes of the arguments of acados.
+
+    Attributes
+    ----------
+    p : parameters, the time and for discrete functions the length of the step
+    """
+
+    family: Family
+    x: int
+    u: int
+    z: int
+    p: int
+
+    def dense(self, texts: Texts, *names: str) -> list[dict[str, Any]]:
+        """Return inputs that are full vectors or matrices."""
+        sizes = {"x": (self.x, 1), "xdot": (self.x, 1), "u": (self.u, 1), "z": (self.z, 1), "p": (self.p, 1)}
+        sizes |= {"Sx": (self.x, self.x), "Su": (self.x, self.u), "lam": (self.x, 1)}
+        sizes["multiplier"] = self.x + self.z, 1
+        return [texts.argument(name, dense(*sizes[name])) for name in names]
+
+
+def _entry(kind: str, inputs: list[Any], outputs: list[Any], work: int, **more: Any) -> dict[str, Any]:
+    return {"kind": kind, "inputs": inputs, "outputs": outputs, "work": work, **more}
+
+
+def _jacobian_tables(sizes: _Sizes, texts: Texts) -> dict[str, int]:
+    jacobian = sizes.family.equations.jacobian
+    parts = {"rows": jacobian.rows, "columns": jacobian.columns, "numbers": jacobian.places}
+    return {name: texts.table(part) for name, part in parts.items()} | {"count": len(jacobian.rows)}
+
+
+def _hessian_tables(sizes: _Sizes, texts: Texts) -> dict[str, int]:
+    lower = sizes.family.equations.lower
+    parts = {"rows": lower.rows, "columns": lower.columns, "numbers": lower.places}
+    return {f"second_{name}": texts.table(part) for name, part in parts.items() if len(part)} | {
+        "second_count": len(lower.rows)
+    }
+
+
+def _numbers(sizes: _Sizes) -> int:
+    return sizes.family.equations.count + 2
+
+
+def _expl_ode_fun(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
+    return _entry("value", sizes.dense(texts, "x", "u", "p"), [texts.argument("xdot", dense(sizes.x))], 0)
+
+
+def _expl_vde_forw(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
+    inputs = sizes.dense(texts, "x", "Sx", "Su", "u", "p")
+    outputs = [texts.argument("xdot", dense(sizes.x)), texts.argument("Sx_dot", dense(sizes.x, sizes.x))]
+    outputs.append(texts.argument("Su_dot", dense(sizes.x, sizes.u)))
+    return _entry("forward", inputs, outputs, _numbers(sizes), **_jacobian_tables(sizes, texts))
+
+
+def _expl_vde_adj(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
+    inputs, outputs = sizes.dense(texts, "x", "lam", "u", "p"), [texts.argument("adj", dense(sizes.x + sizes.u))]
+    return _entry("adjoint", inputs, outputs, _numbers(sizes), **_jacobian_tables(sizes, texts))
+
+
+def _expl_ode_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
+    width = sizes.x + sizes.u
+    inputs = sizes.dense(texts, "x", "Sx", "Su", "lam", "u", "p")
+    outputs = [texts.argument("adj", dense(width)), texts.argument("hess", dense(width * (width + 1) // 2))]
+    work = _numbers(sizes) + sizes.family.equations.hessian_count + 2 * width * width
+    tables = _jacobian_tables(sizes, texts) | _hessian_tables(sizes, texts)
+    return _entry("hessian", inputs, outputs, work, **tables)
+
+
+def _implicit(sizes: _Sizes, texts: Texts, blocks: Sequence[str], *, value: bool = True) -> dict[str, Any]:
+    """Return values, if asked for, and sparse blocks of the Jacobian."""
+    equations, outputs, gathered = sizes.family.equations, [], []
+    if value:
+        outputs.append(texts.argument("f", dense(sizes.x + sizes.z)))
+    for name in blocks:
+        block = equations.block(name)
+        table = texts.table(block.places) if len(block.rows) else 0
+        gathered.append({"number": len(outputs), "count": len(block.rows), "table": table})
+        outputs.append(texts.argument(f"jac_{name}", block))
+    inputs = sizes.dense(texts, "x", "xdot", "u", "z", "p")
+    return _entry("blocks" if blocks else "value", inputs, outputs, _numbers(sizes), blocks=gathered, valued=value)
+
+
+def _impl_dae_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
+    lower = sizes.family.equations.lower
+    width, off = sizes.family.equations.width, lower.rows != lower.columns
+    rows, columns = (
+        np.concatenate([one, other[off]]) for one, other in ((lower.rows, lower.columns), (lower.columns, lower.rows))
+    )
+    numbers = np.concatenate([lower.places, lower.places[off]])
+    flat = columns * width + rows
+    distinct, targets = np.unique(flat, return_inverse=True)
+    pattern = Pattern((width, width), distinct % width, distinct // width, np.arange(len(distinct)))
+    inputs, outputs = sizes.dense(texts, "x", "xdot", "u", "z", "multiplier", "p"), [texts.argument("hess", pattern)]
+    tables = {"targets": texts.table(targets), "numbers": texts.table(numbers)} if len(numbers) else {}
+    more = {"nonzeros": len(distinct), "second_count": len(numbers), **tables}
+    return _entry("implicit_hessian", inputs, outputs, sizes.family.equations.hessian_count, **more)
+
+
+def _disc(sizes: _Sizes, texts: Texts, level: int) -> dict[str, Any]:
+    step, width = sizes.family.step, sizes.x + sizes.u
+    inputs = sizes.dense(texts, "x", "u", *(["lam"] if level > 1 else []), "p")
+    outputs = [texts.argument("phi", dense(sizes.x))]
+    outputs += [texts.argument("jac_ut_xt", dense(width, sizes.x))] if level else []
+    outputs += [texts.argument("hess", dense(width, width))] if level > 1 else []
+    return _entry(f"step_{level}", inputs, outputs, step.first["work"] if step else 0, level=level)
+
+
+_Entries = Mapping[str, Callable[[_Sizes, Texts], dict[str, Any]]]
+_EXPLICIT: _Entries = {
+    "expl_ode_fun": _expl_ode_fun,
+    "expl_vde_forw": _expl_vde_forw,
+    "expl_vde_adj": _expl_vde_adj,
+    "expl_ode_hess": _expl_ode_hess,
+}
+_IMPLICIT: _Entries = {
+    "impl_dae_fun": lambda sizes, texts: _implicit(sizes, texts, ()),
+    "impl_dae_fun_jac_x_xdot_z": lambda sizes, texts: _implicit(sizes, texts, ("x", "xdot", "z")),
+    "impl_dae_jac_x_xdot_u_z": lambda sizes, texts: _implicit(sizes, texts, ("x", "xdot", "u", "z"), value=False),
+    "impl_dae_fun_jac_x_xdot_u_z": lambda sizes, texts: _implicit(sizes, texts, ("x", "xdot", "u", "z")),
+    "impl_dae_fun_jac_x_xdot_u": lambda sizes, texts: _implicit(sizes, texts, ("x", "xdot", "u")),
+    "impl_dae_hess": _impl_dae_hess,
+}
+_DISCRETE: _Entries = {
+    "dyn_disc_phi_fun": lambda sizes, texts: _disc(sizes, texts, 0),
+    "dyn_disc_phi_fun_jac": lambda sizes, texts: _disc(sizes, texts, 1),
+    "dyn_disc_phi_fun_jac_hess": lambda sizes, texts: _disc(sizes, texts, 2),
+}
+
+
+def implicit(program: Program, functions: Sequence[Exported]) -> Equations | None:
+    """Return 0 = (qdot - v, residual, zdot - rates, accelerations of constraints) in (x, xdot, z, u), x = (q, v, z).
+
+    The variables z of acados are the multipliers of the constraints.
+    """
+    nv, states, rows = program.sizes["v"], program.sizes["z"], program.sizes["lam"]
+    by_name, nx = {function.name: function for function in functions}, 2 * nv + states
+    needed = [*(("residual",) if rows else ("inverse_dynamics",)), *(("internal_rate",) if states else ())]
+    needed += ["constraint_acceleration"] if rows else []
+    if not all(name in by_name for name in needed):
+        return None
+    firsts = dict(zip(needed, [nv, *([2 * nv] if states else []), *([nx] if rows else [])], strict=True))
+    parts = [(by_name[name], first, -1 if name == "internal_rate" else 1) for name, first in firsts.items()]
+    sizes = {"x": nx, "xdot": nx, "z": rows, "u": program.sizes["u"]}
+    places = {"q": 0, "v": nv, "z": 2 * nv, "a": nx + nv, "lam": 2 * nx, "u": 2 * nx + rows}
+    linear = [item for k in range(nv) for item in ((k, nx + k, 1), (k, nv + k, -1))]
+    linear += [(2 * nv + k, nx + 2 * nv + k, 1) for k in range(states)]
+    return Equations(program, sizes, parts, places, linear)
+
+
+def families(program: Program) -> list[Family]:
+    """Return the functions of acados that a model has.
+
+    Raises
+    ------
+    ModelError
+        A model without any: with sampled states, or with rotations.
+    """
+    functions, _ = exported_functions(program)
+    made = []
+    if program.sampled:
+        fault = "states that are sampled change between the steps of acados, which integrates continuous rates"
+        hint = "a model without the controller, which stands in the loop around acados"
+        raise ModelError(Problem(program.prefix, fault, hint))
+    of_state = rates(program, functions, ("u",))
+    if of_state is not None:
+        made.append(Family("explicit", of_state))
+    equations = implicit(program, functions)
+    if equations is not None:
+        made.append(Family("implicit", equations))
+    if of_state is not None:
+        made.append(Family("discrete", of_state, Step(of_state, of_length=False)))
+    return made
+
+
+def _model_files(program: Program, prefix: str, names: Sequence[str]) -> dict[str, str]:
+    """Return the C of some functions of a model under a prefix."""
+    kept = tuple(function for function in program.functions if function.name in {*names, "base"})
+    whole = generate_files(replace(program, prefix=prefix, functions=kept, uniform=True))
+    return {name: text for name, text in whole.items() if name not in ("main.c", "README.md", MANIFEST)}
+
+
+def files_of(program: Program) -> dict[str, str]:
+    """Return the folder of a Program: files of acados, the model's C, a Python module, README.md and the manifest."""
+    made, prefix = families(program), program.prefix
+    if not made:
+        fault = "no dynamics for acados are among the terms"
+        raise UsageError(
+            Problem(
+                "terms",
+                fault,
+                "inverse_dynamics, forward_dynamics; residual and constraint_acceleration with constraints",
+            )
+        )
+    files, symbols = dict[str, str](), list[dict[str, Any]]()
+    states, inputs, rows = 2 * program.sizes["v"] + program.sizes["z"], program.sizes["u"], program.sizes["lam"]
+    timed = any(family.equations.timed for family in made)
+    parameters = program.sizes["p"] + timed
+    for family in made:
+        first_of, second_of = f"{prefix}_{'implicit' if family.name == 'implicit' else 'explicit'}", ""
+        second_of = f"{first_of}_hessian"
+        firsts = _model_files(program, first_of, [x for term in family.terms for x in (term, f"{term}_derivatives")])
+        seconds = _model_files(program, second_of, [f"{term}_hessian" for term in family.terms])
+        files |= firsts | seconds
+        length = family.name == "discrete"
+        z = rows if family.name == "implicit" else 0
+        sizes = _Sizes(family, states, inputs, z, parameters + length)
+        for ending, described in family.entries.items():
+            texts = Texts()
+            entry = described(sizes, texts)
+            second = ending.endswith("_hess")
+            included = seconds if second else firsts if ending == next(iter(family.entries)) else {}
+            names = {"program": program, "prefix": prefix, "entry": entry, "symbol": f"{prefix}_{ending}"}
+            names |= {"family": family, "sizes": sizes, "np": program.sizes["p"], "timed": timed}
+            names |= {"first_prefix": first_of, "second_prefix": second_of, "second": second}
+            names |= {"included": sorted(file for file in included if file.endswith(".c"))}
+            names |= {"sparsities": texts.patterns, "tables": texts.tables}
+            text = environment().get_template("optimisers/acados.c.jinja").render(**names)
+            files[f"{prefix}_{ending}.c"] = text
+            symbols.append({"symbol": f"{prefix}_{ending}", "family": family.name})
+    shapes = {"x": states, "u": inputs, "z": rows, "p": parameters, "timed": timed}
+    known = {"program": program, "prefix": prefix, "families": [family.name for family in made], "method": METHOD}
+    known |= {"shapes": shapes, "symbols": symbols, "sources": sorted([*files])}
+    for name, template in ((f"{prefix}_acados.py", "acados.py.jinja"), ("README.md", "acados.md.jinja")):
+        files[name] = environment().get_template(f"optimisers/{template}").render(**known)
+    mark = fingerprint(files)
+    summary = {"sizes": shapes, "families": known["families"], "symbols": [item["symbol"] for item in symbols]}
+    files[MANIFEST] = manifest(program, files, fingerprint=mark, acados=summary)
+    return files
+
+
+def needed_terms(terms: Sequence[str] | None) -> list[str]:
+    """Return the terms that the folder needs: of the named functions, all that there are by default.
+
+    Raises
+    ------
+    UsageError
+        A term that no function of acados is made of.
+    """
+    chosen = list(_TERMS) if terms is None else list(terms)
+    for name in chosen:
+        if name not in _TERMS:
+            fault = f"the target acados writes dynamics with derivatives, and {shown(str(name))} is of other equations"
+            raise UsageError(Problem("terms", fault, nearest(str(name), _TERMS)))
+    if terms is not None and "internal_rate" not in chosen:
+        chosen.append("internal_rate")
+    return [term for name in chosen for term in (name, f"{name}_derivatives", f"{name}_hessian")]
+
+
+ACADOS = Target("acados", "C for acados", NAMES, files_of, terms=needed_terms)
