@@ -9,12 +9,10 @@ Numbers of pronouns, per 1000 words, are never raised.
 from __future__ import annotations
 
 import ast
-import io
 import json
 import math
 import re
 import sys
-import tokenize
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -53,6 +51,11 @@ _STEP, _SLACK = 0.5, 1.0
 #: Identifiers that name no concept.
 NAMES = ("what", "found")
 COLUMNS = ("words", *PHRASES, "repeated", *PRONOUNS, *(f"name {name}" for name in NAMES))
+#: The strings and comments of a file; a comment within a string is part of it, and a string within a comment likewise.
+_STRING_OR_COMMENT = re.compile(
+    r'''"""(?:\\.|[^\\])*?"""|\'\'\'(?:\\.|[^\\])*?\'\'\'|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|(#[^\n]*)''',
+    re.DOTALL,
+)
 _WORD = re.compile(r"[A-Za-z']+")
 _BLOCK = re.compile(r"^```.*?^```$", re.DOTALL | re.MULTILINE)
 #: A blank line: paragraphs and headings are texts of their own.
@@ -60,30 +63,30 @@ _PARAGRAPH = re.compile(r"\n\s*\n")
 _JINJA_COMMENT = re.compile(r"\{#.*?#\}|/\*.*?\*/|//[^\n]*", re.DOTALL)
 
 
-def texts_of_python(source: str) -> Iterator[str]:
-    """Yield comments, docstrings and string literals of three words or more."""
-    for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type == tokenize.COMMENT:
-            yield token.string
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.count(" ") >= 2:
-            yield node.value
+def comments(source: str) -> Iterator[str]:
+    """Yield the comments of a file. Strings of Python 3.11 have no quotes of their own kind within them."""
+    return (match[1] for match in _STRING_OR_COMMENT.finditer(source) if match[1])
 
 
-def identifiers(source: str) -> Iterator[str]:
-    """Yield each occurrence of a variable, an argument, an attribute or a function name."""
+def of_python(source: str) -> tuple[list[str], list[str]]:
+    """Return comments, docstrings and string literals of three words or more, and each occurrence of a variable, an
+    argument, an attribute or a function name."""
+    texts, names = list(comments(source)), []
     for node in ast.walk(ast.parse(source)):
         match node:
+            case ast.Constant(value=str(text)) if text.count(" ") >= 2:
+                texts.append(text)
             case ast.Name(id=name) | ast.arg(arg=name) | ast.Attribute(attr=name) | ast.FunctionDef(name=name):
-                yield name
+                names.append(name)
+    return texts, names
 
 
-def texts_of(file: Path) -> list[str]:
-    """Return the texts of a Python file, a template or a page."""
+def texts_and_names(file: Path) -> tuple[list[str], list[str]]:
+    """Return the texts and the identifiers of a Python file, or the texts of a template or a page."""
     source = file.read_text(encoding="utf-8")
     if file.suffix == ".py":
-        return list(texts_of_python(source))
-    return _PARAGRAPH.split(_BLOCK.sub("", source)) if file.suffix == ".md" else _JINJA_COMMENT.findall(source)
+        return of_python(source)
+    return (_PARAGRAPH.split(_BLOCK.sub("", source)) if file.suffix == ".md" else _JINJA_COMMENT.findall(source)), []
 
 
 def repetitions(text: str) -> list[str]:
@@ -112,15 +115,14 @@ def counts_of(files: list[Path]) -> dict[str, int]:
     """Return the number of words, of each phrase and of each name in some files."""
     counts = dict.fromkeys(COLUMNS, 0)
     for file in files:
-        for text in texts_of(file):
+        texts, names = texts_and_names(file)
+        for text in texts:
             counts["words"] += len(_WORD.findall(text))
             counts["repeated"] += len(repetitions(text))
             for phrase, pattern in {**PHRASES, **PRONOUNS}.items():
                 counts[phrase] += len(pattern.findall(text))
-        if file.suffix == ".py":
-            for name in identifiers(file.read_text(encoding="utf-8")):
-                if name in NAMES:
-                    counts[f"name {name}"] += 1
+        for name in NAMES:
+            counts[f"name {name}"] += names.count(name)
     return counts
 
 
@@ -169,7 +171,9 @@ def places(phrase: str, package: str) -> Iterator[str]:
     """Yield the lines of a package with a phrase, by file and line; also lines of code with the phrase in a string."""
     for file in files_of_packages()[package]:
         if phrase == "repeated":
-            yield from (f"{file.relative_to(ROOT)}: {one}" for text in texts_of(file) for one in repetitions(text))
+            yield from (
+                f"{file.relative_to(ROOT)}: {one}" for text in texts_and_names(file)[0] for one in repetitions(text)
+            )
             continue
         for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
             if {**PHRASES, **PRONOUNS}[phrase].search(line):

@@ -7,11 +7,12 @@ import ast
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum, auto
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -495,8 +496,24 @@ def _modules() -> tuple[tuple[str, Path], ...]:
     return tuple(found)
 
 
+class Syntax(NamedTuple):
+    """The facts of a file that the tests below compare; the tree itself would fill the memory."""
+
+    imports: tuple[tuple[str, Kind], ...]
+    identifiers: frozenset[str]
+    evaluations: tuple[str, ...]
+    foreign: tuple[str, ...]
+
+
 @cache
-def _imports(path: Path) -> tuple[tuple[str, Kind], ...]:
+def _syntax(path: Path) -> Syntax:
+    """Return the facts of a file, which is parsed once for all tests of a process."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    nodes = list(ast.walk(tree))
+    return Syntax(_imports(path, tree), _identifiers(nodes), tuple(_evaluations(nodes)), tuple(_foreign(nodes)))
+
+
+def _imports(path: Path, tree: ast.Module) -> tuple[tuple[str, Kind], ...]:
     """Return every imported module, and when it is imported."""
     kinds: dict[ast.AST, Kind] = {}
 
@@ -507,10 +524,12 @@ def _imports(path: Path) -> tuple[tuple[str, Kind], ...]:
             kind = Kind.LATE
         elif isinstance(node, ast.Import | ast.ImportFrom):
             kinds[node] = kind
+        elif isinstance(node, ast.expr):
+            return  # no statement, and no import, is within an expression
         for child in ast.iter_child_nodes(node):
             walk(child, kind)
 
-    walk(ast.parse(path.read_text(encoding="utf-8")), Kind.TOP)
+    walk(tree, Kind.TOP)
     found = []
     for node, kind in kinds.items():
         if isinstance(node, ast.Import):
@@ -532,7 +551,7 @@ def _is_module(name: str) -> bool:
 def _own() -> Iterator[tuple[str, str, Kind]]:
     """Yield importing module, imported module and kind of all imports within the package, names without ``eomgen.``."""
     for module, path in _modules():
-        for name, kind in _imports(path):
+        for name, kind in _syntax(path).imports:
             if name.split(".")[0] == "eomgen":
                 yield module, name.removeprefix("eomgen").removeprefix("."), kind
 
@@ -568,11 +587,11 @@ def test_imports_of_products_by_the_core_are_in_use() -> None:
     assert {(module, name) for module, names in OF_PRODUCTS.items() for name in names} - used == set()
 
 
-def _identifiers(path: Path) -> Iterator[str]:
-    """Yield the names that code of a file uses or defines, and each part of the names that it imports."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        names = (getattr(node, key, None) for key in ("id", "arg", "attr", "name", "asname", "module"))
-        yield from (part for name in names if isinstance(name, str) for part in name.split("."))
+def _identifiers(nodes: Sequence[ast.AST]) -> frozenset[str]:
+    """Return the names that code of a file uses or defines, and each part of the names that it imports."""
+    keys = ("id", "arg", "attr", "name", "asname", "module")
+    names = {value for node in nodes for key, value in vars(node).items() if key in keys and isinstance(value, str)}
+    return frozenset(part for name in names for part in name.split("."))
 
 
 @pytest.mark.parametrize("product", PRODUCT_WORDS)
@@ -581,8 +600,7 @@ def test_core_rooms_do_not_use_words_of_a_product(product: str) -> None:
         f"{module}: {name}"
         for module, path in _modules()
         if not module.startswith("products") and module not in OF_PRODUCTS
-        for name in _identifiers(path)
-        if name in PRODUCT_WORDS[product]
+        for name in PRODUCT_WORDS[product] & _syntax(path).identifiers
     }
     assert used == set()
 
@@ -590,7 +608,7 @@ def test_core_rooms_do_not_use_words_of_a_product(product: str) -> None:
 @pytest.mark.parametrize("product", PRODUCT_WORDS)
 def test_words_of_a_product_are_in_use_there(product: str) -> None:
     files = [path for module, path in _modules() if room_of(module) == product]
-    assert set(PRODUCT_WORDS[product]) <= {name for path in files for name in _identifiers(path)}
+    assert PRODUCT_WORDS[product] <= {name for path in files for name in _syntax(path).identifiers}
 
 
 def test_no_door_is_open_for_nobody() -> None:
@@ -710,35 +728,41 @@ def test_sympy_is_imported_where_laws_are_derived_only() -> None:
         module
         for module, path in _modules()
         if room_of(module) not in SYMPY_ROOMS
-        for name, kind in _imports(path)
+        for name, kind in _syntax(path).imports
         if name.split(".")[0] == "sympy" and kind is not Kind.TYPING
     ]
     assert wrong == []
 
 
 def test_dask_is_imported_where_it_is_asked_for_only() -> None:
-    every = [(module, name, kind) for module, path in _modules() for name, kind in _imports(path)]
+    every = [(module, name, kind) for module, path in _modules() for name, kind in _syntax(path).imports]
     assert {module for module, name, _ in every if name.split(".")[0] in ("dask", "distributed")} == {
         "products.ensembles.worker"
     }
     assert {kind for _, name, kind in every if name.startswith("eomgen.products.ensembles.worker")} == {Kind.LATE}
 
 
+def _evaluations(nodes: Sequence[ast.AST]) -> Iterator[str]:
+    """Yield the lines of a file that execute a text, and the functions by which they do so."""
+    for node in nodes:
+        if (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Name)
+            and node.func.id in ("eval", "exec", "compile")
+        ):
+            yield f"{node.lineno} calls {node.func.id}"
+        if isinstance(node, ast.Name | ast.Attribute):
+            name = node.id if isinstance(node, ast.Name) else node.attr
+            if name in ("sympify", "parse_expr"):
+                yield f"{node.lineno} uses {name}"
+
+
 def test_nothing_is_evaluated_or_unpickled() -> None:
     wrong = []
     for module, path in _modules():
-        wrong += [f"{module} imports {name}" for name, _ in _imports(path) if name.split(".")[0] in NO_PICKLE_NO_EVAL]
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if (
-                isinstance(node, ast.Call)
-                and isinstance(node.func, ast.Name)
-                and node.func.id in ("eval", "exec", "compile")
-            ):
-                wrong.append(f"{module}:{node.lineno} calls {node.func.id}")
-            if isinstance(node, ast.Name | ast.Attribute):
-                name = node.id if isinstance(node, ast.Name) else node.attr
-                if name in ("sympify", "parse_expr"):
-                    wrong.append(f"{module}:{node.lineno} uses {name}")
+        imports = (name for name, _ in _syntax(path).imports)
+        wrong += [f"{module} imports {name}" for name in imports if name.split(".")[0] in NO_PICKLE_NO_EVAL]
+        wrong += [f"{module}:{place}" for place in _syntax(path).evaluations]
     assert wrong == []
 
 
@@ -746,20 +770,22 @@ def test_nothing_is_evaluated_or_unpickled() -> None:
 _OFFERED = {"_replace", "_asdict", "_getframe"}
 
 
+def _foreign(nodes: Sequence[ast.AST]) -> Iterator[str]:
+    """Yield the lines of a file that use private names of other files, and the private names that it imports."""
+    own = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    own |= {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
+    slots = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+    known = own | slots | _OFFERED
+    for node in nodes:
+        if isinstance(node, ast.Attribute) and _is_private(node.attr) and node.attr not in known:
+            yield f":{node.lineno} uses {node.attr}"
+        if isinstance(node, ast.ImportFrom):
+            yield from (f" imports {alias.name}" for alias in node.names if _is_private(alias.name))
+
+
 def test_private_names_are_used_in_their_own_modules() -> None:
-    wrong = []
-    for module, path in _modules():
-        nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
-        own = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
-        own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-        own |= {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
-        slots = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
-        for node in nodes:
-            if isinstance(node, ast.Attribute) and _is_private(node.attr) and node.attr not in own | slots | _OFFERED:
-                wrong.append(f"{module}:{node.lineno} uses {node.attr}")
-            if isinstance(node, ast.ImportFrom):
-                wrong += [f"{module} imports {alias.name}" for alias in node.names if _is_private(alias.name)]
-    assert wrong == []
+    assert [f"{module}{use}" for module, path in _modules() for use in _syntax(path).foreign] == []
 
 
 def _is_private(name: str) -> bool:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.language import budget, counts, counts_of, excesses, identifiers, repetitions, texts_of_python
+from tests.language import budget, comments, counts, counts_of, excesses, of_python, repetitions
 
 
 def test_no_package_has_more_vague_phrases_than_before() -> None:
@@ -24,8 +24,15 @@ def test_phrases_are_counted_in_docstrings_comments_and_messages(tmp_path: Path)
     counted = counts_of([file])
     expected = {"what": 1, "those of": 1, "where": 1, "Return what": 1, "name what": 1}
     assert {key: value for key, value in counted.items() if key != "words" and value} == expected
-    assert list(identifiers("def f(what): return what.found")) == ["f", "what", "found", "what"]
-    assert list(texts_of_python("x = 'one two three'")) == ["one two three"]
+    assert of_python("def f(what): return what.found")[1] == ["f", "what", "found", "what"]
+    assert of_python("x = 'one two three'")[0] == ["one two three"]
+
+
+def test_comments_are_not_in_strings() -> None:
+    source = (
+        'a = "# no"  # first, "quoted"\nb = """\n# no\n"""\nc = \'"# no\' + r"\\"  # second\n# it\'s\nd = "no" # third'
+    )
+    assert list(comments(source)) == ['# first, "quoted"', "# second", "# it's", "# third"]
 
 
 def test_pronouns_are_counted(tmp_path: Path) -> None:
