@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import cache
 from itertools import pairwise
 
 from eomgen.base.data import dataclass
@@ -58,6 +59,7 @@ def operators(degree: int, gamma: Fraction) -> Operators:
     return Operators(nodes, integration, product(shifted, modes), values, modes, inverse(integration))
 
 
+@cache
 def right_radau_nodes(size: int) -> tuple[Fraction, ...]:
     """Return the zeros of P_s - P_{s-1} on (0, 1], Legendre's polynomials shifted there; the last one is 1."""
 
@@ -67,8 +69,8 @@ def right_radau_nodes(size: int) -> tuple[Fraction, ...]:
             before, now = now, ((2 * k + 1) * (2 * x - 1) * now - k * before) / (k + 1)
         return now - before
 
-    places = [Fraction(k, 64 * size * size) for k in range(64 * size * size)]
-    result = [root(difference, low, high) for low, high in pairwise(places) if difference(low) * difference(high) < 0]
+    places = [(x, difference(x)) for x in (Fraction(k, 64 * size * size) for k in range(64 * size * size))]
+    result = [root(difference, low, high) for (low, below), (high, above) in pairwise(places) if below * above < 0]
     return (*result, Fraction(1))
 
 
