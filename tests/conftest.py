@@ -18,12 +18,8 @@ import numpy as np
 import pytest
 
 # Equations are millions of small objects without circles: to look for circles among them takes a quarter of the time.
+# None are frozen: a build then would count the frozen ones, a million, each time that it stops the collector.
 gc.set_threshold(50_000, 20, 20)
-
-
-def pytest_collection_finish() -> None:
-    """Leave what is imported by now out of all searches for circles."""
-    gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -49,6 +49,7 @@ def euler(second: float, number: int = 1) -> float:
     return second * ((2 * number - 1) * np.pi / 2.0) ** 2
 
 
+@pytest.mark.slow_except("0.01")
 @pytest.mark.parametrize("slenderness", [0.1, 0.03, 0.01, 0.003, 0.001, 0.0005])
 def test_round_rods_have_a_double_bifurcation_at_eulers_load(column: Model, slenderness: float) -> None:
     """With EA = GA shortening and shear cancel each other in Reissner's critical load."""
@@ -60,6 +61,7 @@ def test_round_rods_have_a_double_bifurcation_at_eulers_load(column: Model, slen
     np.testing.assert_array_equal(path.negative, np.where(path.values > path.critical[0].value, 2, 0))
 
 
+@pytest.mark.slow_except("1e-07")
 @pytest.mark.parametrize("rotary", [1e-5, 1e-7, 1e-9, 1e-12])
 def test_masses_do_not_move_bifurcations(column: Model, rotary: float) -> None:
     path = column.equilibrium_path("load", 12.0, parameters={"rotary": rotary, "second": 4.0})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import re
 from collections.abc import Callable
+from functools import cache
 from typing import NamedTuple
 
 import pytest
@@ -56,12 +57,18 @@ def is_importable(name: str) -> bool:
     return True
 
 
+@cache
+def words_of_sections() -> dict[str, set[str]]:
+    """Return the keys and values of each section of a scene file, by the schema."""
+    description = schema()
+    return {name: words_of(node, description["$defs"]) for name, node in description["properties"].items()}
+
+
 def is_in_scene_files(place: str) -> bool:
     """Return whether a section, or a section and one of its keys or values, is in the schema."""
     section, _, word = place.removeprefix("[").partition("]")
-    description = schema()
-    node = description["properties"].get(section)
-    return node is not None and (not word or word.strip() in words_of(node, description["$defs"]))
+    words = words_of_sections().get(section)
+    return words is not None and (not word or word.strip() in words)
 
 
 EXISTS: dict[str, Callable[[str], bool]] = {

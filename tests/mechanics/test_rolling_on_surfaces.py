@@ -109,6 +109,7 @@ class RollingSphere:
         return np.concatenate([moved, np.linalg.solve(matrix, moment)])
 
 
+@pytest.mark.slow_cases("1.5 - sqrt(2.25 - x**2 - y**2)")
 @pytest.mark.parametrize("surface", SURFACES)
 def test_a_sphere_rolls_by_the_equations_of_newton_and_euler(surface: str) -> None:
     oracle = RollingSphere(surface)

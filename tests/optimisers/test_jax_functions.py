@@ -66,6 +66,7 @@ def test_values_and_batches_have_the_bits_of_the_model(floating: Any) -> None:
     assert np.array_equal(jax.jit(nested)(times, loads), expected)
 
 
+@pytest.mark.slow
 def test_first_and_second_derivatives_along_curves_of_poses(floating: Any) -> None:
     model, functions = floating
     q, v, a = _state(model)

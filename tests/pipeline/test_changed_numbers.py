@@ -73,6 +73,7 @@ def _bits(model: Model) -> dict[str, bytes]:
     return bits | {"run": solution.q.tobytes() + solution.v.tobytes()}
 
 
+@pytest.mark.slow_cases("_other_start")
 @pytest.mark.parametrize("change", [_other_mass, _other_start])
 def test_a_changed_number_compiles_the_source_of_the_numbers_alone(
     change: Change, compiled: list[str], tmp_path: Path

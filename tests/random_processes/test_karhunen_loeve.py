@@ -121,6 +121,7 @@ def test_modes_are_orthonormal_and_sum_up_to_the_covariance(covariance: Covarian
     assert np.max(np.abs(error)) < (1e-9 if covariance.smooth else 2e-3) * found.eigenvalues[0]
 
 
+@pytest.mark.slow
 def test_a_table_is_what_it_was_sampled_from_and_a_box_is_none() -> None:
     lags = np.linspace(0.0, 20.0, 201)
     exact = expand(Exponential(1.0, 2.0), 10.0, modes=20)

@@ -280,6 +280,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 ]
 
 
+@pytest.mark.slow_cases("entry19-covariance is not posi")
 @pytest.mark.parametrize(("entry", "message"), REFUSED)
 def test_what_is_wrong_is_said_once(entry: dict[str, Any], message: str) -> None:
     with pytest.raises(DescriptionError, match=message) as caught:
@@ -555,6 +556,7 @@ def test_a_translated_process_has_the_correlation_that_is_asked_for() -> None:
     assert np.corrcoef(np.exp(z).T)[0, 1] == pytest.approx(wanted, abs=0.015)
 
 
+@pytest.mark.slow
 def test_a_correlation_of_a_translation_that_no_gaussian_process_makes_in_this_window_is_refused() -> None:
     asked = {"type": "squared_exponential", "correlation_time": 1.0, "duration": 4.0, "share": 0.99}
     with pytest.raises(DescriptionError, match="no Gaussian process is translated to this covariance: its own"):

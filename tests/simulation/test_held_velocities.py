@@ -91,6 +91,7 @@ HELD: dict[str, tuple[dict[str, float], float, dict[str, Any], float]] = {  # pa
 }
 
 
+@pytest.mark.slow_cases("strong force")
 @pytest.mark.parametrize("case", HELD)
 def test_a_velocity_that_the_equations_hold_is_named(case: str) -> None:
     given, speed, options, step = HELD[case]

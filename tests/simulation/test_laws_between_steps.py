@@ -179,7 +179,7 @@ def test_places_between_two_values_are_the_places_of_every_period(period: float)
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("method", ["generalized_alpha", "rk4", "rk45"])
+@pytest.mark.parametrize("method", ["generalized_alpha", pytest.param("rk4", marks=pytest.mark.slow), "rk45"])
 def test_a_law_that_steps_pass_over_is_named(law: str, method: str) -> None:
     given, step, finer = LAWS[law]
     run = sliders().simulate(0.8, step, method=method, parameters=given)

@@ -426,6 +426,7 @@ def test_forces_that_jump_leave_samples_alone() -> None:
     assert "most probable points are left out: forces jump near t = " in found.message
 
 
+@pytest.mark.slow
 def test_a_level_that_the_run_starts_at_or_above_is_noted(duffing: eomgen.Model) -> None:
     found = study(duffing, points=False, thresholds=[0.5], levels=[0.2, 0.6])
     told = "the output starts at 0.488353, not below the level 0.2, and counts as passed"
@@ -466,6 +467,7 @@ def test_few_good_samples_are_no_statistics(duffing: eomgen.Model, monkeypatch: 
         random_vibration(duffing, "x", 1.0, 0.05, method="trapezoidal", samples=100, points=False)
 
 
+@pytest.mark.slow
 def test_steps_that_do_not_resolve_the_process_are_named() -> None:
     """A band from 9 to 11 Hz at steps of 0.1 s; the closed form of the deviation is 345 times less."""
     text = scene(0.0, 0.9).replace("force - q.slide", "force + q.slide * 0 - q.slide")
