@@ -138,6 +138,7 @@ def campbell(
     u: Inputs = None,
     any_kind: bool = False,
     multiblade: Blades | None = None,
+    reference: Linearization | None = None,
 ) -> Campbell:
     """Return the frequencies and whirl of oscillations over the speed of a rotor, and the critical speeds.
 
@@ -161,6 +162,9 @@ def campbell(
     multiblade : as of ``linearize``
         Frequencies of an observer on the support of a rotor with three or more equal blades. Without ``whirl``, the
         cosine and sine coordinates of the blades show the sense.
+    reference : Linearization
+        Model whose ``modes()`` number the modes in tables and pictures; without it oscillations are counted
+        by frequency at the first value.
 
     Returns
     -------
@@ -219,8 +223,13 @@ def campbell(
             warnings.filterwarnings("ignore", f".*{AT_ONE_AZIMUTH}")  # of signals, on which oscillations do not depend
             return linearized(value, before)
 
+    numbered = None
+    if reference is not None:
+        of_model = dict(zip(model.parameters, model.parameter_array(parameters or {}).tolist(), strict=True))
+        at_speed = of_model[speed] if is_parameter else reference.reference.v[of_motion.index(speed)]
+        numbered = float(at_speed), reference
     with shown_progress(progress, f"{model.name}: {speed}") as report, one_thread_of_algebra(model.nv):
-        return diagram(speed, unit, array.tolist(), of_oscillations, orders, whirl, report)
+        return diagram(speed, unit, array.tolist(), of_oscillations, orders, whirl, report, numbered)
 
 
 def _increasing(values: Sequence[float]) -> Array:

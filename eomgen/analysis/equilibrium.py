@@ -191,7 +191,7 @@ def equilibrium(
             if rest is None:
                 stepped = stepped or _by_load_steps(loaded, statics, assembled, stable=False)[0]
                 if isinstance(stepped, str):
-                    raise _failure(model, statics, damped, stepped)
+                    raise _failure(model, statics, damped, stepped, start.v if np.any(driven) else None)
                 rest = stepped
             chosen = rest
         if np.any(driven):
@@ -452,8 +452,15 @@ def _no_stiffness(statics: Statics) -> float:
     return SOFT * statics.gravity / statics.length
 
 
-def _failure(model: CompiledModel, statics: Statics, search: Search, stepped: str) -> NumericalError:
-    """Return the error: an unrestrained coordinate, violated constraints, or a search that did not converge."""
+def _failure(
+    model: CompiledModel, statics: Statics, search: Search, stepped: str, along: Array | None
+) -> NumericalError:
+    """Return the error: an unrestrained coordinate, violated constraints, or a search that did not converge.
+
+    Parameters
+    ----------
+    along : (nv,) velocities of the initial state if drives move the machine; a wheel may roll along
+    """
     point, steps = search.point, search.steps
     acceleration = point.acceleration
     k = int(np.argmax(np.abs(acceleration))) if len(acceleration) else 0
@@ -469,7 +476,14 @@ def _failure(model: CompiledModel, statics: Statics, search: Search, stepped: st
                 f"nothing holds {model.v_names[k]}: it accelerates with {-pull[k]:.4g} {unit}, and no stiffness"
                 " opposes it"
             )
-            return NumericalError(Problem("equilibrium", fault, "a spring, a stop, a constraint, or a fixed joint"))
+            hint = "a spring, a stop, a constraint, or a fixed joint"
+            if along is not None:
+                name = model.v_names[k].removeprefix("v.")
+                hint += (
+                    f"; if {name} rolls along with a drive, an initial velocity in place of the drive, or a run from"
+                )
+                hint += f' steady_motion({{"{name}": {along[k] or 20.0:.6g}}}), in Python'
+            return NumericalError(Problem("equilibrium", fault, hint))
     violation = float(np.max(np.abs(point.violation), initial=0.0))
     if not np.all(np.abs(point.violation) <= 1e-8 * point.row_sizes):
         fault = f"the constraints are off by {violation:.3g} after {steps} steps"

@@ -390,7 +390,7 @@ def _warn_of_change(
         sentence = (
             f"linear about the {state.kind}: the linear model changes with the turn of {drives(model, state.v)}, so it"
             " holds at this instant only; try: multiblade for a rotor of three or more equal blades, a scene that is"
-            " symmetric about the axis of the turn, or floquet"
+            " symmetric about the axis of the turn, or model.floquet(period), in Python"
         )
         warnings.warn(sentence, RuntimeWarning, stacklevel=4)
 
@@ -485,7 +485,7 @@ def _changing(
     fault = f"the linear model changes with the azimuth of {turns} in multiblade coordinates, too: {largest[1]}'"
     fault += f" by {largest[0]:.2g} of its coefficients"
     period = 2.0 * np.pi / min(abs(rotor.speed) for rotor in moving)
-    hint = f"all coordinates of all blades, if these are equal; or floquet({period:.6g})"
+    hint = f"all coordinates of all blades, if these are equal; or model.floquet({period:.6g}), in Python"
     return ModelError(Problem("multiblade", fault, hint))
 
 

@@ -47,8 +47,10 @@ class CampbellRequest:
     speed: str
     values: list[float]
     orders: tuple[float, ...] | None
+    #: Letter of the orders: ``x`` or ``P``.
+    letter: str
     whirl: list[tuple[str, str]]
-    #: Columns of the eigenvalues, from 0 on.
+    #: Numbers of the table of modes.
     modes: tuple[int, ...] | None
     speed_unit: str | None
 
@@ -76,17 +78,20 @@ class CampbellRequest:
             if not colon or not first.strip() or not second.strip():
                 raise UsageError(Problem(f"--whirl {text}", "two deflections are needed", "--whirl x:y"))
             pairs.append((first.strip(), second.strip()))
-        return cls(*sweep, _orders(orders), pairs, _modes(modes), speed_unit)
+        return cls(*sweep, *_orders(orders), pairs, _modes(modes), speed_unit)
 
     def view(self, diagram: Campbell, band: tuple[float, float] | None) -> CampbellView:
         """Return the part of the diagram that is drawn. Raises UsageError for a part that the diagram does not have."""
         from eomgen.linear.campbell_plot import CampbellView  # noqa: PLC0415
 
-        count = diagram.eigenvalues.shape[1]
-        missing = [number + 1 for number in self.modes or () if number >= count]
+        columns = {diagram.number(mode): mode for mode in range(diagram.eigenvalues.shape[1])}
+        missing = [number for number in self.modes or () if number not in columns]
         if missing:
-            raise UsageError(Problem("--modes", f"there is no mode {missing[0]}", f"numbers from 1 to {count}"))
-        view = CampbellView(band, self.modes, None, self.speed_unit)
+            known = ", ".join(map(str, sorted(columns)))
+            fault = f"there is no mode {missing[0]} that oscillates in the diagram"
+            raise UsageError(Problem("--modes", fault, f"some of {known}"))
+        modes = None if self.modes is None else tuple(columns[number] for number in self.modes)
+        view = CampbellView(band, modes, None, self.speed_unit, self.letter)
         view.check(diagram)
         return view
 
@@ -102,20 +107,21 @@ class CampbellRequest:
         return f"interrupted: the Campbell diagram has {values} and {counted(len(diagram.crossings), 'crossing')}"
 
 
-def _orders(text: str | None) -> tuple[float, ...] | None:
+def _orders(text: str | None) -> tuple[tuple[float, ...] | None, str]:
+    """Return orders, written as 1, 1x or 1P, and the letter of their labels."""
     if text is None:
-        return None
+        return None, "x"
     try:
-        orders = tuple(float(part) for part in text.split(","))
+        orders = tuple(float(part.strip().rstrip("xXpP")) for part in text.split(","))
     except ValueError:
         orders = (0.0,)
     if not all(0.0 < order < float("inf") for order in orders):
         raise UsageError(Problem(f"--orders {text}", "positive numbers are needed", "--orders 1,2"))
-    return orders
+    return orders, "P" if "p" in text.lower() else "x"
 
 
 def _modes(text: str | None) -> tuple[int, ...] | None:
-    """Return the columns, from 0 on, of modes that are counted from 1."""
+    """Return the numbers of modes."""
     if text is None:
         return None
     try:
@@ -124,7 +130,7 @@ def _modes(text: str | None) -> tuple[int, ...] | None:
         numbers = (0,)
     if min(numbers) < 1:
         raise UsageError(Problem(f"--modes {text}", "numbers of modes from 1 on are needed", "--modes 1,2,4"))
-    return tuple(number - 1 for number in numbers)
+    return numbers
 
 
 @dataclass(frozen=True)
@@ -218,13 +224,15 @@ _POINTS = 600
 @click.option(
     "--campbell", "diagram", default=None, metavar="NAME=FROM:TO:N", help="Frequencies over a speed, critical speeds."
 )
-@click.option("--orders", default=None, metavar="N,N,...", help="Of a Campbell diagram, multiples of the speed.")
+@click.option(
+    "--orders", default=None, metavar="N,N,...", help="Of a Campbell diagram, multiples of the speed: 1,2 or 1P,2P."
+)
 @click.option("--whirl", multiple=True, metavar="X:Y", help="Deflections whose orbits show the sense; may be repeated.")
 @click.option(
     "--multiblade", multiple=True, metavar="ROTOR:NAME,NAME,...", help="Equal blades by azimuth; may be repeated."
 )
 @click.option(
-    "--modes", default=None, metavar="N,N,...", help="Of the picture of a Campbell diagram, numbered as its crossings."
+    "--modes", default=None, metavar="N,N,...", help="Of the picture of a Campbell diagram, numbered as the table."
 )
 @click.option("--speed-unit", type=click.Choice(["rad/s", "rpm", "Hz"]), help="Of the picture of a Campbell diagram.")
 @click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else the scene's.")
@@ -261,7 +269,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     table = ride.table(lin, excitation) if ride is not None and excitation is not None else None
     if table is not None:
         data["ride"] = linear_files.described_ride(table)
-    diagram, ends = (None, "") if campbell is None else request.campbell(campbell)
+    diagram, ends = (None, "") if campbell is None else request.campbell(campbell, lin)
     if diagram is not None:
         data["campbell"] = linear_files.described_campbell(diagram)
     view = None if campbell is None or diagram is None else campbell.view(diagram, band)
@@ -338,13 +346,13 @@ class _Request:
         given["multiblade"] = self.multiblade
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
 
-    def campbell(self, wanted: CampbellRequest) -> tuple[Campbell | None, str]:
+    def campbell(self, wanted: CampbellRequest, lin: Linearization) -> tuple[Campbell | None, str]:
         """Return the Campbell diagram, as much of it as was computed, and a line that reports Ctrl-C."""
         given: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
         motion = {name: value for name, value in self.velocities.items() if name != wanted.speed}
         at = {"at": self.at} if wanted.speed in self.model.parameters else {}
         given |= {"velocities": motion, "coordinates": self.held, "u": self.inputs or None}
-        given["multiblade"] = self.multiblade
+        given |= {"multiblade": self.multiblade, "reference": lin}
         try:
             result = wanted.diagram(self.model, **given, **at)
         except KeyboardInterrupt:
@@ -413,7 +421,9 @@ def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:
         numeric = tuple(range(1, len(table.headings)))
         print_table("root mean squares on random roads", table.headings, table.rows, numeric=numeric)
     if diagram is not None:
-        words = "crossings with orders; modes: oscillations, by frequency at the first speed"
+        from eomgen.linear.campbell_plot import numbering  # noqa: PLC0415
+
+        words = f"crossings with orders; modes: {numbering(diagram)}"
         print_table(words, diagram.headings, diagram.rows, numeric=(0, 1, 2, 3, 4))
 
 

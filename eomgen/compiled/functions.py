@@ -48,6 +48,8 @@ LEAST = 16
 _OPERATION, _START, _COMPILED = 2e-10, 0.3, 1e-3
 #: Seconds of a function's batches from which on a look into the cache pays.
 _LOOK = 2e-3
+#: Profiles that avoid compilers: companions are compiled for them on demand alone.
+_FEW_COMPILERS = ("quick", "instant")
 #: Samples that are evaluated by both libraries before the companion is taken.
 _COMPARED = 64
 
@@ -123,7 +125,8 @@ class LaneCompanions:
         elif companion.seconds > _LOOK and not companion.sought:
             companion.sought = True
             self._look(name, companion)
-        if companion.seconds > companion.compiling and companion.library is None:
+        compiled = self._library.profile not in _FEW_COMPILERS
+        if compiled and companion.seconds > companion.compiling and companion.library is None:
             self._begin(name, companion)
         return companion
 

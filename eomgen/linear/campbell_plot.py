@@ -23,8 +23,6 @@ _WHIRL = {1: ("#0B62C4", "-", "forward"), -1: ("#F08C00", "--", "backward"), 0: 
 _RAY, _CROSSING = "#777777", "#C8102E"
 #: Units of the speed axis, per rad/s.
 SPEED_UNITS = {"rad/s": 1.0, "rpm": 30.0 / math.pi, "Hz": 0.5 / math.pi}
-#: Meaning of the numbers of modes, below a picture: the table of modes counts all modes of one speed.
-_NUMBERING = "modes: oscillations, by frequency at the first speed"
 #: Inches of a new figure.
 _SIZE = (8.6, 5.6)
 #: Letters in points: size, width and height of a line, with the space to the next line.
@@ -32,7 +30,12 @@ _POINTS, _WIDTH, _HEIGHT = 9.0, 5.6, 12.0
 #: Curves that end nearer than this part of the figure have one label; crossings nearer than this are one dot.
 _TOGETHER = 0.008
 #: Candidates for the label of a crossing: which corner or side is at the dot, and points upwards from the dot.
-_AROUND = ((-1, 7.0), (1, -7.0), (-1, -7.0), (1, 7.0), (0, 11.0), (0, -11.0), (1, 0.0), (-1, 0.0))
+_AROUND = (
+    (-1, 7.0), (1, -7.0), (-1, -7.0), (1, 7.0), (0, 11.0), (0, -11.0), (1, 0.0), (-1, 0.0),
+    (-1, 15.0), (1, -15.0), (-1, -15.0), (1, 15.0),
+)  # fmt: skip  # nearest first
+#: Points upwards from which a candidate is far from its dot, and points of lines within its box that it has to save.
+_FAR, _SAVED = 12.0, 12
 #: Half the side of a dot, points.
 _DOT = 3.5
 
@@ -67,6 +70,9 @@ class DrawnCampbell(Protocol):
     def orders(self) -> Sequence[float]: ...
     @property
     def crossings(self) -> Sequence[DrawnCrossing]: ...
+    @property
+    def numbers(self) -> tuple[int, ...]: ...
+    def number(self, mode: int) -> int: ...
 
 
 @dataclass(frozen=True)
@@ -77,6 +83,8 @@ class CampbellView:
     modes: Sequence[int] | None = None
     orders: Sequence[float] | None = None
     speed_unit: str | None = None
+    #: Letter of orders in labels: ``x``, or ``P`` as of wind turbines.
+    letter: str = "x"
 
     def check(self, diagram: DrawnCampbell) -> None:
         """Raise UsageError for a choice that the diagram does not have."""
@@ -132,8 +140,13 @@ def draw_campbell(diagram: DrawnCampbell, title: str, path: Path, view: Campbell
     figure = new_figure(_SIZE)
     _Drawing(figure.subplots(), diagram, view).draw()
     figure.suptitle(f"{title}: Campbell diagram", fontsize=11)
-    figure.text(0.99, 0.01, _NUMBERING, ha="right", va="bottom", fontsize=7.5, color="#444444")
+    figure.text(0.99, 0.01, f"modes: {numbering(diagram)}", ha="right", va="bottom", fontsize=7.5, color="#444444")
     return saved(figure, path)
+
+
+def numbering(diagram: DrawnCampbell) -> str:
+    """Return the meaning of the numbers of modes in words."""
+    return "numbers of the table of modes" if diagram.numbers else "oscillations, by frequency at the first speed"
 
 
 def plot_campbell(diagram: DrawnCampbell, axes: object = None, view: CampbellView = _ALL) -> list[Any]:
@@ -173,7 +186,7 @@ class _Drawing:
         self.axis, self.diagram = axis, diagram
         self.modes = list(range(diagram.frequencies.shape[1])) if view.modes is None else list(view.modes)
         self.orders = sorted(diagram.orders if view.orders is None else view.orders)
-        self.unit = view.speed_unit or diagram.unit
+        self.unit, self.letter = view.speed_unit or diagram.unit, view.letter
         self.scale = SPEED_UNITS[view.speed_unit] if view.speed_unit else 1.0
         self.frequencies = diagram.frequencies[:, self.modes]
         self.ends = np.array([float(np.min(diagram.values)), float(np.max(diagram.values))])
@@ -196,7 +209,7 @@ class _Drawing:
         axis.grid(True, **_GRID)
         axis.set_axisbelow(True)
         if senses:
-            axis.legend(fontsize=9, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.03), ncols=2, borderpad=0.0)
+            axis.legend(fontsize=9, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.03), ncols=3, borderpad=0.0)
         lowest = np.nanmin(self.frequencies, axis=0, initial=np.inf)
         above = int(np.sum(lowest > self.top))
         if above and not self.fixed:
@@ -216,6 +229,8 @@ class _Drawing:
                 beside = np.concatenate([own[1:], [False]]) | before
                 turned = sense != 0 and before & (diagram.whirl[:, mode] == -sense)  # no gap before another sense
                 drawn = own | (beside & (diagram.whirl[:, mode] == 0)) | turned
+                if not diagram.whirl[:, mode].any() and diagram.whirl.any():
+                    word = "neither"
                 label = word if word and word not in named else None
                 named.add(word)
                 heights = np.where(drawn, diagram.frequencies[:, mode], np.nan)
@@ -235,7 +250,7 @@ class _Drawing:
 
     def _labels_at_the_right(self) -> None:
         """Label rays and modes that reach the right end; modes are left out if there is no room for all of them."""
-        rays = [_Label(self._height(self._ray(order)), f"{order:g}x", _RAY) for order in self.orders]
+        rays = [_Label(self._height(self._ray(order)), f"{order:g}{self.letter}", _RAY) for order in self.orders]
         rays = [item for item in rays if 0.0 <= item.place <= 1.0]
         ends = sorted(
             (self._height(float(column[-1])), mode)
@@ -250,7 +265,7 @@ class _Drawing:
                 groups[-1].append((place, mode))
             else:
                 groups.append([(place, mode)])
-        modes = [_Label(group[0][0], _numbered([mode + 1 for _, mode in group]), "#111111") for group in groups]
+        modes = [_Label(group[0][0], self._numbered([mode for _, mode in group]), "#111111") for group in groups]
         gap = _HEIGHT / self.size[1]
         both = sorted([*rays, *modes])
         labels = both if len(both) * gap <= 1.0 else rays if len(rays) * gap <= 1.0 else []
@@ -260,6 +275,9 @@ class _Drawing:
                 va="center", fontsize=_POINTS, color=label.colour,
                 arrowprops={"arrowstyle": "-", "color": "#bbbbbb", "linewidth": 0.7, "shrinkA": 1.0, "shrinkB": 0.0},
             )  # fmt: skip  # place, text, looks
+
+    def _numbered(self, modes: Sequence[int]) -> str:
+        return _numbered([self.diagram.number(mode) for mode in modes])
 
     def _ray(self, order: float) -> float:
         """Return the frequency of a ray at the right end, Hz."""
@@ -278,7 +296,7 @@ class _Drawing:
             return
         for (order, _), place in zip(kept, _spread([place for _, place in kept], gap), strict=True):
             self.axis.annotate(
-                f"{order:g}x", (place, 1.0), (0.0, 2.0), "axes fraction", textcoords="offset points",
+                f"{order:g}{self.letter}", (place, 1.0), (0.0, 2.0), "axes fraction", textcoords="offset points",
                 ha="center", va="bottom", fontsize=_POINTS, color=_RAY,
             )  # fmt: skip  # place, text, looks
 
@@ -298,7 +316,7 @@ class _Drawing:
         self.axis.plot(
             [speed * self.scale for _, speed, _ in single],
             [frequency for _, _, frequency in single],
-            "o", color=_CROSSING, markeredgecolor="white", markeredgewidth=0.8, markersize=6.5, zorder=3,
+            "o", color=_CROSSING, markeredgecolor="white", markeredgewidth=0.8, markersize=6.5, zorder=3, clip_on=False,
         )  # fmt: skip  # place, looks
         lines = self._points_of_lines()
         taken = [_Box(float(place[0]), float(place[1]), _DOT, _DOT) for place, _, _ in single]
@@ -346,7 +364,7 @@ def _free(place: Array, text: str, taken: Iterable[_Box], lines: Array, size: Ar
         inside = half[0] <= box.x <= size[0] - half[0] and half[1] <= box.y <= size[1] - half[1]
         if not inside or any(box.meets(other) for other in taken):
             continue
-        crossed = int(np.sum(np.all(np.abs(lines - (box.x, box.y)) < half, axis=1)))
+        crossed = int(np.sum(np.all(np.abs(lines - (box.x, box.y)) < half, axis=1))) + _SAVED * (abs(up) > _FAR)
         if best is None or crossed < best[0]:
             best = crossed, box
     return best[1] if best is not None else None

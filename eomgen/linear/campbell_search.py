@@ -6,6 +6,7 @@ the model (Brent 1973), not by interpolation in the diagram.
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -28,7 +29,8 @@ _ACCURACY = 1e-12
 _LINE = 1e-6
 #: Deflections, as parts of the largest coordinate of a mode, below which a mode has no orbit but for rounding.
 _FAINT = 1e-8
-#: Cosine and sine coordinates, as parts of the largest coordinate of a mode, below which a mode has no sense of whirl.
+#: Circular part of the motion, in the mean over the values, below which a mode has no sense of whirl by multiblade
+#: coordinates: collective modes and modes of the support have a little of it, in either sense.
 _MINOR = 0.1
 #: Eigenvalues that differ by less than this part are one of several modes.
 _EQUAL = 1e-9
@@ -42,11 +44,13 @@ _FEWEST = 2
 
 @dataclass(frozen=True)
 class _Oscillations:
-    """Oscillating modes at one value: eigenvalues (m,), weighted shapes of length one (rows, m), whirl (m,)."""
+    """Oscillating modes at one value: eigenvalues (m,), weighted shapes of length one (rows, m), whirl (m,), circular
+    part of the motion (m,), from 0 to 1."""
 
     eigenvalues: Complex
     shapes: Complex
     whirl: NDArray[np.int_]
+    circular: Array
     stability: str
 
 
@@ -66,6 +70,7 @@ def campbell(
     orders: Sequence[float] = (),
     pairs: Sequence[tuple[str, str]] = (),
     report: Progress | None = None,
+    reference: tuple[float, Linearization] | None = None,
 ) -> Campbell:
     """Return the oscillations over values of a parameter.
 
@@ -78,6 +83,7 @@ def campbell(
         the sense of the spin; whirl is the sense of the orbit
     report : called with the part of the work that is done: half is for the values, half for crossings if there are
         orders
+    reference : value, and the linear model whose modes number the modes of the diagram
 
     Ctrl-C keeps the values and crossings found so far, if there are two values.
 
@@ -119,7 +125,27 @@ def campbell(
     stability = tuple(search.nodes[row].oscillations.stability for row in wanted)
     left_out = {value: str(failure) for value, failure in search.failures.items()}
     eigenvalues, whirl, multiples = curves.eigenvalues[wanted], curves.whirl[wanted], tuple(map(float, orders))
-    return Campbell(parameter, unit, given, eigenvalues, whirl, multiples, kept, stability, left_out, interrupted)
+    numbers = () if reference is None else _numbers(curves, search, *reference)
+    return Campbell(
+        parameter, unit, given, eigenvalues, whirl, multiples, kept, stability, left_out, interrupted, numbers
+    )
+
+
+def _numbers(curves: _FollowedModes, search: _Search, value: float, model: Linearization) -> tuple[int, ...]:
+    """Return the numbers of the modes of a diagram, (modes,), from 1 on: of the same modes of a model, followed from
+    the nearest node; other modes come after all of the model. Empty for a model with other coordinates."""
+    row = int(np.argmin(np.abs(curves.values - value)))
+    near = search.nodes[row]
+    if near.model.coordinates != model.coordinates:
+        return ()
+    node = _Node(value, model, _oscillations(model, search.pairs, value), wanted=False)
+    path = [near, *_between(near, node, search.at, search.pairs, _DEPTH), node]
+    first, *_, last = _followed(path)[0]
+    modes = model.modes()
+    of_model = dict(zip(last, (np.flatnonzero(modes.oscillating) + 1).tolist(), strict=True))
+    known = {curves.modes[row][k]: of_model[mode] for k, mode in enumerate(first) if mode in of_model}
+    more = itertools.count(len(modes) + 1)
+    return tuple(known[mode] if mode in known else next(more) for mode in range(curves.eigenvalues.shape[1]))
 
 
 class _Search:
@@ -196,7 +222,8 @@ class _Search:
             text = f"Campbell diagram: a crossing with {order:g}x is left out: {error}"
             warnings.warn(text, RuntimeWarning, stacklevel)
             return []
-        word = {1: "forward", -1: "backward"}.get(int(last["whirl"]), "")
+        whirls = bool(np.any(curves.whirl[:, mode]))
+        word = {1: "forward", -1: "backward"}.get(int(last["whirl"]) if whirls else 0, "")
         return [Crossing(order, speed, float(last["eigenvalue"].imag), mode, word)]
 
 
@@ -215,9 +242,12 @@ class _FollowedModes:
         """Return the curves through nodes."""
         columns, count = _followed(nodes)
         eigenvalues = np.full((len(nodes), count), complex(np.nan, np.nan))
-        whirl = np.zeros((len(nodes), count), dtype=int)
+        whirl, circular = np.zeros((len(nodes), count), dtype=int), np.zeros((len(nodes), count))
         for row, (node, numbers) in enumerate(zip(nodes, columns, strict=True)):
             eigenvalues[row, numbers], whirl[row, numbers] = node.oscillations.eigenvalues, node.oscillations.whirl
+            circular[row, numbers] = node.oscillations.circular
+        present = ~np.isnan(eigenvalues.real)
+        whirl[:, np.sum(circular, axis=0) < _MINOR * np.sum(present, axis=0)] = 0
         order = np.argsort([column[~np.isnan(column)][0].imag for column in eigenvalues.T], kind="stable")
         places = np.argsort(order).tolist()
         modes = [[places[number] for number in numbers] for numbers in columns]
@@ -261,15 +291,14 @@ def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: f
         area = -np.sum((first.conj() * second).imag, axis=0)
         size = np.sum(np.abs(first) ** 2 + np.abs(second) ** 2, axis=0)
     seen = np.abs(area) > np.maximum(_LINE * size, _FAINT**2)
-    if of_blades and len(kept):  # a collective mode or one of the support moves the others a little, in either sense
-        sizes = np.abs(shapes)
-        turning = [lin.names.measured.index(name) for pair in of_blades for name in pair]
-        seen &= np.max(sizes[turning], axis=0) > _MINOR * np.max(sizes, axis=0)
     sense = np.where(seen, np.sign(area), 0.0) * np.sign(value)
     lengths = np.linalg.norm(shapes, axis=0)
-    return _Oscillations(
-        eigenvalues, shapes / np.where(lengths > 0.0, lengths, 1.0), sense.astype(int), modes.stability
-    )
+    shapes = shapes / np.where(lengths > 0.0, lengths, 1.0)
+    circular = np.ones(len(kept))
+    if of_blades:
+        cosine, sine = (shapes[[lin.names.measured.index(pair[k]) for pair in of_blades]] for k in (0, 1))
+        circular = 2.0 * np.abs(np.sum((cosine.conj() * sine).imag, axis=0))
+    return _Oscillations(eigenvalues, shapes, sense.astype(int), circular, modes.stability)
 
 
 def _multiple(eigenvalues: Complex, uncertainty: Array) -> list[list[int]]:

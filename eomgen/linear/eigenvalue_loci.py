@@ -96,6 +96,7 @@ class Campbell:
     stability : (n,) ``stable``, ``marginal`` or ``unstable``
     left_out : by value, why there is no linear model there
     interrupted : whether Ctrl-C has ended the search early, with the values and crossings that were found
+    numbers : (modes,) in tables and pictures: as ``Modes`` counts the modes of a reference, else from 1 on
     """
 
     parameter: str
@@ -108,6 +109,17 @@ class Campbell:
     stability: tuple[str, ...]
     left_out: Mapping[float, str] = field(default_factory=dict)
     interrupted: bool = False
+    numbers: tuple[int, ...] = ()
+
+    def number(self, mode: int) -> int:
+        """Return the number of a mode, a column of ``eigenvalues``, in tables and pictures.
+
+        Examples
+        --------
+        >>> diagram.number(0)
+        1
+        """
+        return self.numbers[mode] if self.numbers else mode + 1
 
     @property
     def angular_frequencies(self) -> Array:
@@ -143,7 +155,7 @@ class Campbell:
                 f"{item.speed:.9g}",
                 f"{item.speed * 30.0 / np.pi:.9g}",
                 f"{item.frequency / (2.0 * np.pi):.9g}",
-                str(item.mode + 1),
+                str(self.number(item.mode)),
                 item.whirl,
             )
             for item in self.crossings

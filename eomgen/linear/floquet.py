@@ -7,6 +7,7 @@ method of order 8 that is A-stable (Watts and Shampine 1972, BIT 12, 252-266), t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -23,6 +24,10 @@ from eomgen.linear.modes import balance
 #: Places of the collocation in an interval, from 0 on.
 PLACES = 6
 _EPSILON = float(np.finfo(float).eps)
+#: Multipliers nearer than this are one point of a picture; frequencies that its label names at most.
+_ONE_POINT, _NAMED = 0.03, 2
+#: Points of a picture: a unit of the axes in a new figure, half a dot, width and height of a letter.
+_UNIT, _DOT, _LETTER, _LINE = 140.0, 3.0, 4.6, 9.0
 #: Rounding errors of multipliers, in bounds of Wilkinson's unit.
 _MARGIN = 16.0
 
@@ -42,6 +47,7 @@ class Floquet:
     error : relative error of ``monodromy`` in balanced units, estimated by differences from fewer intervals
     q, v, z : (nq,), (nv,), (nz,) the periodic motion at its start
     corrections : number of Newton corrections of the start
+    name : of the model
     """
 
     period: float
@@ -54,6 +60,7 @@ class Floquet:
     v: Array
     z: Array
     corrections: int = 0
+    name: str = ""
 
     @property
     def exponents(self) -> Complex:
@@ -111,7 +118,9 @@ class Floquet:
         return page(heading, table(self.headings, self.rows), paragraph(known))
 
     def plot(self, axes: object = None) -> list[Any]:
-        """Draw the multipliers with the unit circle, those outside in red; return matplotlib's axes, a list of one.
+        """Draw the multipliers with frequencies and the unit circle; return matplotlib's axes, a list of one.
+
+        Growing multipliers are red. Real multipliers that cannot be distinguished have one label, which counts.
 
         Parameters
         ----------
@@ -132,13 +141,59 @@ class Floquet:
         for chosen, colour in ((~growing, "#0B62C4"), (growing, "#C8102E")):
             values = self.multipliers[chosen]
             axis.plot(values.real, values.imag, "o", color=colour, markersize=6.0, markeredgecolor="white")
+        for place, text, (across, up) in _placed(self._labels(), self.multipliers):
+            axis.annotate(
+                text, (place.real, place.imag), (across, up), textcoords="offset points",
+                ha="center", va="center", fontsize=8, color="#333333",
+            )  # fmt: skip  # place, text, looks
         axis.set_aspect("equal", adjustable="datalim")
         axis.set_xlabel("real part")
         axis.set_ylabel("imaginary part")
-        axis.set_title(f"multipliers over {self.period:.6g} s: {self.stability}", fontsize=10, loc="left")
+        title = f"multipliers over {self.period:.6g} s: {self.stability}"
+        axis.set_title(f"{self.name}: {title}" if self.name else title, fontsize=10, loc="left")
         axis.grid(True, color="#dddddd", linewidth=0.6)
         axis.set_axisbelow(True)
         return drawn
+
+    def _labels(self) -> list[tuple[complex, str]]:
+        """Return places and labels: frequencies of pairs in Hz at their upper points, numbers of real multipliers that
+        are one point."""
+        groups: list[list[int]] = []
+        for k in np.argsort(-self.multipliers.imag, kind="stable").tolist():
+            near = (group for group in groups if abs(self.multipliers[group[0]] - self.multipliers[k]) < _ONE_POINT)
+            group = next(near, None)
+            if group is None:
+                groups.append([k])
+            else:
+                group.append(k)
+        labels: list[tuple[complex, str]] = []
+        for group in groups:
+            place = complex(self.multipliers[group[0]])
+            turning = sorted({f"{self.frequencies[k]:.3g}" for k in group if self.multipliers[k].imag > 0.0}, key=float)
+            named = ", ".join([*turning[:_NAMED], *(["..."] if len(turning) > _NAMED else [])])
+            text = f"{named} Hz" if turning else f"{len(group)} multipliers" if len(group) > 1 else ""
+            if text and place.imag >= 0.0:
+                labels.append((place, text))
+        return labels
+
+
+def _placed(
+    labels: Sequence[tuple[complex, str]], multipliers: Complex
+) -> list[tuple[complex, str, tuple[float, float]]]:
+    """Return labels with the shifts of the centres, points, to the first free side of each dot; labels without a
+    free side are left out."""
+    taken = [(_UNIT * value.real, _UNIT * value.imag, _DOT, _DOT) for value in multipliers.tolist()]
+    placed: list[tuple[complex, str, tuple[float, float]]] = []
+    for place, text in labels:
+        half, tall = 0.5 * _LETTER * len(text), 0.5 * _LINE
+        inward = -half - 6.0 if place.real > 0.0 else half + 6.0
+        for across, up in ((inward, 0.0), (0.0, 10.0), (inward, 10.0), (inward, -10.0), (-inward, 0.0), (0.0, -10.0)):
+            x, y = _UNIT * place.real + across, _UNIT * place.imag + up
+            if all(abs(x - one[0]) >= half + one[2] or abs(y - one[1]) >= tall + one[3] for one in taken):
+                taken.append((x, y, half, tall))
+                placed.append((place, text, (across, up)))
+                break
+    return placed
 
 
 @cache

@@ -219,7 +219,9 @@ def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tupl
                 raise UsageError(Problem("multiblade", f"{shown(group)} is not a list of blades", _EXAMPLE))
             if len(group) < _FEWEST:
                 fault = f"{listed(group)} are {len(group)} blades of {rotor}, and multiblade coordinates need three"
-                raise UsageError(Problem("multiblade", fault, "floquet for rotors of one or two blades"))
+                raise UsageError(
+                    Problem("multiblade", fault, "model.floquet(period), in Python, for rotors of one or two blades")
+                )
             for name in group:
                 if not _ends(name, known):
                     fault = f"there is no coordinate, state, input or output {shown(name)}"

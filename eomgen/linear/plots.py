@@ -53,10 +53,11 @@ def draw_modes(modes: DrawnModes, title: str, path: Path) -> Path:
     shown = _shown(modes)
     figure = new_figure(_size(modes, len(shown)))
     _shapes(_grid(figure, len(shown)), modes, shown)
-    left_out = len(modes) - len(shown)
-    figure.suptitle(
-        f"{title}: shapes of modes" + (f" ({left_out} more are not drawn)" if left_out else ""), fontsize=11
-    )
+    left_out, count = len(modes) - len(shown), len(modes.coordinates)
+    notes = [f"{left_out} more are not drawn"] if left_out else []
+    if count > _COORDINATES:
+        notes.append(f"of {count} coordinates, of each mode the {_COORDINATES} with most kinetic energy")
+    figure.suptitle(f"{title}: shapes of modes" + (f" ({'; '.join(notes)})" if notes else ""), fontsize=11)
     return saved(figure, path)
 
 

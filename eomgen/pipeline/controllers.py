@@ -20,7 +20,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass, replace
-from eomgen.base.messages import NAME_LENGTH, nearest, shown
+from eomgen.base.messages import NAME_LENGTH, counted, nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.linear.control.output_feedback import OutputFeedback
@@ -223,6 +223,11 @@ def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum:
     if late is not None and space.sample is not None and late > _LONG_DELAY * space.sample:
         text = f"delay of {name}: {late:.6g} s are {late / space.sample:.0f} samples of {space.sample:.6g} s"
         warnings.warn(f'{text}; try: "{late:.6g} ms" if milliseconds are meant', RuntimeWarning, stacklevel=6)
+    if late and kind != "inputs" and space.sample:
+        used = math.ceil(late / space.sample - _WHOLE)
+        text = f"delay of {name}: a reading that comes {late:.6g} s late is used {counted(used, 'sample')} later, after"
+        text += f" {used * space.sample:.6g} s, which the design did not know"
+        warnings.warn(f"{text}; try: sampled_loop().stability of the closed loop", RuntimeWarning, stacklevel=6)
     rest = space.reference(kind, name)
     if not math.isnan(rest) and not lower <= rest <= upper:
         ends = f"the limits are {lower:.6g} and {upper:.6g}"

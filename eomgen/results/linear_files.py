@@ -73,7 +73,7 @@ def described_campbell(diagram: Campbell) -> list[dict[str, Any]]:
             "order": item.order,
             "speed": item.speed,
             "frequency": item.frequency,
-            "mode": item.mode + 1,
+            "mode": diagram.number(item.mode),
             "whirl": item.whirl,
         }
         for item in diagram.crossings
@@ -142,7 +142,7 @@ def write_campbell(diagram: Campbell, path: Path) -> Path:
     names = [diagram.parameter]
     columns = [diagram.values]
     for k in range(diagram.eigenvalues.shape[1]):
-        names += [f"mode{k + 1} {part}" for part in ("frequency [Hz]", "damping_ratio", "whirl")]
+        names += [f"mode{diagram.number(k)} {part}" for part in ("frequency [Hz]", "damping_ratio", "whirl")]
         columns += [diagram.frequencies[:, k], diagram.damping_ratios[:, k], diagram.whirl[:, k].astype(float)]
     write_table(path, names, np.stack(columns, axis=1))
     return path

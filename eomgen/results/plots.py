@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Mapping, Sequence
-from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +31,13 @@ _DRAWN = ("coordinates", "velocities", "states", "outputs", "energy")
 _EVENTS = 200
 #: Smaller changes are drawn as none: such changes are rounding errors.
 _FLAT = 1e-12
+#: Least height of a panel as a part of its values: rounding errors, and the drift of energies by the method, are drawn
+#: flat.
+_ROUNDED, _STEADY = 1e-9, 1e-4
+#: Lines nearer than this part of the height of a panel cannot be distinguished.
+_EQUAL = 2e-3
+#: Words of the name of a curve: of an included file, of an output, of a component.
+_WORDS = re.compile(r"[_ \[]")
 #: Quantities by unit, as far as the unit alone determines the quantity; coordinates of joints and bodies say more.
 _QUANTITIES = {
     "rad": "angle", "deg": "angle", "m": "length", "mm": "length", "rad/s": "angular velocity", "m/s": "velocity",
@@ -41,6 +47,8 @@ _QUANTITIES = {
 _COORDINATES = {"m": "position", "1": "quaternion"}
 #: Components of the pose or the twist of a beam's node; only names of such components have numbers after a dot.
 _NODE = re.compile(r"[qv]\.(\w+)\.(\d+)\[[0-6]\]")
+#: Copies of a state whose samples arrive with a delay; see ``scene/signals/sampling.py``.
+_COPY = re.compile(r"(.+)_sampled(?:_\d+)?")
 #: Kinds of curves by the letters of their columns; curves of these names come first.
 _LETTERS = {"q": "coordinates", "v": "velocities", "a": "accelerations", "z": "states", "u": "inputs"}
 #: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
@@ -52,6 +60,9 @@ _OFFSET = 0.2
 #: Positions that change by less than this part of the largest change of a position, as heights of a car that drives
 #: away, are drawn as changes in panels of their own.
 _SMALL = 1.0 / 30.0
+#: Rotation, rad, below which rotation vectors are drawn in place of quaternions, and above which an angle is one of a
+#: wheel or a rotor.
+_TURNED = 3.0
 #: Letters in one line of a legend, and in the name of a file.
 _LEGEND, _FILE_NAME = 34, 80
 
@@ -83,9 +94,11 @@ def draw(solution: RecordedSolution, folder: Path) -> list[Path]:
         if not curves:
             continue
         if kind == "coordinates":
-            curves = _nodes_as_displacements(curves)  # noqa: PLW2901 - the readable ones are drawn
+            curves = _rotations(_nodes_as_displacements(curves))  # noqa: PLW2901 - the readable ones are drawn
         elif kind == "velocities":
             curves = [curve for part in _by_nodes(curves) for curve in part]  # noqa: PLW2901 - as of coordinates
+        elif kind == "states":
+            curves = _without_copies(curves)  # noqa: PLW2901 - copies would lie on the states
         panels = _panels(curves)
         shown = panels[:_PANELS]
         figure = new_figure(_size(len(shown)))
@@ -174,6 +187,38 @@ def _nodes_as_displacements(curves: Sequence[PlottedCurve]) -> list[PlottedCurve
                 for k, axis in enumerate("xyz")
             ]
     return kept
+
+
+def _rotations(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
+    """Return curves with rotation vectors since the start, rad, in the axes of the joint, in place of quaternions that
+    turn by less than half a turn; longer rotation vectors jump."""
+    quaternions: dict[str, list[PlottedCurve]] = {}
+    for curve in curves:
+        if curve.quantity == _COORDINATES["1"]:
+            quaternions.setdefault(curve.name.partition("[")[0], []).append(curve)
+    drawn = list(curves)
+    for name, parts in quaternions.items():
+        if len(parts) != len("wxyz"):
+            continue
+        turned = np.stack([part.values for part in parts], axis=1)
+        turned = numeric.compose(SO3, turned, numeric.inverse(SO3, turned[:1]))
+        turned[turned[:, 0] < 0.0] *= -1.0
+        vectors = numeric.log(SO3, turned)
+        steps = np.diff(vectors, axis=0)
+        if max(np.linalg.norm(part, axis=1).max(initial=0.0) for part in (vectors, steps)) < _TURNED:
+            place = drawn.index(parts[0])
+            drawn[place : place + len(parts)] = [
+                PlottedCurve(f"{name} {axis}", "rad", vectors[:, k], "rotation since the start")
+                for k, axis in enumerate("xyz")
+            ]
+    return drawn
+
+
+def _without_copies(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
+    """Return curves of states without the sampled copies from which states with a delay take their values."""
+    names = {curve.name for curve in curves}
+    copies = ((curve, _COPY.fullmatch(curve.name)) for curve in curves)
+    return [curve for curve, copy in copies if copy is None or copy[1] not in names]
 
 
 def _by_nodes(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
@@ -339,46 +384,64 @@ def _outputs(solution: RecordedSolution, units: dict[str, str]) -> list[PlottedC
 
 
 def _panels(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
-    """Group curves of one unit and quantity, in order, as evenly as a panel's limit allows; outputs that fit are not
-    cut."""
+    """Group curves of one unit and quantity, then by the first words of their names, in as few panels as a panel's
+    limit allows; groups that fit, as of one corner of a vehicle or one output, are not cut."""
     alike: dict[tuple[str, str], list[PlottedCurve]] = {}
     for curve in _with_small_changes(curves):
         alike.setdefault((curve.unit, curve.quantity or _QUANTITIES.get(curve.unit, "")), []).append(curve)
-    panels = []
-    for group in alike.values():
-        count = -(-len(group) // _CURVES)
-        size = -(-len(group) // count)
-        whole = [list(part) for _, part in groupby(group, key=lambda curve: curve.output or curve.name)]
-        if max(map(len, whole)) == 1 or max(map(len, whole)) > _CURVES:
-            panels += [group[start : start + size] for start in range(0, len(group), size)]
-            continue
-        panel: list[PlottedCurve] = []
-        for part in whole:
-            if len(panel) + len(part) > _CURVES:
-                panels.append(panel)
-                panel = []
-            panel = panel + part
-        panels.append(panel)
+    return [panel for group in alike.values() for panel in _packed(group)]
+
+
+def _packed(curves: Sequence[PlottedCurve], words: int = 1) -> list[list[PlottedCurve]]:
+    """Return panels of curves; curves whose names have equal first words are together, if they fit in one panel."""
+    families: dict[tuple[str, ...], list[PlottedCurve]] = {}
+    for curve in curves:
+        families.setdefault(tuple(_WORDS.split(curve.name)[:words]), []).append(curve)
+    panels: list[list[PlottedCurve]] = []
+    fitting: list[list[PlottedCurve]] = []
+    for family in families.values():
+        if len(family) <= _CURVES:
+            fitting.append(family)
+        else:
+            panels += _packed(family, words + 1)
+    total = sum(map(len, fitting))
+    even = -(-total // max(1, -(-total // _CURVES)))
+    filled = [_filled(fitting, limit) for limit in range(even, _CURVES + 1)]
+    return min(filled, key=len, default=[]) + panels  # the first, so the most even, of equally many panels
+
+
+def _filled(families: Sequence[list[PlottedCurve]], limit: int) -> list[list[PlottedCurve]]:
+    """Return families in panels, in order, with up to ``limit`` curves or one larger family in each."""
+    panels: list[list[PlottedCurve]] = []
+    for family in families:
+        if panels and len(panels[-1]) + len(family) <= limit:
+            panels[-1] = panels[-1] + family
+        else:
+            panels.append(family)
     return panels
 
 
 def _with_small_changes(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
-    """Return curves in which positions that hardly change, compared with others, are changes from the start."""
-    changes = {
-        number: float(np.ptp(curve.values))
-        for number, curve in enumerate(curves)
-        if curve.unit == "m" and curve.quantity == "position" and len(curve.values)
-    }
-    large = max(changes.values(), default=0.0)
-    small = [number for number, change in changes.items() if change < _SMALL * large]
-    if not any(changes[number] > _FLAT for number in small):
-        return list(curves)
+    """Return curves in which positions that hardly change, compared with others, are changes from the start, and angles
+    that hardly change, as of hinges next to wheels that roll, have a quantity of their own."""
     result = list(curves)
-    for number in small:
-        values = curves[number].values
-        result[number] = replace(
-            curves[number], values=values - values[0], quantity="change of position from the start"
-        )
+    for unit, quantity in (("m", "position"), ("rad", "")):
+        changes = {
+            number: float(np.ptp(curve.values))
+            for number, curve in enumerate(curves)
+            if curve.unit == unit and curve.quantity == quantity and len(curve.values)
+        }
+        large = max(changes.values(), default=0.0)
+        small = [number for number, change in changes.items() if change < _SMALL * large]
+        if not any(changes[number] > _FLAT for number in small) or (unit == "rad" and large < _TURNED):
+            continue
+        for number in small:
+            curve = curves[number]
+            if unit == "rad":
+                result[number] = replace(curve, quantity="small angle")
+            else:
+                values = curve.values - curve.values[0]
+                result[number] = replace(curve, values=values, quantity="change of position from the start")
     return result
 
 
@@ -447,9 +510,12 @@ def _marked(events: Events) -> Array:
 def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool = True) -> None:
     outputs = {curve.output: curve.description for curve in panel}
     alone = len(outputs) == 1
+    size = max((float(np.ptp(curve.values)) for curve in panel if len(curve.values)), default=0.0)
     for number, (curve, colour) in enumerate(zip(panel, _COLOURS, strict=False)):
         meant = "" if alone or (curve.name.endswith("]") and not curve.name.endswith("[0]")) else curve.description
-        label = textwrap.fill(f"{curve.name}: {meant}" if meant else curve.name, _LEGEND)
+        hidden = _equal(curve, panel[:number], size)
+        words = (f"{curve.name}: {meant}" if meant else curve.name) + (f" (equal to {hidden})" if hidden else "")
+        label = textwrap.fill(words, _LEGEND)
         style = "--" if number >= _DASHED else "-"
         axis.plot(*_thinned(t, curve.values), label=label, color=colour, linewidth=1.3, linestyle=style)
     axis.set_ylabel(_label(panel, alone))
@@ -458,11 +524,26 @@ def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool =
     axis.grid(True, color="#dddddd", linewidth=0.6)
     axis.margins(x=0.0)
     low, high = axis.get_ylim()
-    if high - low < _FLAT:
-        axis.set_ylim(0.5 * (low + high) - _FLAT, 0.5 * (low + high) + _FLAT)
+    least = max(_FLAT, (_STEADY if panel[0].unit == "J" else _ROUNDED) * max(abs(low), abs(high)))
+    if high - low < least:
+        axis.set_ylim(0.5 * (low + high - least), 0.5 * (low + high + least))
     axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5), useOffset=False)
     place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0)} if beside else {"loc": "best"}
     axis.legend(**place, borderaxespad=0.0 if beside else 0.5, frameon=not beside, fontsize=9)
+
+
+def _equal(curve: PlottedCurve, drawn: Sequence[PlottedCurve], size: float) -> str:
+    """Return the name of a drawn curve that is equal to this curve within the width of a line; empty if there is none,
+    or if the curve is flat.
+
+    Parameters
+    ----------
+    size : height of the panel in its unit
+    """
+    own = float(np.ptp(curve.values)) if len(curve.values) else 0.0
+    if own <= _EQUAL * size:
+        return ""
+    return next((one.name for one in drawn if float(np.max(np.abs(one.values - curve.values))) <= _EQUAL * own), "")
 
 
 def _label(panel: Sequence[PlottedCurve], alone: bool) -> str:

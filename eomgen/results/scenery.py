@@ -213,6 +213,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         if solid["kind"] == "none" and shaped:
             ties = []
         bodies.append({"name": item.name, "solid": solid, "hub": hub, "links": [tie for tie in ties if tie != hub]})
+    joints = _marked(joints, description, bodies)
     shapes = _shapes(drawing, vector, {body["name"]: body["solid"]["center"] for body in bodies})
     ground = vector("ground", drawing.ground)
     return {
@@ -231,6 +232,15 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         **({"ground": ground} if ground else {}),
         **({"beams": drawn_beams(description.exact_beams, nodes, _lengths(description))} if nodes else {}),
     }
+
+
+def _marked(
+    joints: Sequence[dict[str, Any]], description: Description, bodies: Sequence[Mapping[str, Any]]
+) -> list[dict[str, Any]]:
+    """Return joints, ``unmarked`` at massless bodies without shapes in a scene with shapes."""
+    massless = {body["name"] for body in bodies if body["solid"]["kind"] == "none"}
+    bare = massless - {shape.body for shape in description.drawing.shapes} if _has_shapes(description) else set[str]()
+    return [{**joint, "unmarked": True} if {joint["parent"], joint["child"]} & bare else joint for joint in joints]
 
 
 def _has_shapes(description: Description) -> bool:

@@ -13,6 +13,8 @@ import numpy as np
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call
 from eomgen.base.messages import shown
+from eomgen.base.progress import Progress
+from eomgen.base.progress import shown as shown_progress
 from eomgen.compiled.coordinates import StateArrays
 from eomgen.compiled.initial_state import angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
@@ -38,6 +40,8 @@ _ROUGH = 1e-4
 _SINGULAR = 1e-9
 #: Limit of the corrections of a start.
 _CORRECTIONS = 12
+#: Corrections after which the change over the period has to be below this part, if the search is to go on.
+_TRIED, _FALLEN = 3, 0.5
 #: Times, s, after which equations that are constant within a period are compared again: of other periods.
 _LATER = (0.0137, 0.137, 1.37, 13.7, 137.0)
 #: Part of the period at which the linear model is compared with the model one period later.
@@ -55,6 +59,7 @@ def floquet(
     t_start: float = 0.0,
     tolerance: float = 1e-6,
     method: str | None = None,
+    progress: Progress | bool | None = None,
 ) -> Floquet:
     """Return Floquet multipliers: the growth of small deviations from a periodic motion over one period.
 
@@ -71,6 +76,8 @@ def floquet(
         Relative error of the monodromy matrix, estimated by differences from fewer intervals.
     method : str
         Method of integration of the motion; ``rk45``, or ``rk45_partitioned`` under constraints, by default.
+    progress : function of (steps done, all steps), or True for a bar
+        The steps are linear models; their number grows with each correction of the start.
 
     Returns
     -------
@@ -101,11 +108,14 @@ def floquet(
         warnings.warn(f"floquet: {note}", RuntimeWarning, stacklevel=4)
     chosen = method or ("rk45_partitioned" if model.multipliers else "rk45")
     options = {"parameters": parameters, "inputs": inputs, "t_start": t_start, "method": chosen, "tolerance": _MOTION}
-    orbit = _Orbit(model, float(period), options)
-    start, corrections = _periodic_start(orbit, initial)
-    known = _converged(orbit, start, tolerance, _FIRST)
+    with shown_progress(progress, f"{model.name}: multipliers") as report:
+        orbit = _Orbit(model, float(period), options, report)
+        start, corrections = _periodic_start(orbit, initial)
+        known = _converged(orbit, start, tolerance, _FIRST)
     begin = row_of(orbit.run(start, _FIRST), 0)
-    return Floquet(orbit.period, known.matrix, known.states, *known.multipliers, begin.q, begin.v, begin.z, corrections)
+    return Floquet(
+        orbit.period, known.matrix, known.states, *known.multipliers, begin.q, begin.v, begin.z, corrections, model.name
+    )
 
 
 class _Monodromy(NamedTuple):
@@ -160,8 +170,11 @@ class _Return(NamedTuple):
 class _Orbit:
     """Runs over one period, with linear models along them."""
 
-    def __init__(self, model: CompiledModel, period: float, options: dict[str, Any]) -> None:
-        self.model, self.period, self.options = model, period, options
+    def __init__(
+        self, model: CompiledModel, period: float, options: dict[str, Any], report: Progress | None = None
+    ) -> None:
+        self.model, self.period, self.options, self.report = model, period, options, report
+        self.finished = 0
         self.begin = float(options["t_start"])
         #: Matrices of the linear models by the place in the period, and names of the states, of the last start.
         self.known: dict[int, tuple[Array, tuple[str, ...]]] = {}
@@ -196,9 +209,12 @@ class _Orbit:
         places = [k * (_LAST // count) for k in range(even_rows(count) + 1)]
         missing = [(k, place) for k, place in enumerate(places) if place not in self.known]
         run = self.run(start, count)
-        for k, place in missing:
+        for done, (k, place) in enumerate(missing):
+            if self.report is not None:
+                self.report(self.finished + done, self.finished + len(missing))
             space = self.linear(run, row_of(run, k)).state_space()
             self.known[place] = space.A, space.states
+        self.finished += len(missing)
         names = self.known[0][1]
         if any(self.known[place][1] != names for place in places):
             fault = "the independent coordinates change along the motion, as constraints ask for"
@@ -257,6 +273,7 @@ def _periodic_start(orbit: _Orbit, initial: Any) -> tuple[Any, int]:
         No motion of this period is found, or the equations have another period.
     """
     start, count = initial, _FIRST
+    parts: list[float] = []
     for correction in range(_CORRECTIONS + 1):
         run = orbit.run(start, _FIRST)
         after = orbit.returned(run)
@@ -264,7 +281,9 @@ def _periodic_start(orbit: _Orbit, initial: Any) -> tuple[Any, int]:
         if part <= _PERIODIC:
             _check_equations(orbit, run, after.turns)
             return start, correction
-        if correction == _CORRECTIONS or not np.all(np.isfinite(after.changes)):
+        parts.append(part)
+        hopeless = len(parts) > _TRIED and part > _FALLEN * parts[-1 - _TRIED]
+        if hopeless or correction == _CORRECTIONS or not np.all(np.isfinite(after.changes)):
             break
         known = _converged(orbit, start, _ROUGH, count)
         count = known.intervals

@@ -12,6 +12,7 @@ import platform
 import re
 import shlex
 import shutil
+import signal
 import sys
 import threading
 import time
@@ -19,7 +20,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
@@ -297,14 +298,14 @@ class RunningCompilers:
         with self._lock:
             self._stopped = True
             for process in self._processes:
-                process.kill()
+                _end(process)
 
     @contextlib.contextmanager
     def watched(self, process: subprocess.Popen[str]) -> Iterator[None]:
         with self._lock:
             self._processes.add(process)
             if self._stopped:
-                process.kill()
+                _end(process)
         try:
             yield
         finally:
@@ -419,28 +420,66 @@ def library_suffix() -> str:
     return importlib.machinery.EXTENSION_SUFFIXES[0]
 
 
+#: Status of a shell whose command is not there or no program.
+_NOT_RUN = (126, 127)
+#: Script of the shell that runs a compiler in a process group of its own: if the pipe to this process, the input of the
+#: shell, breaks, which any end of this process causes, the group with all parts of the compiler is ended.
+_GUARD = """exec 3<&0
+"$@" 3<&- </dev/null & made=$!
+{ read -r _ <&3; kill -KILL 0; } & guard=$!
+wait "$made"; code=$?
+kill "$guard"; exit "$code\""""
+
+
+@contextlib.contextmanager
+def _guarded(command: Sequence[str]) -> Iterator[tuple[list[str], dict[str, Any]]]:
+    """Give a command, and options of Popen, by which the command ends with this process; on Windows the command
+    alone."""
+    if os.name != "posix":
+        import subprocess  # noqa: PLC0415  # as in _run
+
+        yield list(command), {"stdin": subprocess.DEVNULL}
+        return
+    reading, writing = os.pipe()
+    try:
+        yield ["/bin/sh", "-c", _GUARD, "sh", *command], {"stdin": reading, "process_group": 0}
+    finally:
+        os.close(reading)
+        os.close(writing)
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """Kill a compiler with all of its parts."""
+    if os.name != "posix":
+        process.kill()
+    elif process.returncode is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
 def _run(command: Sequence[str], made: Path, deadline: float, running: RunningCompilers | None = None) -> None:
     import subprocess  # noqa: PLC0415  # a library of the cache needs no process
 
     where = f"C compiler, sources kept in {made.parent}"
     try:
         with (
+            _guarded(command) as (words, options),
             subprocess.Popen(
-                list(command),
+                words,
                 cwd=made.parent,
-                stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
                 encoding="utf-8",
                 errors="replace",
                 env={**os.environ, "LC_ALL": "C"},
+                **options,
             ) as process,
             (running or RunningCompilers()).watched(process),
         ):
             try:
                 output, complaints = process.communicate(timeout=max(0.1, deadline - time.monotonic()))
             except BaseException:
-                process.kill()
+                _end(process)
                 raise
     except subprocess.TimeoutExpired as error:
         raise ToolchainError(
@@ -455,6 +494,9 @@ def _run(command: Sequence[str], made: Path, deadline: float, running: RunningCo
             Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_hint())
         ) from error
     printed = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
+    if process.returncode in _NOT_RUN:
+        fault = f"{shlex.join(command)} does not run: {printed.rpartition(': ')[2]}"
+        raise ToolchainError(Problem(where, fault, install_hint()))
     if process.returncode != 0 and (full := next((word for word in _FULL if word in complaints), None)):
         import tempfile  # noqa: PLC0415  # for a fault only
 

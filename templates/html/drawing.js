@@ -11,6 +11,8 @@ function readStyle() {
 }
 
 const css = (rgb, alpha) => `rgba(${rgb.map((value) => Math.round(value)).join(", ")}, ${alpha})`;
+/** A colour that stands out from the background: on a dark one black is grey. */
+const inSight = (rgb) => (style.dark && Math.max(...rgb) < 90 ? between(rgb, [255, 255, 255], 0.18) : rgb);
 const shaded = (rgb, light) => rgb.map((value) => (light < 1 ? value * light : value + (255 - value) * (light - 1)));
 
 function line(points, colour, width, alpha = 1) {
@@ -203,11 +205,11 @@ function draw() {
     const world = shape.vertices.map((vertex) => placed(pose(shape.carrier), vertex));
     const flat = world.map((vertex) => camera.project(vertex));
     if (shown.shadows && shown.ground && shape.carrier >= 0 && faded(shape.body) === 1) castShadow(world);
-    addFaces(add, shape, world, flat, shape.rgb, seen, lightOf);
+    addFaces(add, shape, world, flat, inSight(shape.rgb), seen, lightOf);
   }
 
   for (const joint of scene.joints) {
-    if (!shown.joints || joint.type === "free" || joint.type === "fixed") continue;
+    if (!shown.joints || joint.unmarked || joint.type === "free" || joint.type === "fixed") continue;
     const child = pose(joint.child);
     const seat = placed(pose(joint.seat.carrier), joint.seat.position);
     if (joint.slides) {
@@ -249,10 +251,10 @@ function draw() {
       const path = traceOf(point);
       const last = placed(pose(point.carrier), point.position);
       for (let k = 0; k < frame; k += 12) {
-        const piece = path.slice(k, Math.min(k + 13, frame + 1)).map((place) => camera.project(place));
+        const piece = path.slice(FINE * k, FINE * Math.min(k + 12, frame) + 1).map((place) => camera.project(place));
         if (piece.every((place) => place[2] > camera.near)) add(piece[0][2], () => line(piece, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));
       }
-      const ends = camera.segment(path[frame], last);
+      const ends = camera.segment(path[FINE * frame], last);
       if (ends) add(ends[0][2], () => line(ends, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));
     }
     if (!point.drawn && !point.trace) continue;

@@ -87,6 +87,25 @@ function entry(list, parts, index) {
   byId(list).querySelector("ul").append(item);
 }
 
+/** Entries of a list that are in sight at first. */
+const LONG = 5;
+
+/** Fold the end of a long list. */
+function shorten(list) {
+  const items = [...byId(list).querySelectorAll("li")].slice(LONG);
+  if (items.length < 2) return;
+  const button = document.createElement("button");
+  const show = (all) => {
+    for (const item of items) item.hidden = !all;
+    button.textContent = all ? "fewer" : `${items.length} more`;
+    button.setAttribute("aria-expanded", String(all));
+  };
+  button.type = "button";
+  button.addEventListener("click", () => show(items[0].hidden));
+  show(false);
+  entry(list, [button]);
+}
+
 function worded(text) {
   const span = document.createElement("span");
   span.textContent = text;
@@ -120,12 +139,15 @@ function fillPage() {
   bodies.forEach((body, index) => {
     if (body.mesh || body.ball || body.shaped) entry("bodies", [swatch(css(body.colour, 1), ""), worded(body.name)], index);
   });
-  for (const point of scene.points) {
+  for (const point of [...scene.points].sort((a, b) => b.trace - a.trace)) {
     const colour = point.body < 0 ? style.steel : css(bodies[point.body].colour, 1);
     toggle("points", point.name, point.trace, (on) => (point.trace = on), colour);
   }
   for (const item of [...scene.springs, ...scene.rods, ...scene.tyres]) entry("others", [swatch("", "stroke"), worded(item.name)]);
-  for (const name of ["bodies", "points", "others"]) byId(name).hidden = !byId(name).querySelector("li");
+  for (const name of ["bodies", "points", "others"]) {
+    byId(name).hidden = !byId(name).querySelector("li");
+    shorten(name);
+  }
   const options = { names: "names", solids: "solids", glass: "see-through", joints: "joints", ground: "ground and axes", shadows: "shadows", follow: "follow the motion", repeat: "repeat" };
   if (bodies.some((body) => body.outline)) options.sections = "sections of beams";
   for (const [name, text] of Object.entries(options)) {

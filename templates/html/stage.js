@@ -131,7 +131,7 @@ const following = bounds.travel > 3 * bounds.spread;
 if (!following) {
   // places of joints and of the base belong into the picture, unless the machine drives away from it
   for (let frame = 0; frame < count; frame += Math.max(1, Math.floor(count / 120))) {
-    const seats = scene.joints.filter((joint) => joint.type !== "free").map(({ seat }) => placed(poseAt(seat.carrier, frame, 0), seat.position));
+    const seats = scene.joints.filter((joint) => joint.type !== "free" && !joint.unmarked).map(({ seat }) => placed(poseAt(seat.carrier, frame, 0), seat.position));
     for (const place of scene.base >= 0 ? [...seats, poseAt(scene.base, frame, 0).p] : seats) {
       bounds.cloud.push(place);
       bounds.low = bounds.low.map((value, k) => Math.min(value, place[k]));
@@ -173,13 +173,29 @@ for (const joint of scene.joints) {
 }
 const traces = new Map();
 
+/** Pieces of a trace from frame to frame. */
+const FINE = 4;
+
+/** Places along a trace, FINE from frame to frame: on a cubic (Catmull-Rom) between gentle turns, straight at corners. */
 function traceOf(point) {
   if (!traces.has(point)) {
-    const path = [];
-    for (let frame = 0; frame < count; frame++) path.push(placed(poseAt(point.carrier, frame, 0), point.position));
-    traces.set(point, path);
+    const places = [...Array(count).keys()].map((frame) => placed(poseAt(point.carrier, frame, 0), point.position));
+    traces.set(point, places.flatMap((place, k) => (k + 1 < count ? curveFrom(places, k) : [place])));
   }
   return traces.get(point);
+}
+
+function curveFrom(places, k) {
+  const [a, b] = [places[k], places[k + 1]];
+  const [before, after] = [places[Math.max(k - 1, 0)], places[Math.min(k + 2, count - 1)]];
+  const gentle = (from, to) => dot(from, to) >= 0.5 * norm(from) * norm(to);
+  const round = k > 0 && k + 2 < count && gentle(minus(a, before), minus(b, a)) && gentle(minus(b, a), minus(after, b));
+  const [start, end] = round ? [times(0.5, minus(b, before)), times(0.5, minus(after, a))] : [minus(b, a), minus(b, a)];
+  return [...Array(FINE).keys()].map((piece) => {
+    const s = piece / FINE;
+    const bend = plus(times(s * (1 - s) * (1 - s), minus(start, minus(b, a))), times(-s * s * (1 - s), minus(end, minus(b, a))));
+    return plus(between(a, b, s), bend);
+  });
 }
 
 const middle = between(bounds.low, bounds.high, 0.5);

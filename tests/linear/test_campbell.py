@@ -248,8 +248,15 @@ def synthetic(
     dots = [SimpleNamespace(order=o, speed=s, frequency=o * s, mode=k) for o, s, k in crossings or ()]
     return SimpleNamespace(
         parameter="speed", unit="rad/s", values=speeds, frequencies=frequencies, orders=orders, crossings=dots,
-        whirl=np.zeros(frequencies.shape, int),
+        whirl=np.zeros(frequencies.shape, int), numbers=(), number=lambda mode: mode + 1,
     )  # fmt: skip  # a table
+
+
+def test_orders_are_labelled_with_the_letter_that_is_asked_for() -> None:
+    """Orders of wind turbines are 1P, 3P; the 3P leaves through the top."""
+    axis = Figure(figsize=(8.6, 5.6)).subplots()
+    plot_campbell(synthetic([1.0, 1.4], (1.0, 3.0)), axis, CampbellView(frequencies=(0.0, 2.0), letter="P"))
+    assert {"1P", "3P"} <= {text.get_text() for text in axis.texts}
 
 
 @settings(max_examples=8, deadline=None)

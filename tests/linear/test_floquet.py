@@ -17,6 +17,7 @@ from scipy.special import mathieu_a, mathieu_b
 import eomgen
 from eomgen.errors import ModelError, NumericalError, UsageError
 from eomgen.linear.floquet import Floquet, monodromy, multipliers
+from eomgen.simulation.floquet import _TRIED, _Orbit
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -293,6 +294,36 @@ def test_a_motion_that_ends_early_is_refused() -> None:
     model = eomgen.build(builder.build(), profile="quick")
     with pytest.raises(NumericalError, match="floquet: the motion ends early: "):
         model.floquet(2.0)
+
+
+def test_a_picture_names_the_model_and_frequencies_and_counts_multipliers_at_one_point() -> None:
+    values = np.array([np.exp(0.9j), np.exp(-0.9j), np.exp(0.905j), np.exp(-0.905j), 1e-9, 2e-9, 0.5])
+    rest = {"monodromy": np.eye(7), "states": (), "uncertainty": np.full(7, 1e-9), "error": 1e-9}
+    result = Floquet(2.0, multipliers=values, q=np.zeros(1), v=np.zeros(1), z=np.zeros(0), name="rotor", **rest)
+    (axis,) = result.plot(Figure().subplots())
+    assert axis.get_title(loc="left") == "rotor: multipliers over 2 s: marginal"
+    labels = {text.get_text(): tuple(np.round(text.xy, 2)) for text in axis.texts}
+    assert labels == {"0.0716, 0.072 Hz": (0.62, 0.79), "2 multipliers": (0.0, 0.0)}
+
+
+def test_progress_is_told(mathieu: eomgen.Model) -> None:
+    told: list[tuple[int, int]] = []
+    mathieu.floquet(math.pi, progress=lambda done, total: told.append((done, total)))
+    assert told == sorted(told) and told[0][0] == 0 and all(done < total for done, total in told)
+
+
+@pytest.mark.slow
+def test_a_search_that_does_not_come_nearer_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The forced wheel runs away from each start; all corrections would take four times as long."""
+    tried: list[int] = []
+    corrected = _Orbit.corrected
+    monkeypatch.setattr(_Orbit, "corrected", lambda *given: tried.append(1) or corrected(*given))
+    builder = eomgen.SceneBuilder("wheel", gravity=[0, 0, 0]).body("wheel", 1.0, inertia=[1, 1, 1])
+    builder.joint("spin", "revolute", "base", "wheel", axis=[0, 1, 0], initial={"velocity": 6.5})
+    builder.effort("push", "spin", "1 + 0.1 * sin(q.spin)")
+    with pytest.raises(NumericalError, match="the motion is not periodic"):
+        eomgen.build(builder.build(), profile="quick").floquet(1.0)
+    assert len(tried) <= _TRIED + 3
 
 
 def test_display(mathieu: eomgen.Model) -> None:

@@ -107,6 +107,7 @@ HARDWARE: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:delay of (place|x)")
 @pytest.mark.parametrize(
     ("kind", "delay", "estimated"),
     [
@@ -173,6 +174,7 @@ def test_limits_of_a_continuous_law_are_limits_of_the_observer_too(plant: StateS
     np.testing.assert_allclose(again.q[:, 0], expected.y[0], rtol=0, atol=1e-7)
 
 
+@pytest.mark.filterwarnings("ignore:delay of (place|x)")
 @pytest.mark.slow
 def test_the_written_scene_is_generated_as_c(plant: StateSpace, tmp_path: Path) -> None:
     """The standalone program of the closed loop, and the controller alone, without a warning."""
@@ -256,7 +258,12 @@ def test_quanta_and_delays_need_a_sampled_law(plant: StateSpace) -> None:
 def test_units_of_texts_and_limits_at_whole_quanta(plant: StateSpace) -> None:
     law = lqr(plant, {"place": 4000.0}, {"push": 0.01}, sample=PERIOD)
     limits: dict[str, Any] = {"push": ("-2 kN", "0.0045 kN")}
-    states = with_controller(cart(), law, limits=limits, quantum={"x": "1 mm"}, delay={"x": "3 ms"})["states"]
+    late = (
+        r"^delay of x: a reading that comes 0.003 s late is used 1 sample later, after 0.01 s, which the design did not"
+    )
+    with pytest.warns(RuntimeWarning, match=late) as caught:
+        states = with_controller(cart(), law, limits=limits, quantum={"x": "1 mm"}, delay={"x": "3 ms"})["states"]
+    assert [each.filename for each in caught] == [__file__]
     assert "max(-2000.0, min(4.5, " in states["push"]["formula"]
     assert (states["sensor_x"]["quantum"], states["sensor_x"]["delay"]) == (0.001, 0.003)
     states = with_controller(cart(), law, limits={"push": (-1.0, 4.5)}, quantum={"push": 0.4})["states"]

@@ -125,3 +125,34 @@ def test_without_a_compiler_the_folder_is_written_with_the_reason(tmp_path: Path
     assert result.returncode == 0, result.stderr
     assert "RuntimeWarning: servo: The scene asks for a start at static equilibrium" in result.stderr
     assert "which was not found when this code was made" in (tmp_path / "c" / "README.md").read_text(encoding="utf-8")
+
+
+def rolling(speed: str) -> eomgen.Model:
+    """Return a sprung wheel that rolls with slip at 10 m/s, ahead as the text gives it."""
+    builder = eomgen.SceneBuilder("rolling").body("car", 100.0).body("wheel", 10.0, inertia=[0.3, 0.5, 0.3])
+    ahead = {"drive": speed} if "t" in speed else {"initial": {"velocity": float(speed)}}
+    builder.joint("ahead", "prismatic", "base", "car", axis=[1, 0, 0], **ahead)
+    builder.body("axle", 0.0).joint("heave", "prismatic", "car", "axle", axis=[0, 0, 1], stiffness=4e4)
+    builder.joint("spin", "revolute", "axle", "wheel", axis=[0, 1, 0], initial={"velocity": 40.0})
+    builder.effort("slip", "spin", "-20 * (0.25 * v.spin - v.ahead)")
+    builder.simulation(start="equilibrium")
+    return eomgen.build(builder.build(), profile="instant")
+
+
+def test_a_wheel_that_rolls_starts_settled_by_its_initial_velocity_or_as_a_steady_motion() -> None:
+    settled = -10.0 * 9.81 / 4e4
+    run = rolling("10").simulate(0.1, 1e-3, error_estimate=False)
+    np.testing.assert_allclose(run["q.heave"], settled, rtol=1e-6)
+    np.testing.assert_allclose(run["v.spin"], 40.0, rtol=1e-12)
+    driven = rolling("10 * t")
+    with pytest.raises(eomgen.NumericalError) as caught:
+        driven.simulate(0.1)
+    assert "equilibrium: nothing holds v.spin: it accelerates with 400 rad/s^2" in str(caught.value)
+    assert str(caught.value).endswith(
+        "or a fixed joint; if spin rolls along with a drive, an initial velocity in place of the drive, or a run from"
+        ' steady_motion({"spin": 40}), in Python'
+    )
+    steady = driven.steady_motion({"spin": 40.0})
+    run = driven.simulate(0.1, 1e-3, initial={"q": steady.q, "v": steady.v}, error_estimate=False)
+    np.testing.assert_allclose(run["q.heave"], settled, rtol=1e-6)
+    np.testing.assert_allclose(run["v.spin"], 40.0, rtol=1e-9)

@@ -337,6 +337,9 @@ def test_lines_of_massless_bodies_are_drawn_without_shapes_only() -> None:
     assert bare["hull_base"] == [[0.0, 0.3, 0.0]]
     builder.shape("cabin", "box", "hull", size=[0.4, 0.2, 0.1])
     assert links() == {**bare, "hull_base": []}
+    # joints of such bodies are not marked, since a ball or a pin would float beside the shapes
+    marked = {item["name"]: not item.get("unmarked") for item in scenery(describe(builder.build()), {})["joints"]}
+    assert marked == {"drive": True, "mount": False, "hinge": False}
 
 
 def test_a_scene_without_shapes_has_none_on_its_page() -> None:

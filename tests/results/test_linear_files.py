@@ -66,7 +66,9 @@ def linear_model() -> Linearization:
 
 def test_crossings_name_the_first_mode_one() -> None:
     crossings = (Crossing(1.0, 10.0, 10.0, 0, "forward"), Crossing(2.0, 7.0, 14.0, 3, ""))
-    found = linear_files.described_campbell(cast(Campbell, SimpleNamespace(crossings=crossings)))
+    found = linear_files.described_campbell(
+        cast(Campbell, SimpleNamespace(crossings=crossings, number=lambda mode: mode + 1))
+    )
     assert found == [
         {"order": 1.0, "speed": 10.0, "frequency": 10.0, "mode": 1, "whirl": "forward"},
         {"order": 2.0, "speed": 7.0, "frequency": 14.0, "mode": 4, "whirl": ""},

@@ -46,6 +46,66 @@ def test_an_output_is_not_cut_in_two() -> None:
     assert [len(panel) for panel in plots._panels(long)] == [4, 4]
 
 
+def outputs_of(*names: str, unit: str = "deg") -> list[plots.PlottedCurve]:
+    return [plots.PlottedCurve(name, unit, np.zeros(3), "", name) for name in names]
+
+
+def test_a_panel_holds_whole_corners_of_a_vehicle() -> None:
+    """Outputs of included files have the prefix of the include: thirteen angles are no panels of 5, 5 and 3."""
+    corners = [f"{corner}_{word}" for corner in ("fl", "fr", "rl", "rr") for word in ("toe", "camber", "steer")]
+    names = [[curve.name for curve in panel] for panel in plots._panels(outputs_of(*corners, "fl_slip", "pitch"))]
+    assert names == [[*corners[:3], "fl_slip"], corners[3:9], [*corners[9:], "pitch"]]
+    many = [f"fl_{word}{k}" for word in ("hub_", "arm_") for k in range(5)]  # one corner that needs two panels
+    assert [[curve.name for curve in panel] for panel in plots._panels(outputs_of(*many))] == [many[:5], many[5:]]
+
+
+def test_equal_lines_are_named_in_the_legend() -> None:
+    load = 3e3 + 400.0 * np.sin(np.arange(5.0))
+    tables = {"fl": load, "fr": load + 0.01, "rl": load + 100.0, "still": np.full(5, 3e3), "rest": np.full(5, 3e3)}
+    axis = panel_of(*(plots.PlottedCurve(name, "N", values) for name, values in tables.items()))
+    labels = [text.get_text() for text in axis.get_legend().get_texts()]
+    assert labels == ["fl", "fr (equal to fl)", "rl", "still", "rest"], "flat lines are seen to be equal"
+
+
+def test_drift_of_an_energy_by_the_method_does_not_fill_a_panel() -> None:
+    energy = 0.0492751 * (1.0 - 7e-7 * np.linspace(0.0, 1.0, 5))
+    low, high = panel_of(plots.PlottedCurve("energy", "J", energy)).get_ylim()
+    assert high - low == pytest.approx(1e-4 * 0.0492751, rel=0.01) and low < energy.min() < energy.max() < high
+    low, high = panel_of(plots.PlottedCurve("length", "m", energy)).get_ylim()
+    assert high - low < 1e-7
+    low, high = panel_of(plots.PlottedCurve("rounded", "m", 5e3 + 1e-11 * np.arange(5.0))).get_ylim()
+    assert high - low > 4.9e-6
+
+
+def test_copies_of_delayed_states_are_left_out() -> None:
+    names = ["z.torque_sampled", "z.torque_sampled_2", "z.torque", "z.wheel_sampled"]
+    curves = [plots.PlottedCurve(name, "N m", np.zeros(3)) for name in names]
+    assert [curve.name for curve in plots._without_copies(curves)] == ["z.torque", "z.wheel_sampled"]
+
+
+def test_small_rotations_are_drawn_in_place_of_quaternions() -> None:
+    from scipy.spatial.transform import Rotation
+
+    first = Rotation.from_rotvec([0.3, -1.0, 0.4])
+    vectors = np.linspace(0.0, 1.0, 5)[:, np.newaxis] * np.array([0.2, -0.5, 0.9])
+    for largest, drawn in ((1.0, True), (3.5, False)):
+        turned = (Rotation.from_rotvec(largest * vectors) * first).as_quat(scalar_first=True)
+        curves = [plots.PlottedCurve(f"q.ball[{k}]", "1", turned[:, k], "quaternion") for k in range(4)]
+        result = plots._rotations([plots.PlottedCurve("q.hinge", "rad", np.zeros(5)), *curves])
+        if drawn:
+            assert [curve.name for curve in result] == ["q.hinge", "q.ball x", "q.ball y", "q.ball z"]
+            np.testing.assert_allclose(np.stack([curve.values for curve in result[1:]], axis=1), vectors, atol=1e-12)
+        else:
+            assert result[1:] == curves
+
+
+def test_angles_of_hinges_are_apart_from_wheels_that_roll() -> None:
+    rolled = {"q.spin": np.linspace(0.0, 95.0, 5), "q.arm": 0.1 * np.sin(np.arange(5.0)), "q.roll": np.arange(5.0)}
+    curves = [plots.PlottedCurve(name, "rad", values) for name, values in rolled.items()]
+    assert [[curve.name for curve in panel] for panel in plots._panels(curves)] == [["q.spin", "q.roll"], ["q.arm"]]
+    assert [len(panel) for panel in plots._panels(curves[1:])] == [2], "hinges alone share a panel"
+
+
 def test_thinning_keeps_ends_and_extremes() -> None:
     t = np.linspace(0.0, 1.0, 200_001)
     values = np.sin(40_000.0 * t)
@@ -84,7 +144,7 @@ def panel_of(*curves: plots.PlottedCurve):
 
 def test_a_description_is_the_title_of_an_output_and_else_in_the_legend() -> None:
     def curve(name: str, output: str, description: str, quantity: str = "") -> plots.PlottedCurve:
-        return plots.PlottedCurve(name, "m", np.arange(5.0), quantity, output, description)
+        return plots.PlottedCurve(name, "m", len(name) * np.arange(5.0), quantity, output, description)
 
     alone = panel_of(curve("road[0]", "road", "under the wheels"), curve("road[1]", "road", "under the wheels"))
     assert (alone.get_title(loc="left"), alone.get_ylabel()) == ("under the wheels", "road, m")

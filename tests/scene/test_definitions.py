@@ -186,6 +186,28 @@ def test_a_magic_formula_of_definitions_has_the_slip_of_each_tyre(rng: np.random
     np.testing.assert_allclose(defined, expected, rtol=0.0, atol=1e-13 * np.max(np.abs(expected)))
 
 
+def test_the_tyre_of_the_docs_has_slips_and_forces_of_the_magic_formula() -> None:
+    """Along a run that brakes the wheel into sliding: forces against the formula by hand, and the axle's moment."""
+    page = (Path(__file__).parents[2] / "docs" / "scene.md").read_text(encoding="utf-8")
+    start = page.index('format = 1\nname = "wheel"')
+    text = page[start : page.index("```", start)]
+    braked = text + '[efforts.brake]\njoint = "spin"\neffort = "-9000 * t"\n'
+    run = eomgen.build(load_toml(braked), profile="instant").simulate(0.4, 1e-3, error_estimate=False)
+    speed, radius, steer = 20.0, 0.31, np.radians(2.0)
+    along, across = speed * np.cos(steer), -speed * np.sin(steer)
+    kappa, alpha = (radius * run["v.spin"] - along) / (along + 0.1), np.arctan2(across, along + 0.1)
+    pure_x = np.sin(1.65 * np.arctan(11.0 * kappa - 0.2 * (11.0 * kappa - np.arctan(11.0 * kappa))))
+    pure_y = -np.sin(1.4 * np.arctan(9.0 * alpha + 0.5 * (9.0 * alpha - np.arctan(9.0 * alpha))))
+    both = np.maximum(1.0, np.hypot(pure_x, pure_y))
+    load = run["tyre_forces"][:, 2]
+    assert kappa.min() < -0.15 and both.max() > 1.0 and np.ptp(load) > 50.0
+    expected = np.stack([1.05 * load * pure_x / both, load * pure_y / both], axis=1)
+    np.testing.assert_allclose(run["tyre_forces"][:, :2], expected, rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(run["longitudinal_slip"], kappa, atol=1e-14)
+    moment = -radius * expected[:, 0] - 9000.0 * run.t
+    np.testing.assert_allclose(1.1 * run["a.spin"], moment, rtol=0.0, atol=1e-3)
+
+
 def test_a_definition_is_a_condition(tmp_path: Path) -> None:
     conditions = 'near = "gap < 0.25"\nclosing = "near and not (v.rail > 0)"\nsame = "closing"\ngap = "q.rail - 0.1"'
     formulas = ("2 if near else 3", "2 if closing else 3", "2 if same or t > 0.1 else 3", "1 if not near else 5")

@@ -133,7 +133,10 @@ def test_the_error_of_a_quantum_is_not_cured_by_a_smaller_step(monkeypatch: pyte
     quantum = 2.0 * np.pi / 4096.0
     assert quantum < run.error.z[0] < 5.0 * quantum and quantum < finer.error.z[0] < 5.0 * quantum
     [finding] = [one for one in run.findings if one.name == "discretisation_error"]
-    assert finding.hint == "a smaller quantum of measured, by which the compared runs differ; no smaller step helps"
+    assert finding.hint == (
+        "none, if the hardware has the quantum of measured: compared runs differ by quanta, which is no error of the"
+        " run; no smaller step helps"
+    )
     smooth = eomgen.build(tomllib.loads(SERVO.replace('quantum = "2*pi/4096"\n', "")), profile="quick")
     assert not any("quantum" in one.hint for one in smooth.simulate(4.0, 5e-4).findings)
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import stat
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -134,6 +136,37 @@ def test_a_compiler_that_hangs_is_ended(tmp_path: Path) -> None:
     with pytest.raises(ToolchainError, match="did not finish in time; try: a longer timeout"):
         compile_library(Compiler((str(file),), file), [source(tmp_path)], tmp_path / "x.so", (), timeout=0.3)
     assert time.monotonic() - start < 20
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the ends of processes are read from /proc")
+@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
+def test_compilers_end_with_their_process(tmp_path: Path, end: signal.Signals) -> None:
+    """The parts of a compiler, of which a shell and its child here, too: the signal is not passed on by Python."""
+    parts = tmp_path / "parts"
+    file = fake(tmp_path, "cc", f"sleep 100 & echo $$ $! > {parts}.new; mv {parts}.new {parts}; wait")
+    (tmp_path / "answer.c").write_text("int answer;", encoding="utf-8")
+    words = f"Compiler(({str(file)!r},), Path({str(file)!r})), Path({str(tmp_path / 'answer.c')!r}), ()"
+    script = f"from pathlib import Path\nfrom eomgen.toolchain.compiler import *\ncompile_object({words})"
+    with subprocess.Popen([sys.executable, "-c", script]) as process:
+        wait_for(parts.is_file)
+        process.send_signal(end)
+    left = [Path("/proc", number) for number in parts.read_text(encoding="utf-8").split()]
+    wait_for(lambda: not any(running(path) for path in left))
+
+
+def running(path: Path) -> bool:
+    """Return whether a process, a folder of /proc, is there and no zombie."""
+    try:
+        return ") Z " not in (path / "stat").read_text(encoding="utf-8")
+    except OSError:
+        return False
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + 20.0
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
 
 
 def test_a_compiler_that_cannot_be_executed_is_reported(tmp_path: Path) -> None:

@@ -80,7 +80,8 @@ def noticed_error(error: ErrorEstimate) -> LargestError | None:
 def _remedy_of_error(run: FinishedRun) -> str:
     """Return the hint of a run whose estimated error is large."""
     if rounded := _rounded_states(run):
-        return f"a smaller quantum of {listed(rounded)}, by which the compared runs differ; no smaller step helps"
+        fixed = f"none, if the hardware has the quantum of {listed(rounded)}: compared runs differ by quanta, which is"
+        return f"{fixed} no error of the run; no smaller step helps"
     largest = noticed_error(run.error)
     return (_refinement(run, largest) if largest is not None else "") or _remedy(run)
 
