@@ -327,15 +327,6 @@ def test_derivatives_that_are_no_numbers_are_told() -> None:
     )
 
 
-@pytest.mark.slow
-def test_events_are_refused_because_their_times_move() -> None:
-    builder = tree().event("passage", "q.a", action="record")
-    _, model = built(builder)
-    assert "the scene has events, and across them derivatives are not defined here: their times move" in refusal(
-        model, 0.1, STEP
-    )
-
-
 @pytest.mark.long
 def test_runs_and_scenes_without_derivatives_say_why() -> None:
     _, model = built(tree())
@@ -366,10 +357,6 @@ def test_runs_and_scenes_without_derivatives_say_why() -> None:
     silent.body("one", "mass", center_of_mass=[0.1, 0, 0], inertia=[1, 1, 1])
     silent.joint("a", "revolute", "base", "one", axis=[0, 1, 0])
     assert "of: the scene has no outputs, and derivatives are of outputs" in refusal(built(silent)[1], 0.1, STEP)
-    sampled = silent.output("y", formula="q.a").state("held", sample=0.01, formula="q.a")
-    assert "the scene has sampled states, and derivatives belong to steps that end on none of their samples" in (
-        refusal(built(sampled)[1], 0.1, STEP, method="trapezoidal")
-    )
 
 
 def test_internal_states_that_start_with_rates_of_rates() -> None:

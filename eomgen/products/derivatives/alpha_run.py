@@ -3,7 +3,7 @@ start."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -19,7 +19,9 @@ from eomgen.products.derivatives.linear_run import (
     DerivativeVariables,
     LinearPart,
     LinearRun,
+    PartType,
     Start,
+    rows_of,
     undefined_derivatives,
 )
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
@@ -31,62 +33,68 @@ from eomgen.simulation.stepping.states import PrescribedInputs, States
 def step_matrices(
     equations: Equations,
     partials: EquationPartials,
-    states: States,
-    given: PrescribedInputs,
+    before: States,
+    after: States,
+    values: Mapping[str, Array],
     a: Array,
     coefficients: Sequence[float],
     inverse_inertia: Array,
 ) -> tuple[StepMatrices, Array]:
-    """Return the matrices of the steps between states (n + 1), (n, ...) each, and eta, (n, holonomic).
+    """Return the matrices of n steps, and eta, (n, holonomic).
 
     Parameters
     ----------
     partials : of the equations at the ends of the steps
-    a : (nv,) algorithmic acceleration at the first state
-    inverse_inertia : (nv,) W, by which multipliers of velocities move positions; empty if there are none
+    before, after : states at the starts and at the ends
+    values : input blocks at the starts
+    a : (n, nv) algorithmic accelerations at the starts; or (nv,) at the start of the first of consecutive steps
+    inverse_inertia : (nv,) or (n, nv), W, by which multipliers of velocities move positions; empty if there are none
     """
-    factors, step, count, nv = equations.model.factors, coefficients[0], len(states.t) - 1, equations.nv
-    A, T = _turning(factors, states.q)
+    factors, count, nv = equations.model.factors, len(partials.Jq), equations.nv
+    A, T = _turning(factors, before.q, after.q)
     e = partials
     if not equations.holonomic or not inverse_inertia.size:
         none = tuple(np.zeros((count, 0, 0)) for _ in range(3))
         return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, e.P, A, T, *none), np.zeros((count, 0))
-    before = States(*(array[:-1] for array in states))
-    values = equations.values(before, PrescribedInputs(*(None if array is None else array[:-1] for array in given)))
+    W = np.broadcast_to(inverse_inertia, (count, nv))
     B = equations.of("constraint_jacobian", values)["B"][:, : equations.holonomic]
-    G = B * inverse_inertia
-    exponent = difference(factors, states.q[:-1], states.q[1:]) / step
-    moved = _predicted(states, a, coefficients) - exponent  # W B^T eta
+    G = B * W[:, np.newaxis]
+    exponent = difference(factors, before.q, after.q) / coefficients[0]
+    moved = _predicted_exponents(before, after, a, coefficients) - exponent  # W B^T eta
     multipliers = np.linalg.solve(B @ np.swapaxes(G, 1, 2), B @ moved[:, :, np.newaxis])
     eta = np.asarray(multipliers[:, :, 0], dtype=np.float64)
     N, of_parameters = equations.reaction_partials(values, eta)
     reaction = np.swapaxes(B, 1, 2) @ eta[:, :, np.newaxis]
-    Np = np.concatenate([inverse_inertia[:, np.newaxis] * of_parameters, reaction * np.eye(nv)], axis=2)
+    others = np.zeros((count, nv, e.P.shape[2] - of_parameters.shape[2]))
+    Np = np.concatenate([W[:, :, np.newaxis] * of_parameters, others, reaction * np.eye(nv)], axis=2)
     P = np.concatenate([e.P, np.zeros((*e.P.shape[:2], nv))], axis=2)
-    weighed = inverse_inertia[:, np.newaxis] * N
+    weighed = W[:, :, np.newaxis] * N
     return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, P, A, T, G, weighed, Np), eta
 
 
-def _predicted(states: States, a: Array, coefficients: Sequence[float]) -> Array:
-    """Return v + h ((1/2 - beta) a + beta a') of each step, (n, nv)."""
+def _predicted_exponents(before: States, after: States, a: Array, coefficients: Sequence[float]) -> Array:
+    """Return v + h ((1/2 - beta) a + beta a') of steps, (n, nv)."""
     h, alpha_m, alpha_f, beta = coefficients[:4]
-    result = np.empty_like(states.v[1:])
-    for k, (v, vdot, vdot_next) in enumerate(zip(states.v[:-1], states.a[:-1], states.a[1:], strict=True)):
-        a_next = ((1.0 - alpha_f) * vdot_next + alpha_f * vdot - alpha_m * a) / (1.0 - alpha_m)
-        result[k] = v + h * ((0.5 - beta) * a + beta * a_next)
-        a = a_next
+    given = (1.0 - alpha_f) * after.a + alpha_f * before.a
+    if a.ndim == 1:
+        chain = [a]
+        for one in given[:-1]:
+            chain.append((one - alpha_m * chain[-1]) / (1.0 - alpha_m))
+        a = np.array(chain)
+    reached = (given - alpha_m * a) / (1.0 - alpha_m)
+    result: Array = before.v + h * ((0.5 - beta) * a + beta * reached)
     return result
 
 
-def _turning(factors: Sequence[Factor], q: Array) -> tuple[Array, Array]:
+def _turning(factors: Sequence[Factor], before: Array, after: Array) -> tuple[Array, Array]:
     """Return Ad(exp(-theta)) and T(theta) of the rotating factors between configurations, (n, numbers) each."""
-    count = len(q) - 1
+    count = len(before)
     blocks: tuple[list[Array], list[Array]] = [], []
     for factor in factors:
         if factor.group == "R":
             continue
         group = group_named(factor.group, factor.v_size)
-        first, last = q[:-1, factor.q], q[1:, factor.q]
+        first, last = before[:, factor.q], after[:, factor.q]
         theta = numeric.log(group, numeric.compose(group, numeric.inverse(group, first), last))
         blocks[0].append(numeric.adjoint(group, numeric.exp(group, -theta)).reshape(count, -1))
         blocks[1].append(numeric.tangent(group, theta).reshape(count, -1))
@@ -108,8 +116,8 @@ class AlphaPart(LinearPart):
     eta: Array
 
 
-class AlphaRun(LinearRun[AlphaPart]):
-    """A run of generalized-alpha with linearised steps.
+class StartedRun(LinearRun[PartType]):
+    """A run of generalized-alpha with a linearised start.
 
     Attributes
     ----------
@@ -150,27 +158,6 @@ class AlphaRun(LinearRun[AlphaPart]):
         """Return directions without motions of multipliers of velocities, which are not in the equations."""
         return StateDirections(along.dq, along.dv, along.dz, along.dp[: self.equations.parameters])
 
-    def of_part(self, part: RunSegment) -> AlphaPart:
-        """Make a part of the run linear."""
-        states, given = self.states(part)
-        blocks = self.blocks(states, given)
-        behind = {name: array if name == "p" else array[1:] for name, array in blocks.items()}
-        partials = self.equations.partials(behind)
-        rows = np.isfinite(partials.Jq).all(axis=(1, 2)) & np.isfinite(partials.Jv).all(axis=(1, 2))
-        if not rows.all():
-            t = float(states.t[1:][int(np.argmin(rows))])
-            raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
-        matrices, eta = step_matrices(
-            self.equations, partials, states, given, part.memory, self.coefficients, self.inverse_inertia
-        )
-        return AlphaPart(part.first, states, blocks, matrices, eta)
-
-    def tangents(self, part: AlphaPart, dp: Array, state: Array) -> Array:
-        return self.linear.tangents(part.matrices, dp, state, part.times)[0]
-
-    def take_back(self, part: AlphaPart, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array]:
-        return self.linear.adjoints(part.matrices, direct, state, gradient, part.times)
-
     def products(self, matrices: Array, columns: Array) -> Array:
         return self.linear.products(matrices, columns)
 
@@ -186,3 +173,29 @@ class AlphaRun(LinearRun[AlphaPart]):
             return PrescribedInputs(run.model.input_values(now, parameters=equations.p), base)
         first, last = run.signals.rows(ends)
         return PrescribedInputs(((1.0 - share) * first + share * last)[np.newaxis], base)
+
+
+class AlphaRun(StartedRun[AlphaPart]):
+    """A run of generalized-alpha with linearised steps."""
+
+    def of_part(self, part: RunSegment) -> AlphaPart:
+        """Make a part of the run linear."""
+        states, given = self.states(part)
+        blocks = self.blocks(states, given)
+        partials = self.equations.partials(rows_of(blocks, slice(1, None)))
+        rows = np.isfinite(partials.Jq).all(axis=(1, 2)) & np.isfinite(partials.Jv).all(axis=(1, 2))
+        if not rows.all():
+            t = float(states.t[1:][int(np.argmin(rows))])
+            raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
+        before, after = States(*(array[:-1] for array in states)), States(*(array[1:] for array in states))
+        values = rows_of(blocks, slice(None, -1))
+        matrices, eta = step_matrices(
+            self.equations, partials, before, after, values, part.memory, self.coefficients, self.inverse_inertia
+        )
+        return AlphaPart(part.first, states, blocks, matrices, eta)
+
+    def tangents(self, part: AlphaPart, dp: Array, state: Array) -> Array:
+        return self.linear.tangents(part.matrices, dp, state, part.times)[0]
+
+    def take_back(self, part: AlphaPart, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array]:
+        return self.linear.adjoints(part.matrices, direct, state, gradient, part.times)

@@ -98,18 +98,18 @@ def _crossings(run: LinearRun[Any], branches: Branches) -> list[BranchCrossing]:
     result: list[BranchCrossing] = []
     moving = [{one.block for one in branch.symbols} - {"t", "p"} for branch in branches.branches]
     for part in run.motion.forwards():
-        _, blocks = run.values(part)
-        values = _of_tape(blocks)
-        arguments = branches.arguments(values)
-        sides = branches.sides(arguments)
-        changed = sides[1:] != sides[:-1]
-        changed |= (arguments[1:] == 0.0) & (arguments[:-1] == 0.0)
-        if part.first == 0:
-            changed[0] &= (arguments[0] != 0.0) | (arguments[1] == 0.0)  # a start on a branch that the state leaves
+        rows, first, last = run.without_jumps(part)
+        before, after = _of_tape(first), _of_tape(last)
+        arguments = branches.arguments(before), branches.arguments(after)
+        changed = branches.sides(arguments[0]) != branches.sides(arguments[1])
+        changed |= (arguments[0] == 0.0) & (arguments[1] == 0.0)
+        if part.first == 0:  # a start on a branch that the state leaves
+            changed[0] &= (arguments[0][0] != 0.0) | (arguments[1][0] == 0.0)
         for k, branch in np.argwhere(changed).tolist():
             if moving[branch]:
-                change = float(arguments[k + 1, branch] - arguments[k, branch])
-                result.append(BranchCrossing(part.first + k, branch, _row(values, k), _row(values, k + 1), change))
+                change = float(arguments[1][k, branch] - arguments[0][k, branch])
+                row = part.first + int(rows[k])
+                result.append(BranchCrossing(row, branch, _row(before, k), _row(after, k), change))
         if len(result) > _MOST:
             break
     return result[:_MOST]
@@ -198,7 +198,7 @@ def _of_tape(blocks: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def _row(values: Mapping[str, Array], row: int) -> dict[str, Array]:
-    return {name: array if name == "p" else array[row] for name, array in values.items()}
+    return {name: array if array.ndim == 1 and name == "p" else array[row] for name, array in values.items()}
 
 
 def _between(one: BranchCrossing, share: float) -> dict[str, Array]:

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
@@ -82,6 +83,11 @@ class DerivativeVariables:
 
     columns: Mapping[str, Sequence[int]]
     samples: Sequence[tuple[int, int]] = ()
+
+
+def rows_of(blocks: Mapping[str, Array], rows: slice | NDArray[Any]) -> dict[str, Array]:
+    """Return input blocks at some rows; parameters may be the same at all rows."""
+    return {name: array if name == "p" and array.ndim == 1 else array[rows] for name, array in blocks.items()}
 
 
 #: Part of a step by which a time may miss a row.
@@ -163,6 +169,12 @@ class LinearRun(ABC, Generic[PartType]):
         """Return times and input blocks of the rows of a part."""
         states, given = self.states(part)
         return states.t, self.blocks(states, given)
+
+    def without_jumps(self, part: RunSegment) -> tuple[NDArray[np.intp], dict[str, Array], dict[str, Array]]:
+        """Return the stretches of a part within which the state does not jump: steps, and input blocks at both ends."""
+        _, blocks = self.values(part)
+        first, last = rows_of(blocks, slice(None, -1)), rows_of(blocks, slice(1, None))
+        return np.arange(len(first["t"])), first, last
 
     def blocks(self, states: States, given: PrescribedInputs) -> dict[str, Array]:
         """Return input blocks at states, with the changes there along directions of inputs."""

@@ -25,6 +25,8 @@ from eomgen.integrators.families.register import Method, method_named, method_na
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.crossings import check_crossings
 from eomgen.products.derivatives.galerkin_run import GalerkinMotion, GalerkinRun
+from eomgen.products.derivatives.jump_motion import JumpMotion
+from eomgen.products.derivatives.jump_run import JumpRun
 from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearRun, Start
 from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
@@ -99,10 +101,10 @@ def sensitivities(
     Raises
     ------
     UsageError
-        Names that are none, a parameter that is fixed, a method without derivatives, a scene with events, sampled
-        states or jumps of forces within the run.
+        Names that are none, a parameter that is fixed, a method without derivatives, quanta and functions of sampled
+        states, jumps of forces within the run.
     NumericalError
-        The run fails, or the linearised equations have no solution.
+        The run fails, the linearised equations have no solution, or the motion grazes at an event.
 
     Examples
     --------
@@ -118,7 +120,7 @@ def sensitivities(
     p = model.evaluator.one_set(parameters, "one run for each")
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": None, "tolerance": None}
     chosen = chosen_stepper(model, None if method is None else _named(method), given, None)
-    linear_step = _linear_step(chosen.name, chosen.method, bool(model.nz))
+    linear_step = _linear_step(chosen.name, chosen.method, model.nz > len(model.library.layout["sampled"]))
     if settings is not None:  # which a method without derivatives need not know
         chosen = chosen_stepper(model, method, given, settings)
     outputs = _outputs(model, of)
@@ -194,6 +196,8 @@ def _linear_run(
     model = run.model
     if isinstance(step, LinearStep):
         of_step = 32 * (model.nv + model.nz + 2 * len(model.multipliers)) ** 2
+        if stepper.layout["sampled"] or "events" in stepper.layout["method"]:
+            return JumpRun(JumpMotion(run, stepper, state, of_step), step, start, by, rows)
         return AlphaRun(ReplayedRun(run, stepper, state, of_step), step, start, by, rows)
     points = len(step.nodes) * (1 + (step.passes - 1) * (2 if step.refined else 1))
     width = 3 * model.nv + model.nz + len(by.columns["p"]) + len(by.samples)
@@ -293,12 +297,7 @@ def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[i
 def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial: Mapping[str, Any] | None) -> None:
     """Raise UsageError for runs without derivatives here, and say why."""
     layout = chosen.library.layout
-    if "events" in layout["method"]:
-        fault = "the scene has events, and across them derivatives are not defined here: their times move, too"
-        raise UsageError(Problem("sensitivities", fault, "a scene without events"))
-    if layout["sampled"]:
-        fault = "the scene has sampled states, and derivatives belong to steps that end on none of their samples"
-        raise UsageError(Problem("sensitivities", fault, "a continuous controller: internal states"))
+    _check_jumps(layout, chosen.method)
     if layout["method"].get("jumps") and len(model.discontinuity_times(grid.start, grid.reached)):
         first = float(model.discontinuity_times(grid.start, grid.reached)[0])
         fault = f"forces jump at t = {first:.6g} s, and steps are cut in two there; these have no derivatives here"
@@ -315,6 +314,26 @@ def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial:
         fault = f"the model computes with {chosen.library.real}, whose rounding derivatives would be lost in"
         raise UsageError(Problem("sensitivities", fault, 'real = "double"'))
     check_initial(initial)
+
+
+def _check_jumps(layout: Mapping[str, Any], method: Method) -> None:
+    """Raise UsageError for samples and events without derivatives."""
+    jumps = "events" if "events" in layout["method"] else "sampled states" if layout["sampled"] else ""
+    if jumps and not isinstance(method.linear_step, LinearStep):
+        fault = f"the scene has {jumps}, across which this method has no derivatives"
+        raise UsageError(Problem("method", fault, "generalized_alpha, hht, wbz, newmark or trapezoidal"))
+    states = layout["states"]
+    for row in layout["sampled"]:
+        name = states[int(row["state"])]["name"]
+        if int(row["controller"]) >= 0:
+            fault = f"a function of a controller sets the sampled state {name}, and its slopes are not known"
+            raise UsageError(Problem("sensitivities", fault, "sampled states with formulas in place of the function"))
+        if row["quantum"]:
+            fault = (
+                f"the sampled state {name} is rounded to multiples of {row['quantum']:.6g}: its derivatives are 0 or"
+            )
+            hint = "the scene without this quantum, for the derivatives of its mean"
+            raise UsageError(Problem("sensitivities", f"{fault} infinite", hint))
 
 
 def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[str]) -> None:

@@ -56,6 +56,7 @@ class ReplayedRun:
         self.steps = run.grid.whole
         self.length = max(min(PART_BYTES // of_step, LONGEST), SHORTEST, math.isqrt(self.steps))
         self._kept = kept >= 8 * (self.steps + 1) * stepper.sizes["row"]
+        self.done = 0
         self._parts: list[RunSegment] = []
         self._checkpoints: list[tuple[int, Any]] = []
         driven, table = run.driven, None
@@ -92,11 +93,11 @@ class ReplayedRun:
     def forwards(self) -> Iterator[RunSegment]:
         """Yield the parts in order; data for going backwards are kept."""
         self.stepper.restore(*self._first)
-        self._parts, self._checkpoints = [], []
+        self._parts, self._checkpoints, self.done = [], [], 0
         row = self._row
-        while (done := self.stepper.count) < self.steps:
+        while self.done < self.steps:
             if not self._kept:
-                self._checkpoints.append((done, (row, *self.stepper.memory)))
+                self._checkpoints.append((self.done, (row, *self.stepper.memory)))
             part = self._stepped(row)
             if self._kept:
                 self._parts.append(part)
@@ -111,21 +112,26 @@ class ReplayedRun:
         if self._kept:
             yield from reversed(self._parts)
             return
-        for _, (row, *memory) in reversed(self._checkpoints):
+        for done, (row, *memory) in reversed(self._checkpoints):
+            self.done = done
             self.stepper.restore(*memory)
             yield self._stepped(row)
 
     def _stepped(self, row: Array) -> RunSegment:
-        stepper, run = self.stepper, self.run
-        done = stepper.count
+        stepper, run, done = self.stepper, self.run, self.done
         size = min(self.length, self.steps - done)
         table = None if run.driven is None else rows_from(stepper, run.driven, done, size, run.grid.start)
         record = np.empty((size, stepper.sizes["row"]))
         memory = self._taken(size, table, record)
-        if stepper.statistics.get("halvings"):
-            fault = f"a step near t = {stepper.t:.6g} s converged in halves only, and these have no derivatives"
-            raise NumericalError(Problem("sensitivities", fault, f"a step of {0.5 * run.grid.step:.3g} s"))
+        self.check_whole_steps()
+        self.done = done + size
         return RunSegment(done, np.concatenate([row[np.newaxis], record]), memory)
+
+    def check_whole_steps(self) -> None:
+        """Raise NumericalError if a step was halved."""
+        if self.stepper.statistics.get("halvings"):
+            fault = f"a step near t = {self.stepper.t:.6g} s converged in halves only, and these have no derivatives"
+            raise NumericalError(Problem("sensitivities", fault, f"a step of {0.5 * self.run.grid.step:.3g} s"))
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
         """Take steps, fill the rows, and return data of the stepper that rows do not hold."""

@@ -18,7 +18,7 @@ from eomgen.products.derivatives import galerkin_second_order, second_order
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.functionals import Functional, RowWeights, read_functional
 from eomgen.products.derivatives.galerkin_run import GalerkinPart, GalerkinRun
-from eomgen.products.derivatives.linear_run import LinearRun, undefined_derivatives
+from eomgen.products.derivatives.linear_run import LinearRun, rows_of, undefined_derivatives
 from eomgen.products.derivatives.start import LinearizedRest, StateDirections, at_rest, on_constraints
 from eomgen.products.derivatives.stationary_run import StationaryRun
 
@@ -168,8 +168,7 @@ class Sensitivities:
             t, blocks = run.values(part)
             chosen = self._chosen(part.first, len(t))
             times.append(t[chosen])
-            at_rows = {name: array if name == "p" else array[chosen] for name, array in blocks.items()}
-            values.append(run.equations.output_values(at_rows))
+            values.append(run.equations.output_values(rows_of(blocks, chosen)))
         return np.concatenate(times), np.concatenate(values)
 
     def _chosen(self, first: int, count: int) -> NDArray[np.intp]:
@@ -189,8 +188,7 @@ class Sensitivities:
             record = np.concatenate([record, later])
             chosen = self._chosen(part.first, len(part.states.t))
             whole = len(chosen) == len(part.states.t)
-            at_rows = {name: array if whole or name == "p" else array[chosen] for name, array in part.blocks.items()}
-            Y, Yp = equations.output_partials(at_rows)
+            Y, Yp = equations.output_partials(part.blocks if whole else rows_of(part.blocks, chosen))
             by_state = run.products(Y, record if whole else record[chosen])
             derivatives.append(by_state + np.tensordot(Yp, run.along.dp[: equations.parameters], 1))
             record = later[-1:]
@@ -352,14 +350,19 @@ class Sensitivities:
             fault = "the scene has no inputs" if not inputs else "all inputs follow formulas of the scene"
             hint = 'inputs={"command": ...}' if not inputs else f'inputs={{"{inputs[0].name}": ...}}, to give values'
             raise UsageError(Problem("input_gradient", fault, hint))
-        assert isinstance(run, AlphaRun | GalerkinRun)  # for mypy: these are all
+        if not isinstance(run, AlphaRun | GalerkinRun):
+            fault = "the state jumps along the run, and derivatives in all rows of inputs together are not known"
+            hint = f'by=["inputs.{next(iter(columns))}[:]"], whose gradient has a row each'
+            raise UsageError(Problem("input_gradient", fault, hint))
         table = self._finite(input_derivatives(run, weights))
         return {name: table[:, column] for name, column in columns.items()}
 
     def _twice(self, wanted: str) -> AlphaRun | GalerkinRun:
         """Return the run, for methods with second derivatives. Raises UsageError."""
         run = self._run
-        assert isinstance(run, AlphaRun | GalerkinRun)  # for mypy: these are all
+        if not isinstance(run, AlphaRun | GalerkinRun):
+            fault = "the state jumps along the run, at samples or events, and its second derivatives are not known"
+            raise UsageError(Problem(wanted, fault, "differences of gradient(...)"))
         if run.follows and run.start.slopes is not None:
             fault = (
                 "the state that the run starts from follows from parameters, and its second derivatives are not known"

@@ -238,7 +238,7 @@ class JaxFunctions:
         Raises
         ------
         UsageError
-            As ``model.sensitivities``: no outputs, a method without derivatives, events within the run.
+            As ``model.sensitivities``: no outputs, a method without derivatives, an event that ends the run.
 
         Examples
         --------

@@ -1,0 +1,653 @@
+"""Runs of generalized-alpha with jumps made linear: samples of sampled states, and events with saltation.
+
+A step that starts anew is linear in q, v, z, parameters, start time and size. Of a step that an event ends, the
+size changes such that the function of the event stays zero: with the change dx of the end at equal size, x_h the
+derivative in the size, and g the function,
+
+    dh = -(g_x dx + g_p dp + g_t dt) / (g_x x_h + g_t),
+
+and the next step is shorter by as much. These are derivatives of the discrete steps, to rounding; for short steps
+x_h becomes the flow, and the map across an event the saltation matrix (Leine and Nijmeijer 2004, chapter 7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
+from eomgen.compiled.constraints import accelerations
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.integrators.families.family import LinearStep
+from eomgen.lie import product
+from eomgen.products.derivatives.alpha_run import StartedRun, step_matrices
+from eomgen.products.derivatives.equations import EquationPartials
+from eomgen.products.derivatives.jump_motion import JumpSegment, Stretch
+from eomgen.products.derivatives.jump_partials import EventPartials, JumpPartials
+from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearPart, Start, rows_of
+from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
+from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
+from eomgen.products.derivatives.start import STAGES, WEIGHTS, StateDirections
+from eomgen.simulation.stepping.states import PrescribedInputs, States, states_of
+
+#: Deviation of the velocities of a first step, as a part of their change, above which the step is another method's;
+#: rates of an event's function, as a part of the terms of the rate, below which the motion grazes.
+_OTHER, _GRAZING = 1e-3, 1e-5
+#: A size of steps above zero, s.
+_LEAST = 1e-300
+
+
+@dataclass(frozen=True)
+class Accelerated:
+    """Accelerations, multipliers and partials of e at states, with changes along directions."""
+
+    vdot: Array
+    lam: Array
+    partials: EquationPartials
+    dvdot: Array
+    dlam: Array
+    dzdot: Array
+
+
+@dataclass(frozen=True)
+class Restarts:
+    """Steps that start anew, (n, ...) each; columns: q, v, z, parameters, time and size of the step.
+
+    Attributes
+    ----------
+    vdot, multipliers, a : at the start
+    state : (n, size, columns) of ``LinearSteps``
+    record : (n, size, columns)
+    inertia : (n, nv) W = 1/M_ii, and ``of_inertia`` (n, nv, columns) the changes
+    """
+
+    vdot: Array
+    multipliers: Array
+    a: Array
+    state: Array
+    record: Array
+    inertia: Array
+    of_inertia: Array
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Steps of the grid without a jump, ``first`` to ``last`` of a part."""
+
+    first: int
+    last: int
+    matrices: StepMatrices
+    times: Array
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A linear map from the record of a row and the parameters.
+
+    Attributes
+    ----------
+    step : of the part, if the map leads to the end of a cut step; -1: to the start of a step
+    map : to the record at the end, or to the state of ``LinearSteps``
+    inertia : changes of W; None if W is kept
+    """
+
+    step: int
+    map: Array
+    inertia: Array | None
+
+
+@dataclass(frozen=True)
+class JumpPart(LinearPart):
+    """A part of a run with jumps made linear: sweeps and cuts in order."""
+
+    moves: Sequence[Sweep | Cut]
+
+
+class JumpRun(StartedRun[JumpPart]):
+    """A run of generalized-alpha with jumps, with linearised steps.
+
+    A state has dq, dv, dvdot, da, dz, dzdot and dr, then the changes of W, then the record of the last row.
+    """
+
+    def __init__(
+        self, motion: ReplayedRun, method: LinearStep, start: Start, by: DerivativeVariables, rows: Sequence[int]
+    ) -> None:
+        super().__init__(motion, method, start, by, rows)
+        count, self._method = self.equations.parameters, method
+        self.jumps = JumpPartials(self.equations, self.run.signals, motion.stepper.layout["method"])
+        self.state = np.concatenate([self.state, self.along.dp[count:], self.record])
+        self.along = StateDirections(self.along.dq, self.along.dv, self.along.dz, self.along.dp[:count])
+        e = self.equations
+        self._split = np.cumsum([self.linear.state_size, len(self.inverse_inertia)])
+        sizes = [e.nv, e.nv, e.nz, count, 1, 1]
+        self._columns = [slice(end - size, end) for end, size in zip(np.cumsum(sizes), sizes, strict=True)]
+        self._width = sum(sizes)
+
+    # -- sweeps ----------------------------------------------------------------------------------------------------
+
+    def tangents(self, part: JumpPart, dp: Array, state: Array) -> Array:
+        record = np.empty((len(part.times), self.linear.record_size, state.shape[1]))
+        of_steps, inertia, last = (block.copy() for block in np.split(state, self._split))
+        time = np.zeros((1, state.shape[1]))
+        for move in part.moves:
+            if isinstance(move, Sweep):
+                every = np.concatenate([dp, time, inertia])
+                record[move.first : move.last], _ = self.linear.tangents(move.matrices, every, of_steps, move.times)
+                last = record[move.last - 1]
+                continue
+            given = np.concatenate([last, dp])
+            if move.inertia is not None:
+                inertia = move.inertia @ given
+            if move.step < 0:
+                of_steps = np.ascontiguousarray(move.map @ given)
+            else:
+                last = record[move.step] = move.map @ given
+        state[:] = np.concatenate([of_steps, inertia, last])
+        return record
+
+    def take_back(self, part: JumpPart, direct: Array, state: Array, gradient: Array) -> None:
+        of_steps, inertia, last = (np.ascontiguousarray(block) for block in np.split(state, self._split))
+        size, count = self.linear.record_size, len(gradient)
+        for move in reversed(part.moves):
+            if isinstance(move, Sweep):
+                own, every = direct[move.first : move.last].copy(), np.zeros((count + 1 + len(inertia), state.shape[1]))
+                own[-1] += last
+                self.linear.adjoints(move.matrices, own, of_steps, every, move.times)
+                gradient += every[:count]
+                inertia += every[count + 1 :]
+                last = np.zeros_like(last)
+                continue
+            if move.step < 0:
+                back = move.map.T @ of_steps
+                of_steps = np.zeros_like(of_steps)
+            else:
+                back = move.map.T @ (last + direct[move.step])
+                last = np.zeros_like(last)
+            if move.inertia is not None:
+                back += move.inertia.T @ inertia
+                inertia = np.zeros_like(inertia)
+            last = last + back[:size]
+            gradient += back[size:]
+        state[:] = np.concatenate([of_steps, inertia, last])
+
+    # -- linear parts ------------------------------------------------------------------------------------------------
+
+    def values(self, part: RunSegment) -> tuple[Array, dict[str, Array]]:
+        assert isinstance(part, JumpSegment)  # for mypy
+        states = states_of(part.rows, self.run.model)
+        return states.t, self._blocks(states, part.p, states.t)
+
+    def without_jumps(self, part: RunSegment) -> tuple[NDArray[np.intp], dict[str, Array], dict[str, Array]]:
+        assert isinstance(part, JumpSegment)  # for mypy
+        steps = np.arange(len(part.samples))
+        plain = np.array([k for k in steps if k not in part.cut], dtype=np.intp)
+        firsts = part.rows[:-1].copy()
+        firsts[:, self._held] = part.rows[1:, self._held]
+        pairs = [(k, stretch) for k, stretches in part.cut.items() for stretch in stretches]
+        numbers = np.concatenate([plain, np.array([k for k, _ in pairs], dtype=np.intp)])
+        p = np.concatenate([part.p[plain], *(stretch.p[np.newaxis] for _, stretch in pairs)])
+        first = np.concatenate([firsts[plain], *(stretch.first[np.newaxis] for _, stretch in pairs)])
+        last = np.concatenate([part.rows[plain + 1], *(stretch.last[np.newaxis] for _, stretch in pairs)])
+        order = np.argsort(numbers, kind="stable")
+        middle = self.run.grid.start + self.run.grid.step * (part.first + numbers[order] + 0.5)
+        ends = (self._blocks(states_of(rows[order], self.run.model), p[order], middle) for rows in (first, last))
+        return numbers[order], next(ends), next(ends)
+
+    def of_part(self, part: RunSegment) -> JumpPart:
+        """Make a part of the run linear."""
+        assert isinstance(part, JumpSegment)  # for mypy
+        states, blocks = states_of(part.rows, self.run.model), self.values(part)[1]
+        moves: list[Sweep | Cut] = []
+        plain = np.array([k for k in range(len(part.samples)) if k not in part.cut], dtype=int)
+        firsts = part.rows[:-1].copy()
+        held = self._held
+        firsts[:, held] = part.rows[1:, held]
+        before, after = states_of(firsts[plain], self.run.model), States(*(block[plain + 1] for block in states))
+        anew = plain[part.anew[plain]]
+        sizes = np.full(len(anew), self.run.grid.step)
+        starts = self._restarts(firsts[anew], part.rows[anew + 1], part.p[anew], sizes, moving=False)
+        into = dict(zip(anew.tolist(), range(len(anew)), strict=True))
+        cuts = {k: self._through(part, blocks, k) for k in part.cut}
+        kept = {k: inertia for k, (_, inertia) in cuts.items()}
+        matrices = self._matrices(part, plain, before, after, starts, into, kept)
+        maps = self._into_starts(part, blocks, anew, starts)
+        position = 0
+        while position < len(plain):
+            first = position
+            position += 1
+            while (
+                position < len(plain) and plain[position] == plain[position - 1] + 1 and not part.anew[plain[position]]
+            ):
+                position += 1
+            step = int(plain[first])
+            moves += [cuts[k][0] for k in self._cuts(part, plain, first)]
+            if step in into:
+                moves.append(maps[into[step]])
+            own = StepMatrices(*(block[first:position] for block in vars(matrices).values()))
+            moves.append(Sweep(step, int(plain[position - 1]) + 1, own, states.t[plain[first:position] + 1]))
+        moves += [cuts[k][0] for k in self._cuts(part, plain, len(plain))]
+        return JumpPart(part.first, states, blocks, moves)
+
+    @staticmethod
+    def _cuts(part: JumpSegment, plain: Array, position: int) -> Iterator[int]:
+        """Yield the cut steps between a plain step and the plain step before it."""
+        first = int(plain[position - 1]) + 1 if position else 0
+        last = int(plain[position]) if position < len(plain) else len(part.samples)
+        yield from range(first, last)
+
+    @property
+    def _held(self) -> NDArray[np.intp]:
+        """Places of the sampled states in a row."""
+        layout, model = self.motion.stepper.layout, self.run.model
+        first = self.motion.stepper.sizes["row"] - model.nz
+        return first + np.array([int(row["state"]) for row in layout["sampled"]], dtype=np.intp)
+
+    def _matrices(
+        self,
+        part: JumpSegment,
+        plain: Array,
+        before: States,
+        after: States,
+        starts: Restarts,
+        into: Mapping[int, int],
+        kept: Mapping[int, Array],
+    ) -> StepMatrices:
+        """Return the matrices of plain steps, with a column for time after the parameters; ``kept``: W after cut
+        steps."""
+        values = self._blocks(after, part.p[plain + 1], after.t)
+        partials = self._with_time(self.equations.partials(values), None)
+        known, a = part.memory, np.zeros((len(plain), self.equations.nv))
+        inertia, every = part.inertia, np.zeros((len(plain), len(part.inertia)))
+        for position, step in enumerate(plain.tolist() if len(inertia) else ()):
+            if step in into:
+                known, before.a[position] = starts.a[into[step]], starts.vdot[into[step]]
+                inertia = starts.inertia[into[step]] if part.begun[step] else kept.get(step - 1, inertia)
+            a[position], every[position] = known, inertia
+            known = self._next(known, before.a[position], after.a[position])
+        return self._step_matrices(partials, before, after, part.p[plain], a, every, self.run.grid.step)
+
+    def _next(self, a: Array, vdot: Array, vdot_next: Array) -> Array:
+        """Return the algorithmic acceleration at the end of a step."""
+        _, alpha_m, alpha_f, *_ = self.coefficients
+        reached: Array = ((1.0 - alpha_f) * vdot_next + alpha_f * vdot - alpha_m * a) / (1.0 - alpha_m)
+        return reached
+
+    def _step_matrices(
+        self,
+        partials: EquationPartials,
+        before: States,
+        after: States,
+        p: Array,
+        a: Array,
+        inertia: Array,
+        size: float,
+    ) -> StepMatrices:
+        coefficients, values = (size, *self._method), self._blocks(before, p, before.t)
+        return step_matrices(self.equations, partials, before, after, values, a, coefficients, inertia)[0]
+
+    def _with_time(self, partials: EquationPartials, by_time: Array | None) -> EquationPartials:
+        """Return partials with a column for time after the parameters."""
+        e, none = partials, np.zeros((*partials.P.shape[:2], 1))
+        P = np.concatenate([e.P, none if by_time is None else by_time[..., np.newaxis]], axis=2)
+        return EquationPartials(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, P)
+
+    # -- starts ----------------------------------------------------------------------------------------------------
+
+    def _into_starts(self, part: JumpSegment, blocks: dict[str, Array], anew: Array, starts: Restarts) -> list[Cut]:
+        """Return the maps from the row before each plain step that starts anew to the state of the start."""
+        if not len(anew):
+            return []
+        values = rows_of(blocks, anew)
+        jumped = self.jumps.of_samples(values, part.samples[anew], self._rates(values["t"]))
+        e, count, record = self.equations, self.equations.parameters, self.linear.record_size
+        result = []
+        for number, step in enumerate(anew.tolist()):
+            moved = np.zeros((self._width, record + count))
+            moved[: 2 * e.nv + e.nz] = jumped[number][:, :-1]
+            moved[self._columns[3], record:] = np.eye(count)
+            inertia = starts.of_inertia[number] @ moved if part.begun[step] and len(self.inverse_inertia) else None
+            result.append(Cut(-1, starts.state[number] @ moved, inertia))
+        return result
+
+    def _restarts(
+        self, rows: Array, ends: Array, p: Array, sizes: Array, *, moving: bool, whole: bool = True
+    ) -> Restarts:
+        """Return the starts of steps from rows (n, width), of ``sizes`` (n,); ``ends`` are the rows at their ends.
+
+        Parameters
+        ----------
+        moving : whether times and sizes change
+        whole : whether accelerations at the ends are known
+        """
+        e, factors, count = self.equations, self.equations.model.factors, len(rows)
+        nv, nz, nl, nh = e.nv, e.nz, e.nl, e.holonomic
+        if not count:
+            none = np.zeros((0, nv))
+            return Restarts(none, np.zeros((0, nl)), none, *(np.zeros((0, 0, self._width)),) * 2, none, none[..., None])
+        states = states_of(rows, self.run.model)
+        of_q, of_v, of_z, of_p, of_t, of_h = self._columns
+        unit = np.broadcast_to(np.eye(self._width), (count, self._width, self._width))
+        dq, dv, dz, dp, dt = (unit[:, place] for place in (of_q, of_v, of_z, of_p, of_t))
+        begun = self._accelerated(states, p, states.t, (dq, dv, dz, dp, dt), moving=moving)
+        if nl:
+            M, rates = begun.partials.Ja[:, :nv], begun.partials.Jq[:, nv + nz + nh :]
+            holonomic, B = begun.partials.Jq[:, nv + nz : nv + nz + nh], begun.partials.Jv[:, nv + nz + nh :]
+            by_p = begun.partials.P[:, nv + nz :]
+            given = np.concatenate([dp, dt], axis=1)
+            if nh:
+                dq = dq - _nearest(M, holonomic, holonomic @ dq + by_p[:, :nh] @ given)
+            dv = dv - _nearest(M, B, rates @ dq + B @ dv + by_p[:, nh:] @ given)
+            begun = self._accelerated(states, p, states.t, (dq, dv, dz, dp, dt), moving=moving)
+        vdot, dvdot, dzdot = begun.vdot, begun.dvdot, begun.dzdot
+        _, alpha_m, alpha_f, *_ = self.coefficients
+        share, slope, dslope = alpha_m - alpha_f, WEIGHTS[0] * vdot, WEIGHTS[0] * dvdot
+        for weight, stage in zip(WEIGHTS[1:], STAGES[1:], strict=True) if share else ():
+            s = (stage * sizes)[:, np.newaxis]
+            theta = s * (states.v + 0.5 * s * vdot)
+            in_size = stage * (states.v + s * vdot)[..., np.newaxis] * unit[:, of_h]
+            dtheta = s[..., np.newaxis] * (dv + 0.5 * s[..., np.newaxis] * dvdot) + in_size
+            there_q = product.transport(factors, theta) @ dq + product.tangent(factors, theta) @ dtheta
+            there_v = dv + s[..., np.newaxis] * dvdot + stage * vdot[..., np.newaxis] * unit[:, of_h]
+            q, v = product.update(factors, states.q, theta), states.v + s * vdot
+            there = states._replace(t=states.t + s[:, 0], q=q, v=v)
+            along = there_q, there_v, dz, dp, dt + stage * unit[:, of_h]
+            ahead = self._accelerated(there, p, states.t, along, moving=moving)
+            slope, dslope = slope + weight * ahead.vdot, dslope + weight * ahead.dvdot
+        a = vdot + share * slope
+        inertia, of_inertia = np.zeros((count, 0)), np.zeros((count, 0, self._width))
+        if len(self.inverse_inertia):
+            inertia, of_inertia = self._inertia(states, p, (dq, dp))
+        kept = np.ones(count, dtype=bool)
+        forces = begun.partials.Jlam[:, :nv, :nh] * inertia[..., np.newaxis] if inertia.size else None
+        if share:
+            taken, left = (self._off(states, ends, vdot, one, sizes, forces, whole=whole) for one in (a, vdot))
+            kept = taken <= left
+            a = np.where(kept[:, np.newaxis], a, vdot)
+        if ends is not rows:  # a step follows
+            self._check_first_steps(states, ends, vdot, a, sizes, forces, whole=whole)
+        da = dvdot + share * kept[:, np.newaxis, np.newaxis] * dslope
+        state = np.concatenate([dq, dv, dvdot, da, dz, dzdot, dzdot], axis=1)
+        record = np.concatenate([dq, dv, dvdot, dz, begun.dlam], axis=1)
+        return Restarts(vdot, begun.lam, a, state, record, inertia, of_inertia)
+
+    def _off(
+        self,
+        states: States,
+        ends: Array,
+        vdot: Array,
+        a: Array,
+        sizes: Array,
+        forces: Array | None = None,
+        *,
+        whole: bool,
+    ) -> Array:
+        """Return the deviations of steps from algorithmic accelerations ``a``, (n,): of velocities, or of positions
+        across the directions W B^T, ``forces``, if accelerations at the ends are not known."""
+        h, _, _, beta, gamma = (*sizes[np.newaxis, :, np.newaxis], *self.coefficients[1:5])
+        after = states_of(ends, self.run.model)
+        if whole:
+            off = after.v - states.v - h * ((1.0 - gamma) * a + gamma * self._next(a, vdot, after.a))
+        else:
+            reached = ((after.v - states.v) / np.maximum(h, _LEAST) - (1.0 - gamma) * a) / gamma
+            theta = product.difference(self.equations.model.factors, states.q, after.q)
+            off = theta - h * (states.v + h * ((0.5 - beta) * a + beta * reached))
+            if forces is not None:
+                pairs = zip(forces, off, strict=True)
+                off = np.array([one - G @ np.linalg.lstsq(G, one, rcond=None)[0] for G, one in pairs])
+        deviations: Array = np.max(np.abs(off), axis=1, initial=0.0)
+        return deviations
+
+    def _check_first_steps(
+        self,
+        states: States,
+        ends: Array,
+        vdot: Array,
+        a: Array,
+        sizes: Array,
+        forces: Array | None,
+        *,
+        whole: bool,
+    ) -> None:
+        """Raise NumericalError for a first step that was damped."""
+        off, after = self._off(states, ends, vdot, a, sizes, forces, whole=whole), states_of(ends, self.run.model)
+        change = sizes * np.max(np.abs(np.concatenate([vdot, a, after.a], axis=1)), axis=1, initial=0.0)
+        change = change + 1e-9 * np.max(np.abs(np.concatenate([after.v, states.v], axis=1)), axis=1, initial=0.0)
+        rounded = 1e-13 * np.max(np.abs(states.q), axis=1, initial=1.0)
+        wrong = off > (_OTHER * change if whole else _OTHER * change * sizes + rounded)
+        if wrong.any():
+            t = float(states.t[int(np.argmax(wrong))])
+            fault = f"the jump at t = {t:.6g} s excites motions that are too fast for the step, which is damped there"
+            hint = f"a step of {0.1 * self.run.grid.step:.3g} s"
+            raise NumericalError(Problem("sensitivities", f"{fault} and has no derivatives", hint))
+
+    def _accelerated(self, states: States, p: Array, at: Array, along: Sequence[Array], *, moving: bool) -> Accelerated:
+        """Return accelerations, multipliers and rates at states, with changes along directions of q, v, z, parameters
+        and time."""
+        e = self.equations
+        nv, nz, nl = e.nv, e.nz, e.nl
+        dq, dv, dz, dp, dt = along
+        values = self._blocks(states, p, at)
+        values["a"], values["lam"] = np.zeros_like(states.v), np.zeros((len(states.t), nl))
+        vdot, lam = values["a"], values["lam"]
+        if nl:
+            vdot, lam = accelerations(e.model.functions, values)
+        else:
+            (residual,), (M,) = e.of("residual", values).values(), e.of("mass", values).values()
+            vdot = np.asarray(-np.linalg.solve(M, residual[..., np.newaxis])[..., 0], dtype=np.float64)
+        values["a"], values["lam"] = vdot, lam
+        by_time, of_accelerations = self.jumps.by_time(values, self._rates(at)) if moving else (None, None)
+        partials = self._with_time(e.partials(values), by_time)
+        right = partials.Jq @ dq + partials.Jv @ dv + partials.Jz @ dz + partials.P @ np.concatenate([dp, dt], axis=1)
+        M = partials.Ja[:, :nv]
+        if not nl:
+            dvdot = np.linalg.solve(M, -right[:, :nv])
+            return Accelerated(
+                vdot, lam, partials, dvdot, np.zeros((len(vdot), 0, dvdot.shape[2])), -right[:, nv : nv + nz]
+            )
+        B, by_state = e.of("constraint_jacobian", values)["B"], e.of("acceleration_partials", values)
+        below = by_state["Aq"] @ dq + by_state["Av"] @ dv + e.acceleration_parameters(values) @ dp
+        if of_accelerations is not None:
+            below = below + of_accelerations[..., np.newaxis] * dt
+        matrix = np.zeros((len(vdot), nv + nl, nv + nl))
+        matrix[:, :nv, :nv], matrix[:, :nv, nv:], matrix[:, nv:, :nv] = M, np.swapaxes(B, 1, 2), B
+        solution = np.linalg.solve(matrix, -np.concatenate([right[:, :nv], below], axis=1))
+        return Accelerated(vdot, lam, partials, solution[:, :nv], solution[:, nv:], -right[:, nv : nv + nz])
+
+    def _inertia(self, states: States, p: Array, along: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Return W = 1/M_ii at states, with changes."""
+        e, nv, count = self.equations, self.equations.nv, len(states.t)
+        unit = np.arange(nv)
+        many = States(*(np.repeat(block, nv + 1, axis=0) for block in states))
+        many = many._replace(
+            v=np.zeros_like(many.v),
+            a=np.tile(np.concatenate([np.zeros((1, nv)), np.eye(nv)]), (count, 1)),
+            multipliers=np.zeros_like(many.multipliers),
+        )
+        rows = np.repeat(np.broadcast_to(p, (count, len(e.p))), nv + 1, axis=0)
+        moving = e.partials(self._blocks(many, rows, many.t))
+        by_q, by_p, by_a = (
+            (block[:, :nv].reshape(count, nv + 1, nv, -1)[:, 1:] - block[:, :nv].reshape(count, nv + 1, nv, -1)[:, :1])
+            for block in (moving.Jq, moving.P, moving.Ja)
+        )
+        M = moving.Ja.reshape(count, nv + 1, -1, nv)[:, 0]
+        inertia = 1.0 / M[:, unit, unit]
+        del by_a
+        diagonal = by_q[:, unit, unit] @ along[0] + by_p[:, unit, unit] @ along[1]
+        return inertia, -(inertia**2)[..., np.newaxis] * diagonal
+
+    # -- cut steps ---------------------------------------------------------------------------------------------------
+
+    def _through(self, part: JumpSegment, blocks: dict[str, Array], step: int) -> tuple[Cut, Array]:
+        """Return the map of a cut step from the record before the step and the parameters to the record at the end,
+        and W there."""
+        e, count, size = self.equations, self.equations.parameters, self.linear.record_size
+        start = rows_of(blocks, slice(step, step + 1))
+        record, dp = np.eye(size + count)[:size], np.eye(size + count)[size:]
+        time = np.zeros((1, size + count))
+        event: EventPartials | None = None
+        for stretch in part.cut[step]:
+            rates = self._rates(np.array([0.5 * (stretch.first[0] + stretch.last[0])]))
+            given = np.concatenate([record, dp, time])
+            if event is not None:
+                jumped = event.state @ given
+            else:
+                jumped = self.jumps.of_samples(start, stretch.samples[np.newaxis], rates)[0] @ given
+            through, start, starts = self._of_stretch(stretch)
+            before, by_size = through[:, :-1] @ np.concatenate([jumped, dp, time]), through[:, -1]
+            entering = np.concatenate([jumped, dp, time])
+            change, event = -time, None
+            if stretch.event >= 0:
+                event = self.jumps.of_event(start, stretch.event, rates)
+                along = np.concatenate([by_size, np.zeros(count), [1.0]])
+                rate = event.guard @ along
+                self._check_event(event, stretch, start, float(rate), given)
+                change = -(event.guard @ np.concatenate([before, dp, time]))[np.newaxis] / rate
+            record, time = before + by_size[:, np.newaxis] * change, time + change
+        inertia = starts.of_inertia[0] @ np.concatenate([entering, change])
+        if part.cut[step][-1].renews:
+            row = part.rows[step + 1 : step + 2]
+            renewed = self._restarts(
+                row, row, part.p[step + 1 : step + 2], np.array([self.run.grid.step]), moving=False, whole=False
+            )
+            nv, nz = e.nv, e.nz
+            kept = np.concatenate([record[: 2 * nv], record[3 * nv : 3 * nv + nz], dp, np.zeros((2, size + count))])
+            record = renewed.record[0] @ kept
+        return Cut(step, record, inertia if len(inertia) else None), starts.inertia[0]
+
+    def _of_stretch(self, stretch: Stretch) -> tuple[Array, dict[str, Array], Restarts]:
+        """Return the map of a stretch, (record, columns), from q, v, z, parameters, time and size; the input blocks at
+        the end, and the start."""
+        e, h = self.equations, np.array([stretch.length])
+        nv, nz, nl, count = e.nv, e.nz, e.nl, e.parameters
+        rows, p = (stretch.first[np.newaxis], stretch.last[np.newaxis]), stretch.p[np.newaxis]
+        middle = np.array([0.5 * (stretch.first[0] + stretch.last[0])])
+        starts = self._restarts(*rows, p, h, moving=True, whole=False)
+        before, after = (states_of(row, self.run.model) for row in rows)
+        by_size = np.zeros((1, self._width))
+        by_size[0, -1] = 1.0
+        if stretch.short:
+            dq, dv, _, _, dz, dzdot, _ = np.split(starts.state[0], np.cumsum([nv, nv, nv, nv, nz, nz]))
+            dvdot, zdot = starts.state[0][2 * nv : 3 * nv], self._rates_of_states(before, p, middle)
+            moved = [
+                dq + h * dv + before.v.T * by_size,
+                dv + h * dvdot + starts.vdot.T * by_size,
+                dvdot,
+                dz + h * dzdot + zdot.T * by_size,
+                starts.record[0][3 * nv + nz :],
+            ]
+            ended = after._replace(a=starts.vdot, multipliers=starts.multipliers)
+            return np.concatenate(moved), self._blocks(ended, p, middle), starts
+        _, alpha_m, alpha_f, beta, gamma, _, _ = self.coefficients
+        a = starts.a
+        reached = ((after.v - before.v) / h - (1.0 - gamma) * a) / gamma
+        vdot = ((1.0 - alpha_m) * reached + alpha_m * a - alpha_f * starts.vdot) / (1.0 - alpha_f)
+        after = after._replace(a=vdot, multipliers=np.zeros((1, nl)))
+        values = self._blocks(after, p, middle)
+        if nl:
+            (residual,) = e.of("residual", values).values()
+            B = e.of("constraint_jacobian", values)["B"][0]
+            after = after._replace(multipliers=-np.linalg.lstsq(B.T, residual[0], rcond=None)[0][np.newaxis])
+            values = self._blocks(after, p, middle)
+        by_time, _ = self.jumps.by_time(values, self._rates(middle))
+        partials = self._with_time(e.partials(values), by_time)
+        theta = product.difference(e.model.factors, before.q, after.q)
+        in_q: Array = (
+            product.tangent(e.model.factors, theta)[0] @ (theta / h + h * ((0.5 - beta) * a + beta * reached))[0]
+        )
+        in_v, in_z = ((after.v - before.v) / h)[0], ((after.z - before.z) / h)[0]
+        in_size = partials.Jq[0] @ in_q + partials.Jv[0] @ in_v + partials.Jz[0] @ in_z
+        inertia = starts.inertia
+        made = self._step_matrices(partials, before._replace(a=starts.vdot), after, p, a, inertia, float(h[0]))
+        made = StepMatrices(
+            **{
+                **vars(made),
+                "P": np.concatenate([made.P, in_size[np.newaxis, :, np.newaxis]], axis=2),
+                "Np": np.concatenate([made.Np, np.zeros((*made.Np.shape[:2], 1))], axis=2),
+            }
+        )
+        dp = np.zeros((count + 1 + inertia.shape[1] + 1, self._width))
+        dp[:count, self._columns[3]] = np.eye(count)
+        dp[count, -2:] = 1.0
+        dp[count + 1 : -1] = starts.of_inertia[0]
+        dp[-1, -1] = 1.0
+        own = LinearSteps(e.model.functions.sizes, e.model.factors, (float(h[0]), *self._method), e.holonomic)
+        record, _ = own.tangents(made, dp, np.ascontiguousarray(starts.state[0]), after.t)
+        through = record[0]
+        through[:nv, -1] += in_q
+        through[nv : 2 * nv, -1] += in_v
+        through[3 * nv : 3 * nv + nz, -1] += in_z
+        return through, values, starts
+
+    def _rates_of_states(self, states: States, p: Array, at: Array) -> Array:
+        values = self._blocks(states, p, at)
+        return self.equations.of("internal_rate", values)["zdot"] if self.equations.nz else np.zeros((1, 0))
+
+    def _check_event(
+        self, event: EventPartials, stretch: Stretch, values: dict[str, Array], rate: float, given: Array
+    ) -> None:
+        """Raise NumericalError for grazing and UsageError for a mode whose new value depends on directions."""
+        e, row = self.equations, self.motion.stepper.layout["method"]["events"]["rows"][stretch.event]
+        q, v = np.abs(event.guard[: e.nv]), np.abs(event.guard[e.nv : 2 * e.nv])
+        speed, acceleration = np.abs(values["v"][0]), np.abs(values["a"][0])
+        largest = q @ (speed + self.run.grid.step * acceleration) + v @ acceleration + abs(event.guard[-1])
+        if not abs(rate) > _GRAZING * largest:
+            fault = f"the motion grazes at the event {row['name']}, t = {stretch.last[0]:.9g} s: a root of the guard"
+            fault += f" with the rate {rate:.3g}, and the time of the event has no derivative"
+            raise NumericalError(Problem("sensitivities", fault, "other parameters, or a later or an earlier event"))
+        if row["action"] != "switch":
+            return
+        switched = self.motion.stepper.layout["method"]["events"]["modes"][row["mode"]]
+        if np.any(event.mode @ given) or switched["parameter"] in e.chosen:
+            fault = f"the event {row['name']} sets the mode {switched['name']}, whose value depends on the directions"
+            raise UsageError(Problem("sensitivities", fault, "a number as value of the mode, and by=... without it"))
+
+    # -- inputs ----------------------------------------------------------------------------------------------------
+
+    def _blocks(self, states: States, p: Array, at: Array) -> dict[str, Array]:
+        """Return input blocks at states with parameters (n, np); ``at``: times (n,) within the steps of the states."""
+        model, t = self.run.model, states.t
+        rows = np.broadcast_to(p, (len(t), p.shape[-1])) if self._switches else self.equations.p
+        u, base = None, None
+        if model.nu:
+            followed = model.input_values(t, parameters=rows)
+            u = self._between(t, at, followed) if self.run.takes_rows else followed
+        if model.evaluator.moving_base:
+            base = model.base(t, parameters=rows)
+        return {**self.equations.values(states, PrescribedInputs(u, base), self.moved_inputs(t)), "p": rows}
+
+    def _between(self, t: Array, at: Array, followed: Array) -> Array:
+        """Return inputs at times, linear between the rows of the steps of ``at``; formulas that a stepper evaluates
+        itself are not."""
+        signals, grid = self.run.signals, self.run.grid
+        number = np.clip(np.floor((at - grid.start) / grid.step + 1e-9), 0, self.motion.steps - 1)
+        start = grid.start + grid.step * number
+        share = ((t - start) / grid.step)[:, np.newaxis]
+        result: Array = (1.0 - share) * signals.rows(start) + share * signals.rows(start + grid.step)
+        if signals.left_to_stepper:
+            own = [name not in signals.given for name in signals.names]
+            result[:, own] = followed[:, own]
+        return result
+
+    def _rates(self, at: Array) -> Array:
+        """Return the rates of given inputs at times (n,), (n, nu)."""
+        if not self.run.takes_rows:
+            return np.zeros((len(at), self.run.model.nu))
+        none, step = np.zeros((len(at), self.run.model.nu)), self.run.grid.step
+        ends = [self._between(at + share * step, at, none) for share in (0.0, 1.0)]
+        result: Array = (ends[1] - ends[0]) / step
+        return result
+
+    @property
+    def _switches(self) -> bool:
+        """Whether parameters are modes that change along the run."""
+        return bool(self.motion.stepper.layout["method"].get("events", {}).get("modes"))
+
+
+def _nearest(M: Array, B: Array, off: Array) -> Array:
+    """Return the least x in the metric of M with B x = off, (n, nv, columns)."""
+    by_row = np.linalg.solve(M, np.swapaxes(B, 1, 2))
+    result: Array = by_row @ np.linalg.solve(B @ by_row, off)
+    return result
