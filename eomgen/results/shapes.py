@@ -247,8 +247,15 @@ def _planes(lines: _Lines) -> list[tuple[int, int]]:
 
 def _draw(axis: Any, lines: _Lines, row: int, plane: Sequence[int], label: str = "", **style: Any) -> None:
     along = 3 - sum(plane)
-    for part, places in sorted(lines.solids, key=lambda item: _nearness(item[1][row], along)):
-        _fill(axis, part, places[row], plane, thin=style["color"] == _THIN, alpha=style.get("alpha", 1.0))
+    thin = style["color"] == _THIN
+    at_rest = [bool(np.all(places == places[0])) for _, places in lines.solids]  # surfaces, drawn once and below others
+    order = sorted(range(len(at_rest)), key=lambda k: (not at_rest[k], _nearness(lines.solids[k][1][row], along)))
+    for k in order:
+        part, places = lines.solids[k]
+        if thin or not at_rest[k]:
+            _fill(axis, part, places[row], plane, thin=thin and not at_rest[k], alpha=style.get("alpha", 1.0))
+    if label and not lines.lines:
+        axis.plot([], [], label=label, **style)
     for number, line in enumerate(lines.lines):
         x, y = line[row][:, plane[0]], line[row][:, plane[1]]
         axis.plot(x, y, label=label if number == 0 else "", solid_capstyle="round", **style)

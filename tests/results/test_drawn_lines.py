@@ -14,6 +14,7 @@ import pytest
 from matplotlib.colors import to_hex
 from scipy import stats
 
+import eomgen
 from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import Problem, UsageError
@@ -504,3 +505,24 @@ def test_roots_over_a_parameter_are_the_upper_half_plane_with_both_ends_marked()
     (axis,) = plots.plot_root_locus(even)  # type: ignore[arg-type]  # has all drawn attributes
     assert type(axis.collections[0].norm).__name__ == "Normalize" and axis.get_xlim() == pytest.approx((-0.7, 0.7))
     assert axis.figure.axes[1].get_ylabel() == "speed"
+
+
+def test_a_surface_is_drawn_once_below_a_ball_at_rest_with_a_legend(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept: list[Any] = []
+    monkeypatch.setattr(shapes, "saved", lambda figure, path: kept.append(figure) or path)
+    builder = eomgen.SceneBuilder("bowl").body("ball", 1.0, inertia=[4e-4] * 3)
+    builder.joint("ball", "free", "base", "ball", initial={"position": [0.08, 0.05, 0.06]})
+    contact = {"shape": "sphere", "radius": 0.05, "surface": "0.5 * (x**2 + y**2)"}
+    builder.constraint("contact", "rolling", {"body": "base", "axis": [0, 0, 1]}, {"body": "ball"}, **contact)
+    model = eomgen.build(builder.build(), profile="instant")
+    rest = model.equilibrium()
+    shapes.draw_rest(model, rest.q, 0.0, model.parameter_array(), tmp_path / "a.png")
+    (figure,) = kept
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["initial shape", "at rest"]
+    for axis in figure.axes:
+        surface, first, last = axis.collections
+        assert [part.get_alpha() for part in (surface, first, last)] == [1.0, 0.15, 1.0]
+        ground = np.array([int("c2bcae"[k : k + 2], 16) for k in (0, 2, 4)]) / 255.0
+        assert np.allclose(np.cross(surface.get_facecolor()[0, :3], ground), 0.0, atol=0.01)
