@@ -67,11 +67,13 @@ class Contestant:
 
 
 def eigen() -> Path:
-    """Return the folder of Eigen's headers: EIGEN_INCLUDE, that of the package cmeel-eigen, or the system's."""
+    """Return the folder of Eigen's headers: EIGEN_INCLUDE, that of the package cmeel-eigen or casadi, or the
+    system's."""
     if given := os.environ.get("EIGEN_INCLUDE"):
         return Path(given)
-    if missing_package("cmeel-eigen") is None:
-        return Path(str(importlib.metadata.distribution("cmeel-eigen").locate_file("cmeel.prefix/include/eigen3")))
+    for package, folder in (("cmeel-eigen", "cmeel.prefix/include/eigen3"), ("casadi", "casadi/include/eigen3")):
+        if missing_package(package) is None:
+            return Path(str(importlib.metadata.distribution(package).locate_file(folder)))
     return Path("/usr/include/eigen3")
 
 
@@ -159,14 +161,15 @@ _CPP_VARIANTS = {
 
 def of_pinocchio(model: Path, states: Path, shelf: Path, functions: Sequence[str]) -> Iterator[Contestant]:
     """Yield Pinocchio's algorithms in C++, from one program."""
-    program = _cpp_program(shelf, "time_pinocchio", ("-O3", "-march=native"), ())
+    program = cpp_program(shelf, "time_pinocchio", ("-O3", "-march=native"), ())
     for name in functions:
         for variant in _CPP_VARIANTS[name]:
             command = (str(program.file("time_pinocchio")), variant, str(model))
             yield Contestant(CPP, name, variant, "O3", command, states, lambda rows: rows, None, program.seconds)
 
 
-def _cpp_program(shelf: Path, name: str, flags: Sequence[str], libraries: Sequence[Path]) -> Program:
+def cpp_program(shelf: Path, name: str, flags: Sequence[str], libraries: Sequence[Path]) -> Program:
+    """Build a program of ``native`` against the headers and libraries of Pinocchio's wheel."""
     prefix = Path(str(importlib.metadata.distribution("pin").locate_file("cmeel.prefix")))
     folders = [*libraries, prefix / "lib"]
     names = [*("-lcasadi" for _ in libraries), "-lpinocchio_default", "-lboost_serialization", "-lboost_filesystem"]
@@ -215,7 +218,7 @@ def of_trace(
     """Yield Pinocchio's algorithms traced by CasADi, written as C by CasADi, each compiled on its own."""
     specification = importlib.util.find_spec("casadi")
     casadi = Path(str(specification.origin)).parent if specification else Path()
-    tracer = _cpp_program(shelf, "trace_pinocchio", ("-O1",), (casadi,))
+    tracer = cpp_program(shelf, "trace_pinocchio", ("-O1",), (casadi,))
     variants = {
         name: [variant for variant in _TRACES[name] if variant not in left_out(peer, name)] for name in functions
     }

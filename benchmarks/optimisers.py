@@ -1,12 +1,13 @@
 """Second derivatives for optimisers: eomgen beside CasADi's symbols, in C and in an optimal control of an arm.
 
-    python -m benchmarks.optimisers [--rounds 9] [--nodes 50] [--quick]
+    python -m benchmarks.optimisers [--robots panda,talos] [--rounds 9] [--nodes 50] [--quick]
 
-The arm is Panda with locked fingers, read from the same URDF file. Its recursions of Newton and Euler and of
-articulated bodies stand here in CasADi's SX symbols, and CasADi writes the C of their derivatives. First table: the
-lower triangle of the Hessian of weights . inverse dynamics, ns per call; the numbers are compared before any is timed.
-Second table: motion from one pose to another with the least effort, multiple shooting over rk4 with IPOPT and exact
-Hessians.
+The robots are Panda with locked fingers, and Talos with a free base, read from the same URDF files. Recursions of
+Newton and Euler and of articulated bodies stand here in CasADi's SX symbols, and CasADi writes the C of their
+derivatives. First table, for each robot: the lower triangle of the Hessian of weights . inverse dynamics, ns per call,
+beside Pinocchio's tensors of second derivatives (all components of tau, as C++ of its headers); the numbers are
+compared before any is timed. Second table: motion of Panda from one pose to another with the least effort, multiple
+shooting over rk4 with IPOPT and exact Hessians.
 """
 
 from __future__ import annotations
@@ -16,6 +17,9 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,30 +27,39 @@ import casadi as ca
 import numpy as np
 
 import eomgen
+from benchmarks.contestants import cpp_program, missing_for_cpp
 from benchmarks.measure import figure, interleaved, machine, pin_to_core, table
-from benchmarks.programs import FLAGS, Program, default_folder, timing_program
-from benchmarks.robots import ROBOTS, driven, pinocchio_model, scene
+from benchmarks.programs import FLAGS, default_folder, timing_program
+from benchmarks.robots import ROBOTS, Array, PinocchioModel, driven, pinocchio_model, scene
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.mechanics.derive import derive
+from eomgen.scene.scene import Scene
 
-FUNCTION, STATES = "inverse_dynamics_hessian", 64
-WEIGHTS = (0.3, -0.7, 0.5, 1.1, -0.4, 0.2, 0.9)
+FUNCTION = "inverse_dynamics_hessian"
 TOLERANCE = 1e-11
+#: Velocity components up to which C is timed with both sets of flags: gcc takes minutes for CasADi's C of Talos.
+_LARGE = 20
 
 
-class Arm:
-    """An arm of revolute joints in SX symbols, from a model of Pinocchio."""
+class Robot:
+    """A tree of revolute joints, the first of which may be free, in SX symbols, from a model of Pinocchio."""
 
     def __init__(self, model: Any) -> None:
         self.model, self.joints = model, range(1, model.njoints)
-        self.axes = [None] + [np.eye(3)["XYZ".index(model.joints[i].shortname()[-1])] for i in self.joints]
+        self.free = model.joints[1].nv == 6
+        names = ["" if model.joints[i].nv == 6 else model.joints[i].shortname() for i in self.joints]
+        self.axes = [None] + [np.eye(3)["XYZ".index(name[-1])] if name else None for name in names]
 
     def rotations(self, q: Any) -> list[Any]:
         """Return the rotation of each link against its parent."""
         found = [None]
         for i in self.joints:
-            c, s, axis = ca.cos(q[i - 1]), ca.sin(q[i - 1]), int(np.argmax(self.axes[i]))
+            angle = q[self.model.idx_qs[i] :]
+            if self.axes[i] is None:
+                found.append(turned_by(angle[3:7]))
+                continue
+            c, s, axis = ca.cos(angle[0]), ca.sin(angle[0]), int(np.argmax(self.axes[i]))
             rows = [[1, 0, 0], [0, c, -s], [0, s, c]]
             order = [(k - axis) % 3 for k in range(3)]
             turned = ca.vertcat(*[ca.horzcat(*[rows[j][k] for k in order]) for j in order])
@@ -54,30 +67,56 @@ class Arm:
             found.append(ca.SX(np.where(np.abs(placement) < 1e-14, 0.0, placement)) @ turned)
         return found
 
-    def inverse_dynamics(self, q: Any, v: Any, a: Any) -> Any:
-        """Return tau by the recursion of Newton and Euler (Featherstone 2008, section 5.3), 3-vectors."""
-        cross, R = ca.cross, self.rotations(q)
+    def inverse_dynamics(self, q: Any, v: Any, a: Any, turn: Any = None) -> Any:
+        """Return tau by the recursion of Newton and Euler (Featherstone 2008, section 5.3), 3-vectors.
+
+        ``turn`` is a small rotation of the free joint, its exponential up to squares.
+        """
+        cross, R, index = ca.cross, self.rotations(q), self.model.idx_vs
+        if turn is not None:
+            R[1] = R[1] @ (ca.SX.eye(3) + ca.skew(turn) + ca.skew(turn) @ ca.skew(turn) / 2)
         omega, alpha, acceleration = [ca.SX.zeros(3)], [ca.SX.zeros(3)], [ca.SX(-self.model.gravity.linear)]
         forces, moments = [ca.SX.zeros(3)], [ca.SX.zeros(3)]
         for i in self.joints:
             up, p, axis = self.model.parents[i], ca.SX(self.model.jointPlacements[i].translation), self.axes[i]
-            carried = R[i].T @ omega[up]
-            omega.append(carried + axis * v[i - 1])
-            alpha.append(R[i].T @ alpha[up] + axis * a[i - 1] + cross(carried, axis * v[i - 1]))
-            inward = cross(omega[up], cross(omega[up], p))
-            acceleration.append(R[i].T @ (acceleration[up] + cross(alpha[up], p) + inward))
+            carried, place = R[i].T @ omega[up], index[i]
+            if axis is None:
+                omega.append(v[3:6])
+                alpha.append(a[3:6])
+                acceleration.append(R[i].T @ acceleration[up] + a[:3] + cross(v[3:6], v[:3]))
+            else:
+                omega.append(carried + axis * v[place])
+                alpha.append(R[i].T @ alpha[up] + axis * a[place] + cross(carried, axis * v[place]))
+                inward = cross(omega[up], cross(omega[up], p))
+                acceleration.append(R[i].T @ (acceleration[up] + cross(alpha[up], p) + inward))
             body = self.model.inertias[i]
             lever, central, w, al = ca.SX(body.lever), ca.SX(body.inertia), omega[i], alpha[i]
             force = body.mass * (acceleration[i] + cross(al, lever) + cross(w, cross(w, lever)))
             forces.append(force)
             moments.append(central @ al + cross(w, central @ w) + cross(lever, force))
-        tau: list[Any] = [None] * self.model.nv
+        tau: list[Any] = [None] * self.model.njoints
         for i in reversed(self.joints):
             up, p = self.model.parents[i], ca.SX(self.model.jointPlacements[i].translation)
-            tau[i - 1] = ca.dot(ca.SX(self.axes[i]), moments[i])
+            if self.axes[i] is None:
+                tau[i] = ca.vertcat(forces[i], moments[i])
+                continue
+            tau[i] = ca.dot(ca.SX(self.axes[i]), moments[i])
             forces[up] += R[i] @ forces[i]
             moments[up] += R[i] @ moments[i] + cross(p, R[i] @ forces[i])
-        return ca.vertcat(*tau)
+        return ca.vertcat(*tau[1:])
+
+    def hessian(self) -> Any:
+        """Return the function of q, v, a and weights with the lower triangle of the Hessian of weights . tau."""
+        n, model = self.model.nv, self.model
+        q, v, a, weights = (ca.SX.sym(name, k) for name, k in (("q", model.nq), ("v", n), ("a", n), ("weights", n)))
+        turn = ca.SX.sym("turn", 3) if self.free else None
+        tau = self.inverse_dynamics(q, v, a, turn)
+        # a uniform field of gravity does not depend on the free joint's travel
+        places = [q] if turn is None else [ca.SX.sym("travel", 3), turn, q[7:]]
+        H = ca.tril(ca.hessian(ca.dot(weights, tau), ca.vertcat(*places, v, a))[0])
+        if turn is not None:
+            H = ca.sparsify(ca.substitute(H, turn, ca.SX.zeros(3)))
+        return ca.Function("native_hessian", [q, v, a, weights], [H])
 
     def forward_dynamics(self, q: Any, v: Any, tau: Any) -> Any:
         """Return vdot by articulated bodies (Featherstone 2008, section 7.3), spatial vectors, angular first."""
@@ -123,72 +162,132 @@ class Arm:
         return ca.vertcat(*found)
 
 
-def hessian_of_symbols(arm: Arm, shelf: Path, flags: tuple[str, ...]) -> tuple[Program, int]:
-    """Return CasADi's C of the Hessian's lower triangle, and its instructions."""
-    n = arm.model.nv
-    q, v, a = (ca.SX.sym(name, n) for name in "qva")
-    H = ca.tril(ca.hessian(ca.dot(ca.SX(WEIGHTS), arm.inverse_dynamics(q, v, a)), ca.vertcat(q, v, a))[0])
-    function = ca.Function("native_hessian", [q, v, a], [H])
+@dataclass(frozen=True)
+class Timed:
+    """A program with the Hessian: its operations, how to run it, and how its rows become dense Hessians in Pinocchio's
+    order."""
+
+    name: str
+    flags: str
+    operations: int | None
+    program: str
+    model: tuple[str, ...]
+    states: Path
+    weights: tuple[str, ...]
+    dense: Callable[[Array], Array]
+
+
+def turned_by(quaternion: Any) -> Any:
+    """Return the rotation matrix of a unit quaternion (x, y, z, w)."""
+    K = ca.skew(quaternion[:3])
+    return ca.SX.eye(3) + 2 * quaternion[3] * K + 2 * K @ K
+
+
+def dense(rows: Array, places: tuple[Array, Array], size: int) -> Array:
+    """Return symmetric matrices, (states, size, size), of the nonzeros of one triangle."""
+    matrices = np.zeros((len(rows), size, size))
+    matrices[:, places[0], places[1]] = matrices[:, places[1], places[0]] = rows
+    return matrices
+
+
+def of_symbols(robot: Robot, states: Path, weights: Array, shelf: Path, label: str) -> Timed:
+    """Return CasADi's C of the Hessian's lower triangle."""
+    n, width, function = robot.model.nv, robot.model.nq + 2 * robot.model.nv, robot.hessian()
+    H = function.sparsity_out(0)
     with tempfile.TemporaryDirectory() as folder:
         generator = ca.CodeGenerator("native.c")
         generator.add(function)
         generator.generate(f"{folder}/")
         text = (Path(folder) / "native.c").read_text(encoding="utf-8")
+    places = ", ".join(f"state + {start}" for start in (0, robot.model.nq, robot.model.nq + n))
     call = (
-        f"enum {{ WIDTH = {3 * n}, SIZE = {H.nnz()} }};\n"
+        f"enum {{ WIDTH = {width}, SIZE = {H.nnz()} }};\n"
         "int native_hessian(const double **arg, double **res, long long *iw, double *w, int mem);\n"
+        f"static const double weights[{n}] = {{ {', '.join(map(repr, weights.tolist()))} }};\n"
         "static inline void evaluate(const double *state, double *result)\n{\n"
         f"    static double w[{max(function.sz_w(), 1)}];\n"
-        f"    const double *arg[{function.sz_arg()}] = {{ state, state + {n}, state + {2 * n} }};\n"
+        f"    const double *arg[{function.sz_arg()}] = {{ {places}, weights }};\n"
         f"    double *res[{function.sz_res()}] = {{ result }};\n    native_hessian(arg, res, 0, w, 0);\n}}\n"
     )
-    return timing_program(shelf, {"native.c": text}, call, flags), function.n_instructions()
+    built = timing_program(shelf, {"native.c": text}, call, FLAGS[label])
+    rows, columns = (np.array(part) for part in H.get_triplet())
+    made = partial(dense, places=(rows, columns), size=3 * n)
+    return Timed("CasADi", label, function.n_instructions(), str(built.file("run")), (), states, (), made)
 
 
-def hessian_of_eomgen(described: Any, shelf: Path, flags: tuple[str, ...]) -> tuple[Program, int]:
-    """Return eomgen's C of the Hessian's lower triangle, and its operations."""
+def of_eomgen(described: Scene, peer: PinocchioModel, states: Path, weights: Array, shelf: Path, label: str) -> Timed:
+    """Return eomgen's C of the Hessian's lower triangle."""
     system = derive(described, [FUNCTION])
     program = to_program(system, functions=[FUNCTION])
     files = generate_files(program)
     sources = {file: text for file, text in files.items() if file.endswith((".c", ".h")) and file != "main.c"}
-    n, size, numbers = system.nv, program.functions[0].outputs[0].size, ", ".join(map(repr, WEIGHTS))
+    nq, n, size, order = system.nq, system.nv, program.functions[0].outputs[0].size, peer.v_order
+    own = np.empty(n)
+    own[order] = weights
     call = (
-        f'#include "{program.prefix}.h"\nenum {{ WIDTH = {3 * n}, SIZE = {size} }};\n'
-        f"static const double weights[{program.sizes['weights']}] = {{ {numbers} }};\n"
+        f'#include "{program.prefix}.h"\nenum {{ WIDTH = {nq + 2 * n}, SIZE = {size} }};\n'
+        f"static const double weights[{n}] = {{ {', '.join(map(repr, own.tolist()))} }};\n"
         "static inline void evaluate(const double *state, double *result)\n{\n"
-        f"    {program.prefix}_{FUNCTION}(state, state + {n}, state + {2 * n}, weights, result);\n}}\n"
+        f"    {program.prefix}_{FUNCTION}(state, state + {nq}, state + {nq + n}, weights, result);\n}}\n"
     )
-    return timing_program(shelf, sources, call, flags), system.counts[FUNCTION].flops
+    built = timing_program(shelf, sources, call, FLAGS[label])
+    block, place = np.divmod(np.array(system.patterns[FUNCTION]), n)
+    rows, columns = (block * n + np.argsort(order)[place]).T
+    made, operations = partial(dense, places=(rows, columns), size=3 * n), system.counts[FUNCTION].flops
+    return Timed("eomgen", label, operations, str(built.file("run")), (), states, (), made)
 
 
-def of_hessians(rounds: int, shelf: Path) -> None:
+def of_pinocchio(model: Path, n: int, states: Path, weights: Path, shelf: Path) -> Timed:
+    """Return Pinocchio's tensors of second derivatives."""
+    program = "second_derivatives_pinocchio"
+    built = cpp_program(shelf, program, ("-O3", "-march=native"), ())
+    as_model, as_weights = (str(model),), (str(weights),)
+    return Timed(
+        "Pinocchio, all tau", "O3", None, str(built.file(program)), as_model, states, as_weights,
+        lambda rows: rows.reshape(len(rows), 3 * n, 3 * n),
+    )  # fmt: skip
+
+
+def of_hessians(name: str, rounds: int, shelf: Path) -> None:
     """Print operations and times of the Hessian of inverse dynamics."""
-    described = scene(ROBOTS["panda"])
-    peer = pinocchio_model(ROBOTS["panda"], described)
-    arm, n = Arm(peer.model), peer.model.nv
-    with tempfile.TemporaryDirectory() as folder:
-        states = Path(folder) / "states"
+    described = scene(ROBOTS[name])
+    peer = pinocchio_model(ROBOTS[name], described)
+    robot, n = Robot(peer.model), peer.model.nv
+    weights = np.random.default_rng(20261125).uniform(-1.0, 1.0, n)
+    with tempfile.TemporaryDirectory() as given:
+        folder = Path(given)
+        states, own_states, model, of_weights = (folder / part for part in ("states", "own", "model", "weights"))
         peer.states.tofile(states)
-        rows, commands, found = [], [], []
-        for label, flags in FLAGS.items():
-            for name, (built, operations) in (
-                ("eomgen", hessian_of_eomgen(described, shelf, flags)),
-                ("CasADi", hessian_of_symbols(arm, shelf, flags)),
-            ):
-                results = Path(folder) / f"{name}_{label}"
-                subprocess.run([str(built.file("run")), "results", str(states), str(results)], check=True)
-                found.append(np.fromfile(results).reshape(len(peer.states), -1))
-                commands.append([str(built.file("run")), "time", str(states), "40"])
-                rows.append([name, label, str(operations)])
+        peer.states_of_eomgen().tofile(own_states)
+        weights.tofile(of_weights)
+        model.write_text(peer.text, encoding="utf-8")
+        all_timed = []
+        labels = list(FLAGS)[: 1 if n > _LARGE else None]
+        for label in labels:
+            all_timed.append(of_eomgen(described, peer, own_states, weights, shelf, label))
+            all_timed.append(of_symbols(robot, states, weights, shelf, label))
+        if (missing := missing_for_cpp()) is None:
+            all_timed.append(of_pinocchio(model, n, states, of_weights, shelf))
+        else:
+            print(f"without Pinocchio: {missing}")
+        commands, found = [], []
+        for timed in all_timed:
+            words = [*timed.model, str(timed.states)]
+            results = str(folder / "results")
+            subprocess.run([timed.program, "results", *words, results, *timed.weights], check=True)
+            found.append(timed.dense(np.fromfile(results).reshape(len(peer.states), -1)))
+            commands.append([timed.program, "time", *words, "40"])
         off = max(float(np.max(np.abs(one - found[0]))) for one in found) / float(np.max(np.abs(found[0])))
         if off > TOLERANCE:
-            sys.exit(f"the Hessians differ by {off:.1e}")
+            sys.exit(f"the Hessians of {name} differ by {off:.1e}")
         timings = interleaved(commands, rounds)
-    for row, timing in zip(rows, timings, strict=True):
-        row.append(figure(timing.median))
-    print(f"Hessian of weights . inverse dynamics, {n} joints, lower triangle; largest difference {off:.1e}\n")
+    rows = [
+        [timed.name, timed.flags, "-" if timed.operations is None else str(timed.operations), figure(timing.median)]
+        for timed, timing in zip(all_timed, timings, strict=True)
+    ]
+    print(f"\n{name}: Hessian of weights . inverse dynamics, {n} velocities; largest difference {off:.1e}\n")
     print(table(["", "flags", "operations", "ns per call"], rows))
-    for k, label in enumerate(FLAGS):
+    for k, label in enumerate(labels):
         print(f"{label}: {timings[2 * k].median / timings[2 * k + 1].median:.2f} of CasADi's time")
 
 
@@ -223,7 +322,7 @@ def reach(step: Any, n: int, nodes: int) -> tuple[int, float, float, bool]:
     return int(statistics["iter_count"]), float(result["f"]), seconds, bool(statistics["success"])
 
 
-def native_step(arm: Arm) -> Any:
+def native_step(arm: Robot) -> Any:
     """Return a step of rk4 in SX symbols over articulated bodies."""
     n = arm.model.nv
     q, v, tau = (ca.SX.sym(name, n) for name in ("q", "v", "tau"))
@@ -239,7 +338,7 @@ def native_step(arm: Arm) -> Any:
 def of_reaching(nodes: int) -> None:
     """Print iterations and processor time of the optimal control."""
     described = scene(ROBOTS["panda"])
-    arm = Arm(pinocchio_model(ROBOTS["panda"], described).model)
+    arm = Robot(pinocchio_model(ROBOTS["panda"], described).model)
     own = eomgen.casadi(driven(described), ["forward_dynamics"])["step"]
     rows = []
     for name, step in (("eomgen", own), ("CasADi", native_step(arm))):
@@ -251,13 +350,15 @@ def of_reaching(nodes: int) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--robots", default="panda,talos")
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--nodes", type=int, default=50)
     parser.add_argument("--quick", action="store_true", help="one round, ten nodes")
     options = parser.parse_args()
     pin_to_core(None)
     print(machine())
-    of_hessians(1 if options.quick else options.rounds, default_folder())
+    for name in options.robots.split(","):
+        of_hessians(name, 1 if options.quick else options.rounds, default_folder())
     of_reaching(10 if options.quick else options.nodes)
     return 0
 

@@ -15,7 +15,7 @@ inputs that the scene gives.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from eomgen.mechanics.dynamics.elimination import solve_tree
 from eomgen.mechanics.dynamics.partials import WorkHessian
@@ -45,7 +45,8 @@ def derivative_blocks(derivation: Derivation, name: str, blocks: Sequence[Block]
     arguments = Arguments(derivation)
     ways = []
     if TERMS[name].differentiated == "forward_dynamics" and _implicit(derivation):
-        ways.append(_ForwardDynamics(arguments, values).hessian() if second else _ForwardDynamics(arguments, values).A)
+        implicit = _ForwardDynamics(arguments, values)
+        ways.append(implicit.hessian() if second else implicit.jacobian())
     if not ways or derivation.tree.nv <= _FEW:
         ways.append(arguments.hessian(values) if second else arguments.jacobian(values))
     tape = derivation.tape
@@ -69,8 +70,9 @@ def _loops(derivation: Derivation) -> bool:
 class _ForwardDynamics:
     """Derivatives of vdot = f(x) by the equations G(x, f(x)) = 0 of inverse dynamics.
 
-    First derivatives: M f_x = -G_x. Second ones, with mu = M^-1 weights and E = (1, f_x): weights . f_xx = -E^T (mu .
-    G_..) E, in which a is vdot; G is linear in a.
+    First derivatives: M f_x = -G_x. Second ones, with mu = -M^-1 weights and E = (1, f_x): weights . f_xx = E^T (mu .
+    G_..) E, in which a is vdot; G is linear in a. With B = M^-1 (mu . G_ax), mu . G_xa f_x = -B^T G_x: solves for the
+    arguments that move M alone.
 
     Parameters
     ----------
@@ -86,48 +88,53 @@ class _ForwardDynamics:
         partials = arguments.jacobian(self.equations)
         places = [place for place in partials if place[1] not in self.of_a]
         refs = substituted(tape, [partials[place] for place in places], self.accelerations)
-        columns: dict[int, dict[int, Ref]] = {}
+        #: G_x by column and row.
+        self.columns: dict[int, dict[int, Ref]] = {}
         for (row, column), ref in zip(places, refs, strict=True):
-            columns.setdefault(column, {})[row] = ref
-        self.A: Entries = {}
-        with tape.block("solves of the mass matrix for each argument"):
-            for column, right in sorted(columns.items()):
-                for row, ref in enumerate(self.solved([-right[k] if k in right else ZERO for k in range(nv)])):
-                    if abs(ref) != ZERO:
-                        self.A[row, column] = ref
+            self.columns.setdefault(column, {})[row] = ref
 
-    def solved(self, right: Sequence[Ref]) -> list[Ref]:
-        """Return M^-1 right."""
+    def jacobian(self) -> Entries:
+        """Return the nonzeros of f_x by (row, column)."""
+        with self.arguments.derivation.tape.block("solves of the mass matrix for each argument"):
+            return {
+                (row, column): ref
+                for column, right in sorted(self.columns.items())
+                for row, ref in self.solved({row: -ref for row, ref in right.items()}).items()
+            }
+
+    def solved(self, right: Mapping[int, Ref]) -> dict[int, Ref]:
+        """Return the nonzeros of M^-1 right."""
         derivation = self.arguments.derivation
-        values = [Scalar(derivation.tape, ref) for ref in right]
-        return [x.ref for x in solve_tree(derivation.mass_rows, values, derivation.tree.dof_parents())]
+        values = [Scalar(derivation.tape, right.get(row, ZERO)) for row in range(derivation.tree.nv)]
+        solution = solve_tree(derivation.mass_rows, values, derivation.tree.dof_parents())
+        return {row: value.ref for row, value in enumerate(solution) if not value.is_zero}
 
     def hessian(self) -> Entries:
         """Return the nonzeros of the lower triangle of the Hessian of weights . vdot by (row, column)."""
-        tape = self.arguments.derivation.tape
+        tape, result = self.arguments.derivation.tape, dict[tuple[int, int], Ref]()
         weights = [tape.input("weights", k) for k in range(len(self.vdot))]
         with tape.block("weights of the equations"):
-            multipliers = self.solved([-ref for ref in weights])
+            multipliers = self.solved({row: -ref for row, ref in enumerate(weights)})
         whole = self.arguments.hessian(self.equations)
-        new = {**self.accelerations, **dict(zip(weights, multipliers, strict=True))}
+        new = {**self.accelerations, **{ref: multipliers.get(k, ZERO) for k, ref in enumerate(weights)}}
         refs = substituted(tape, list(whole.values()), new)
-        result: Entries = {}
-        of_a: dict[int, list[tuple[int, Ref]]] = {}
+        of_a: dict[int, dict[int, Ref]] = {}
         first = self.of_a.start
         for (row, column), ref in zip(whole, refs, strict=True):
             if row in self.of_a:
-                of_a.setdefault(column, []).append((row - first, ref))
+                of_a.setdefault(column, {})[row - first] = -ref
             elif column in self.of_a:
-                of_a.setdefault(row, []).append((column - first, ref))
+                of_a.setdefault(row, {})[column - first] = -ref
             else:
                 result[row, column] = ref
         with tape.block("second derivatives through the accelerations"):
-            for x, entries in sorted(of_a.items()):
-                for y in sorted({column for _, column in self.A}):
+            for x, right in sorted(of_a.items()):
+                solution = self.solved(right)
+                for y, partials in sorted(self.columns.items()):
                     total = ZERO
-                    for k, ref in entries:
-                        if (k, y) in self.A:
-                            total = tape.add(total, tape.mul(ref, self.A[k, y]))
+                    for k, ref in solution.items():
+                        if k in partials:
+                            total = tape.add(total, tape.mul(ref, partials[k]))
                     place = max(x, y), min(x, y)
                     twice = tape.mul(tape.constant(2.0), total) if x == y else total
                     result[place] = tape.add(result.get(place, ZERO), twice)
