@@ -17,7 +17,7 @@ so each entry is a product of a change of j with three vectors of i; the vector 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from eomgen.base.data import dataclass
 from eomgen.mechanics.dynamics.separated import composites, field_wrenches, inverse_dynamics
@@ -53,7 +53,7 @@ from eomgen.symbolic.scalar import (
     skew,
     transpose,
 )
-from eomgen.symbolic.tape import ONE
+from eomgen.symbolic.tape import ONE, ZERO
 
 
 @dataclass(frozen=True)
@@ -341,19 +341,31 @@ def _virtual_motions(tree: Tree, weights: Sequence[Scalar]) -> tuple[list[tuple[
     return twists, changes
 
 
+def base_change(base: BaseMotion, omega: Vector, alpha: Vector, acceleration: Vector) -> Change:
+    """Return the change of a tree by changes of its base's angular velocity, angular acceleration, and acceleration
+    minus gravity."""
+    zero = Scalar(omega[0].tape, ZERO)
+    none = (zero, zero, zero)
+    return Change((none, none), omega, (plus(alpha, cross(base.omega, omega)), acceleration))
+
+
 class WorkHessian:
     """Second partials of weights . (tau of inertia and weight), by composite bodies.
 
     Parameters
     ----------
     weights : (nv,) virtual velocities
+    base_changes : of the motion of the base in further arguments, by their number
 
     Attributes
     ----------
-    entries : of the lower triangle, by (row, column): q, v and a, ``nv`` numbers each
+    entries : of the lower triangle, by (row, column): q, v and a, ``nv`` numbers each; and mixed with further arguments
     """
 
-    def __init__(self, tree: Tree, base: BaseMotion, weights: Sequence[Scalar]) -> None:
+    def __init__(
+        self, tree: Tree, base: BaseMotion, weights: Sequence[Scalar], base_changes: Mapping[int, Change]
+    ) -> None:
+        self.base_changes = base_changes
         self.tree, self.entries = tree, dict[tuple[int, int], Scalar]()
         algebra, zero = tree.algebra, tree.algebra.zero_vector
         screws, twists = _motions(tree, base)
@@ -408,6 +420,13 @@ class WorkHessian:
                 for block, effect in enumerate(effects):
                     for place, change in enumerate(changes):
                         self._add((block, link.dofs[k]), (place, other), both * effect(change))
+        if self.base_changes:
+            effects = tuple(effect.carried(links[below]) for effect in effects)
+        for argument, change in self.base_changes.items():
+            for block, effect in enumerate(effects):
+                entry = argument, block * self.tree.nv + link.dofs[k]
+                value = link.coordinates.ratio * effect(change)
+                self.entries[entry] = self.entries.get(entry, self.tree.algebra.zero) + value
 
     def _add(self, row: tuple[int, int], column: tuple[int, int], value: Scalar, *, half: bool = False) -> None:
         """Add the derivative in two coordinates, (block, component) each, and its mirror image.

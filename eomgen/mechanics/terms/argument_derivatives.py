@@ -18,15 +18,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from eomgen.mechanics.dynamics.elimination import solve_tree
-from eomgen.mechanics.dynamics.partials import WorkHessian
+from eomgen.mechanics.dynamics.partials import Change, WorkHessian, base_change
+from eomgen.mechanics.dynamics.separated import inverse_dynamics
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.implicit_step import Entries, nonzeros
-from eomgen.mechanics.tree.base import base_law
+from eomgen.mechanics.tree.base import BaseMotion, base_law
 from eomgen.symbolic.calculus.loops import Tangent
 from eomgen.symbolic.calculus.partials import forward_partials, gradient_along
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.scalar import Scalar
+from eomgen.symbolic.scalar import Scalar, minus
 from eomgen.symbolic.tape import ONE, ZERO, Ref, substituted
 from eomgen.system.system import Block
 from eomgen.system.terms import ARGUMENTS, TERMS
@@ -204,8 +205,9 @@ class Arguments:
         return min(ways, key=lambda way: tape.counts(way.values()).weight)
 
     def by_composites(self, values: Sequence[Ref]) -> Entries:
-        """Return the entries of the Hessian of inverse dynamics or the residual in q, v and a: inertia and weight by
-        composite bodies, all else operation by operation; an empty mapping for other values."""
+        """Return the entries of the Hessian of inverse dynamics or the residual in q, v and a, mixed ones with
+        arguments that move the base alone included: inertia and weight by composite bodies, all else operation by
+        operation; an empty mapping for other values."""
         derivation, tape = self.derivation, self.derivation.tape
         if derivation.large or not derivation.tree.rigid:
             return {}
@@ -218,12 +220,34 @@ class Arguments:
             return {}
         nv = derivation.tree.nv
         weights = [Scalar(tape, tape.input("weights", number)) for number in range(nv)]
-        work = WorkHessian(derivation.grouped, derivation.motion, weights)
+        moving = self._base_changes()
+        work = WorkHessian(derivation.grouped, derivation.motion, weights, moving)
         entries = dict(work.entries)
         for place, ref in self.by_operations([value.ref for value in others]).items():
             entries[place] = entries.get(place, derivation.algebra.zero) + Scalar(tape, ref)
-        triangle = ((row, column) for row in range(3 * nv) for column in range(row + 1))
+        rows = [*range(3 * nv), *moving]
+        triangle = ((row, column) for row in rows for column in range(min(row + 1, 3 * nv)))
         return {place: entries[place].ref if place in entries else ZERO for place in triangle}
+
+    def _base_changes(self) -> dict[int, Change]:
+        """Return the changes of the base's motion by t and parameters, unless these are in the tree's own numbers."""
+        derivation, tape, motion = self.derivation, self.derivation.tape, self.derivation.motion
+        start = minus(motion.acceleration, motion.gravity)
+        refs = [value.ref for vector in (motion.omega, motion.alpha, start) for value in vector]
+        tangents = forward_partials(tape, refs, self.seeds)
+        x = [Scalar(tape, tape.input("base", k)) for k in range(12)]
+        any_base = BaseMotion(*((x[k], x[k + 1], x[k + 2]) for k in (0, 3, 6, 9)))
+        tau = inverse_dynamics(derivation.grouped, any_base, [None] * len(derivation.grouped.links))
+        numbers = set(tape.live([value.ref for value in tau]))
+        own = {
+            self.firsts["p"] + k for k in range(self.firsts["t"] - self.firsts["p"]) if tape.input("p", k) in numbers
+        }
+        changes: dict[int, Change] = {}
+        for argument in sorted({argument for tangent in tangents for argument in tangent} - own):
+            parts = [Scalar(tape, tangent.get(argument, ZERO)) for tangent in tangents]
+            omega, alpha, acceleration = ((parts[k], parts[k + 1], parts[k + 2]) for k in (0, 3, 6))
+            changes[argument] = base_change(motion, omega, alpha, acceleration)
+        return changes
 
     def by_operations(self, values: Sequence[Ref]) -> Entries:
         """Return the nonzeros of the Hessian by differentiation of each operation."""
