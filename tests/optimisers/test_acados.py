@@ -277,6 +277,19 @@ def test_an_integrator_of_acados_follows_a_loop_with_its_multipliers_as_algebrai
     assert np.max(np.abs(model.evaluate("constraint", state[:3])["Phi"])) < 1e-7
 
 
+@needs_acados
+@pytest.mark.slow
+def test_a_receding_horizon_swings_a_heavier_pole_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ACADOS_SOURCE_DIR", str(ACADOS))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    demo = runpy.run_path(str(EXAMPLES / "receding_horizon" / "demo.py"))
+    loop = demo["controlled"](demo["controller"](tmp_path), 2.5)
+    assert np.max(np.abs(loop.u)) == pytest.approx(demo["FORCE"], rel=1e-6)
+    assert loop.x[-1] == pytest.approx(demo["UPRIGHT"], abs=0.1)
+    assert np.median(loop.seconds) < demo["SAMPLE"]
+
+
 def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(eomgen.UsageError) as caught:
         eomgen.generate(CART_POLE, tmp_path / "c", ["mass"], target="acados")
