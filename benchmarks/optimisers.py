@@ -381,7 +381,7 @@ def of_acados(calls: int) -> None:
         print("\nacados is missing; try: make acados")
         return
     described = scene(ROBOTS["ur5"])
-    arm = Arm(pinocchio_model(ROBOTS["ur5"], described).model)
+    arm = Robot(pinocchio_model(ROBOTS["ur5"], described).model)
     n = arm.model.nv
     with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
         folder = Path(name)
