@@ -402,6 +402,7 @@ def _function(
         calls,
         shared,
         fill=name != "base",
+        sample=system.sample,
     )  # the base is a struct, whose components no loop can fill
     missing = sorted({block for part in result.parts for block in part.inputs} - set(inputs))
     if missing:

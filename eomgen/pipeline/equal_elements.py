@@ -2,7 +2,7 @@
 
 Three scenes are derived that differ from the given one in the number of its equal elements alone, and
 ``codegen.continuation`` checks that their Programs grow evenly. So the work of a derivation is the same for a beam of
-400 elements and of 10 000.
+200 elements and of 10 000.
 """
 
 from __future__ import annotations
@@ -21,17 +21,19 @@ from eomgen.mechanics.scene_tape import Derivation
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
+from eomgen.system.system import Sample
 
-#: Least number of elements of the smallest derived scene, and increment to the next scene: fewer elements have loops
-#: that are written out, and loops that take several elements side by side.
-_FEW, _MORE = 80, 4
-#: Number of equal elements above which three scenes with few elements are derived faster.
-_MANY = 400
+#: Least number of elements of the smallest derived scene, and increment to the next scene. A scene with one beam, whose
+#: elements are all equal, needs fewer than others, which have loops outside of the run, too; the last 20 elements may
+#: be eliminated in an order of their own.
+_FEW, _FEW_OF_OTHERS, _MORE = 28, 80, 4
+#: Numbers of equal elements, of the same scenes, above which three scenes with few elements are derived faster.
+_MANY, _MANY_OF_OTHERS = 160, 400
 #: Sections of a scene that hold no numbers of elements and no places along a beam.
 _PLAIN = frozenset({"beams", "forces", "springs", "torsion_springs", "bushings", "efforts"})
 _BY_ELEMENT = frozenset({"section_load", "place", "local"})
 
-Derived = Callable[[Scene], tuple[Program, str]]
+Derived = Callable[[Scene, Sample], tuple[Program, str]]
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,12 @@ class EqualElements:
     def count(self) -> int:
         return self.runs[0].count
 
+    @property
+    def alone(self) -> bool:
+        """Whether the scene has one beam without constrained strains, and all elements are equal."""
+        beams = [item.beam for item in self.scene.elements if isinstance(item, CosseratBeam)]
+        return len(beams) == 1 and not beams[0].constrained and self.count == beams[0].elements
+
     def fewer(self, count: int) -> Scene:
         """Return the scene with ``count`` elements in each run."""
         beams: dict[str, Cosserat] = {}
@@ -89,16 +97,22 @@ class EqualElements:
 
         Parameters
         ----------
-        derived : returns the same for a scene that is derived
+        derived : returns the same for a scene that is derived in place of a longer one
 
         Raises
         ------
         ModelError
             A function needs more room on the stack than there is.
         """
-        few = _FEW + self.count % _MORE
-        scenes = [self.fewer(few + k * _MORE) for k in range(3)]
-        made = [derived(scene) for scene in scenes]
+        made = self._continued(derived, _FEW) if self.alone else None
+        return made or (self._continued(derived, _FEW_OF_OTHERS) if self.count >= _MANY_OF_OTHERS else None)
+
+    def _continued(self, derived: Derived, least: int) -> tuple[Program, str] | None:
+        """Return the Program and the reason as ``program`` does, from scenes with at least ``least`` elements."""
+        few = least + self.count % _MORE
+        counts = [few + k * _MORE for k in range(3)]
+        scenes = list(map(self.fewer, counts))
+        made = [derived(scene, Sample(n, self.count - n)) for scene, n in zip(scenes, counts, strict=True)]
         if len({refusal for _, refusal in made}) > 1:
             return None
         middles = [_middles(scene) for scene in (*scenes, self.scene)]
@@ -135,7 +149,8 @@ def equal_elements(scene: Scene) -> EqualElements | None:
     runs = [run for beam in beams for run in _runs(beam, mentioned)]
     longest = max((run.count for run in runs), default=0)
     chosen = {run.beam.name: run for run in runs if run.count == longest}
-    return EqualElements(scene, tuple(chosen.values())) if longest >= _MANY else None
+    alike = EqualElements(scene, tuple(chosen.values()))
+    return alike if longest >= (_MANY if alike.alone else _MANY_OF_OTHERS) else None
 
 
 def _texts_outside_beams(scene: Scene, nodes: Collection[str]) -> set[str] | None:

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
     from eomgen.solvers.constraint_rows import EveryRow
     from eomgen.system.description import Description
-    from eomgen.system.system import System
+    from eomgen.system.system import Sample, System
 
 
 #: Builds the model of a document with some terms, the same bits everywhere.
 Build = Callable[[Any, Sequence[str]], "Model"]
-#: Function that derives a document: the Program, and the reason for a missing stepper.
-Programs = Callable[[Any], tuple["Program", str]]
+#: Function that derives a document for a longer one: the Program, and the reason for a missing stepper.
+Programs = Callable[[Any, "Sample"], tuple["Program", str]]
 
 
 class Document(Protocol):
@@ -61,7 +61,7 @@ class FrontEnd:
     every_row : evaluates the constraints with the rows that were left out as redundant, if there are any
     content : all data that determine the equations of a document; by default ``content`` of the document
     program : the Program of a document with many equal parts, and the reason for a missing stepper, by a function that
-        derives documents with few such parts; None for other documents
+        derives documents with few such parts for longer ones; None for other documents
     """
 
     name: str

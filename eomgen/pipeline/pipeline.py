@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
     from eomgen.system.branches import Branches
     from eomgen.system.description import Description, Simulation
-    from eomgen.system.system import System
+    from eomgen.system.system import Sample, System
     from eomgen.toolchain.builder import Builder, LaneFiles
     from eomgen.toolchain.compiler import RunningCompilers
     from eomgen.toolchain.library import LaneLibrary, Library
@@ -724,8 +724,8 @@ def _program(
         prepared = with_parameters(prepared, described, parameters)
     with_settings = _method_name(described, method) == _method_name(described, None)
 
-    def derived(part: Document) -> tuple[Program, str]:
-        return _derived_program(part, described, selection, chosen, target, with_settings=with_settings)
+    def derived(part: Document, sample: Sample | None = None) -> tuple[Program, str]:
+        return _derived_program(part, described, selection, chosen, target, sample, with_settings=with_settings)
 
     return front_end.program(prepared, derived) or derived(prepared)
 
@@ -736,12 +736,16 @@ def _derived_program(
     selection: Selection,
     chosen: Method,
     target: Target,
+    sample: Sample | None,
     *,
     with_settings: bool,
 ) -> tuple[Program, str]:
     """Return the Program of a document, derived, and the reason if the Program has no stepper.
 
-    ``with_settings``: whether the settings described are of this method.
+    Parameters
+    ----------
+    sample : of the longer document that is meant, if any
+    with_settings : whether the settings described are of this method
     """
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
@@ -760,6 +764,8 @@ def _derived_program(
         system = derive(document, [*(name for name in system.functions if name in TERMS), *lacking])
     if target.steppers:
         system = chosen.prepared(system)
+    if sample is not None:
+        system = replace(system, sample=sample)
     functions = selection.functions(list(system.functions), called, implicit=chosen.implicit)
     if not target.steppers:
         return to_program(system, None, functions, names=target.names), f"{target.language} has functions only"

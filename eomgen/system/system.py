@@ -227,6 +227,35 @@ class BeamAxis:
     shortening: tuple[tuple[float, ...], ...]
 
 
+class Sample(NamedTuple):
+    """Numbers of equal parts of a scene that is derived in place of a longer one.
+
+    Choices that depend on lengths, of loops and of eliminations, are made for the longer scene.
+
+    Attributes
+    ----------
+    parts : equal parts of this scene; 0 for a scene that stands for itself
+    missing : further equal parts of the longer scene
+    """
+
+    parts: int = 0
+    missing: int = 0
+
+    @property
+    def growth(self) -> float:
+        """Ratio of the numbers of parts, longer scene to this one."""
+        return (self.parts + self.missing) / self.parts if self.parts else 1.0
+
+    def iterations(self, count: int) -> int:
+        """Return the iterations in the longer scene of a loop with ``count`` iterations here: a loop over nearly all
+        parts, or over pairs of parts, grows with them."""
+        return count + count * self.missing // self.parts if 5 * count > 2 * self.parts > 0 else count
+
+
+#: Of a scene that stands for itself.
+WHOLE = Sample()
+
+
 @checked_calls("eomgen.derive(scene)")
 @dataclass(frozen=True)
 class System:
@@ -299,6 +328,8 @@ class System:
         function ``row_sums`` gives nonzero row sums of K and C over the groups, ``patterns`` the positions.
     links : tuple of pairs of ints
         Pairs of these components with mutual forces that ``relative_forces`` gives apart from the residual.
+    sample : Sample
+        The longer scene that this one is derived for, if any.
     order : int
         Highest time derivative given by a function, which determines the number of derivatives of inputs and of the
         base's acceleration in its arguments.
@@ -349,6 +380,7 @@ class System:
     frames: tuple[str, ...] = ()
     relative: tuple[tuple[int, ...], ...] = ()
     links: tuple[tuple[int, int], ...] = ()
+    sample: Sample = WHOLE
 
     def __repr__(self) -> str:
         return line(self.name, self._sizes, {name: count.flops for name, count in self.counts.items()})

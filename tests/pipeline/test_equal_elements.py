@@ -12,9 +12,11 @@ import eomgen
 from eomgen.codegen.metadata import interface_layout
 from eomgen.codegen.program import Program, ProgramFunction
 from eomgen.codegen.targets.c.target import C, generate_files
+from eomgen.integrators.families.register import method_named
 from eomgen.pipeline import equal_elements, pipeline
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.scene import Scene
+from eomgen.system.system import Sample
 from eomgen.system.terms import Selection
 from tests.models.cosserat import beam_scene
 
@@ -86,6 +88,7 @@ def without_constant_mass(program: Program) -> dict[str, Any]:
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let beams of so few elements be continued that the derived ones are made fast."""
     monkeypatch.setattr(equal_elements, "_MANY", 92)
+    monkeypatch.setattr(equal_elements, "_MANY_OF_OTHERS", 92)
 
 
 @pytest.mark.usefixtures("few")
@@ -93,6 +96,21 @@ def test_c_of_a_long_beam_is_that_of_the_derived_one() -> None:
     made, derived = programs(cantilever(96))
     assert generate_files(made) == generate_files(derived)
     assert interface_layout(made) == interface_layout(derived)
+
+
+@pytest.mark.usefixtures("few")
+def test_a_long_beam_is_continued_from_beams_of_28_and_more_elements() -> None:
+    scene, counts = eomgen.load(cantilever(97)), []
+
+    def derived(part: Scene, sample: Sample) -> tuple[Program, str]:
+        counts.append((len(part.bodies) - 1, *sample))
+        return pipeline._derived_program(
+            part, SCENES.describe(scene), Selection(None, "given"), method_named("rk4"), C, sample, with_settings=False
+        )
+
+    alike = equal_elements.equal_elements(scene)
+    assert alike is not None and alike.program(derived) is not None
+    assert counts == [(29, 29, 68), (33, 33, 64), (37, 37, 60)]
 
 
 @pytest.mark.slow

@@ -24,7 +24,7 @@ from eomgen.codegen.program import Expression, Statement
 from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import UNARY, Op
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system.system import INPUT_BLOCKS
+from eomgen.system.system import INPUT_BLOCKS, WHOLE, Sample
 
 _ARITY = [2] * (max(Op) + 1)
 for _op in UNARY:
@@ -67,19 +67,23 @@ def operands(tape: Tape, node: int) -> tuple[int, ...]:
     return (tape.a[node],) if arity == 1 else (tape.a[node], tape.b[node], tape.c[node])
 
 
-def find_loops(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
-    """Return the loops in a sequence of live tape nodes, in order and disjoint; none spans the call of a Map."""
+def find_loops(tape: Tape, live: Sequence[int], sample: Sample = WHOLE) -> list[RerolledLoop]:
+    """Return the loops in a sequence of live tape nodes, in order and disjoint; none spans the call of a Map.
+
+    Parameters
+    ----------
+    sample : of the longer scene whose loops are judged
+    """
     loops = []
     for is_map, nodes in groupby(live, lambda node: tape.op[node] is _MAP):
         if is_map:
             continue
         fixed = [node for node in nodes if not is_circular(tape, node)]
         repeats: list[tuple[int, int, int]] = []
-        _search(_codes(tape, fixed), 0, len(fixed), repeats)
+        _search(_codes(tape, fixed), 0, len(fixed), repeats, sample)
         for start, period, iterations in sorted(repeats):
-            loop = _consistent(
-                tape, [tuple(fixed[start + k * period : start + (k + 1) * period]) for k in range(iterations)]
-            )
+            groups = [tuple(fixed[start + k * period : start + (k + 1) * period]) for k in range(iterations)]
+            loop = _consistent(tape, groups, sample)
             if loop is not None:
                 loops.append(loop)
     return loops
@@ -111,12 +115,14 @@ def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
     return np.array([numbers.setdefault(key(node), len(numbers)) for node in nodes], dtype=np.uint64)
 
 
-def _search(codes: NDArray[np.uint64], low: int, high: int, repeats: list[tuple[int, int, int]]) -> None:
+def _search(
+    codes: NDArray[np.uint64], low: int, high: int, repeats: list[tuple[int, int, int]], sample: Sample
+) -> None:
     """Append (start, period, iterations) of the repeats in [low, high): the longest, then repeats on both sides."""
     pending = [(low, high)]
     while pending:
         low, high = pending.pop()
-        best = _longest(codes[low:high])
+        best = _longest(codes[low:high], sample)
         if best is None:
             continue
         start, period, iterations = best
@@ -124,7 +130,7 @@ def _search(codes: NDArray[np.uint64], low: int, high: int, repeats: list[tuple[
         pending += [(low, low + start), (low + start + period * iterations, high)]
 
 
-def _longest(codes: NDArray[np.uint64]) -> tuple[int, int, int] | None:
+def _longest(codes: NDArray[np.uint64], sample: Sample) -> tuple[int, int, int] | None:
     size = len(codes) - _WINDOW + 1
     if size < 2:
         return None
@@ -141,7 +147,7 @@ def _longest(codes: NDArray[np.uint64]) -> tuple[int, int, int] | None:
         starts, lengths = edges[::2], edges[1::2] - edges[::2]
         longest = int(np.argmax(lengths))
         iterations = int(lengths[longest]) // period + 1
-        saved = (iterations - 1) * period
+        saved = (sample.iterations(iterations) - 1) * period
         if (
             iterations >= MINIMUM_ITERATIONS
             and saved >= MINIMUM_SAVED
@@ -151,7 +157,7 @@ def _longest(codes: NDArray[np.uint64]) -> tuple[int, int, int] | None:
     return None if best is None else (best[2], -best[1], best[3])
 
 
-def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]]) -> RerolledLoop | None:
+def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]], sample: Sample) -> RerolledLoop | None:
     """Return the loop over the longest run of iterations around the middle one that have the same local operands."""
     alike = _alike(tape, np.array(iterations, dtype=np.int64))
     first = last = len(iterations) // 2
@@ -162,7 +168,7 @@ def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]]) -> RerolledLo
     kept = iterations[first : last + 1]
     return (
         RerolledLoop(tuple(kept))
-        if len(kept) >= MINIMUM_ITERATIONS and (len(kept) - 1) * len(kept[0]) >= MINIMUM_SAVED
+        if len(kept) >= MINIMUM_ITERATIONS and (sample.iterations(len(kept)) - 1) * len(kept[0]) >= MINIMUM_SAVED
         else None
     )
 

@@ -35,6 +35,7 @@ from eomgen.symbolic.external import Call
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
+from eomgen.system.system import WHOLE, Sample
 
 _CONST, _INPUT = Op.CONST, Op.INPUT
 
@@ -669,6 +670,7 @@ def schedule(
     *,
     fill: bool = True,
     reroll: bool = True,
+    sample: Sample = WHOLE,
 ) -> Schedule:
     """Order the operations that the outputs need.
 
@@ -682,9 +684,14 @@ def schedule(
     shared : the shared stretches of the Program, completed here; without, no stretches are shared.
     fill : whether many structural zeros may become a loop.
     reroll : whether repeats may become loops.
+    sample : of the longer scene whose loops are judged.
     """
+
     apart = accumulated(tape, outputs)
-    rerolled = _worthwhile if reroll else lambda *_: []
+
+    def rerolled(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
+        return _worthwhile(tape, live, sample) if reroll else []
+
     plan = Plan(tape, apart.outputs, part_limit, rerolled, apart.nodes, share=shared is not None)
     made = [] if loops is None else loops
     curves = {} if curve_numbers is None else curve_numbers
@@ -695,11 +702,12 @@ def schedule(
     return writer.run(fill)
 
 
-def _worthwhile(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
+def _worthwhile(tape: Tape, live: Sequence[int], sample: Sample) -> list[RerolledLoop]:
     """Return the loops of a long function, or none if loops would reduce the length too little."""
     written = sum(tape.op[node] is not _MAP for node in live)
-    if written <= REROLL_FROM:
+    if written * sample.growth <= REROLL_FROM:
         return []
-    loops = find_loops(tape, live)
+    loops = find_loops(tape, live, sample)
     saved = sum((len(loop.iterations) - 1) * loop.period for loop in loops)
-    return loops if written - saved <= REROLLED_PART * written else []
+    missing = sum((sample.iterations(len(loop.iterations)) - len(loop.iterations)) * loop.period for loop in loops)
+    return loops if written - saved <= REROLLED_PART * (written + missing) else []

@@ -424,7 +424,8 @@ class GeneralizedAlpha(Family):
         owners = system.inner_owners
         unknowns = Unknowns(nv, nl, system.holonomic, self.form == STABILISED, len(owners), nz)
         known = samples if samples is not None else samples_of(system)
-        solver = make_solver(unknowns, system.factors, known, self._weights(step), step, owners)
+        growth = system.sample.growth
+        solver = make_solver(unknowns, system.factors, known, self._weights(step), step, owners, growth=growth)
         perturbed = unknowns.holonomic > 0 and not unknowns.eta
         hooks = {"row": "without_rounding"} if perturbed else {}
         harmonics = harmonics_data(system)

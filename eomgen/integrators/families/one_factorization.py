@@ -130,7 +130,10 @@ def linear_system(
     known = samples if samples is not None else samples_of(system)
     known = at_both_ends(known) if rows else known
     weights = (1.0, gain, gain * gain, 1.0, 1.0, 1.0, gain)
-    solver = make_solver(unknowns, system.factors, known, weights, gain, owners, groups, at_start=True, turned=turned)
+    growth = system.sample.growth
+    solver = make_solver(
+        unknowns, system.factors, known, weights, gain, owners, groups, at_start=True, turned=turned, growth=growth
+    )
     links = system.links if sources_on_links(solver, system.links) else ()
     return {
         "hooks": {"row": "accelerations_of_row"},

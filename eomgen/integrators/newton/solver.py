@@ -43,13 +43,14 @@ _DENSE_ADVANTAGE = 4.0
 @dataclass(frozen=True)
 class Solver:
     """Terms of the matrix, and the elimination, None for a dense one; ``fronts`` if stages of the elimination
-    repeat."""
+    repeat; ``growth``: ratio of the lengths of the scene that is meant and the scene that is derived."""
 
     unknowns: Unknowns
     packing: Packing
     terms: NonzeroTerms
     elimination: Elimination | None
     fronts: Fronts | None = None
+    growth: float = 1.0
 
     @property
     def kind(self) -> str:
@@ -57,7 +58,7 @@ class Solver:
             return "dense"
         if self.fronts is not None:
             return "fronts"
-        return "unrolled" if _is_written_out(self.elimination) else "tables"
+        return "unrolled" if _is_written_out(self.elimination, self.growth) else "tables"
 
     @property
     def factor_operations(self) -> float:
@@ -70,9 +71,9 @@ class Solver:
         return float(self.unknowns.size**2 if self.elimination is None else self.elimination.solve_operations)
 
 
-def _is_written_out(elimination: Elimination) -> bool:
-    few = not elimination.groups or elimination.size <= GROUPS_UNROLLED
-    return few and elimination.operations <= UNROLLED
+def _is_written_out(elimination: Elimination, growth: float) -> bool:
+    few = not elimination.groups or growth * elimination.size <= GROUPS_UNROLLED
+    return few and growth * elimination.operations <= UNROLLED
 
 
 def make_solver(
@@ -86,6 +87,7 @@ def make_solver(
     *,
     at_start: bool = False,
     turned: bool = False,
+    growth: float = 1.0,
 ) -> Solver:
     """Choose the pivots by samples of the matrix.
 
@@ -103,6 +105,7 @@ def make_solver(
     at_start : whether the linearisation is about zero increments, so that T is 1. Then accelerations are not required,
         so M may be singular; inner unknowns have right sides; pivots are on the diagonal if the choice is free
     turned : with ``at_start``, whether rotations have T(step v) in place of 1
+    growth : ratio of the lengths of the scene that is meant and the scene that is derived
     """
     moving = factors if turned or not at_start else ()
     terms = iteration_terms(unknowns, moving, samples.packing, groups, every_tangent=turned)
@@ -129,17 +132,18 @@ def make_solver(
         diagonal_first=at_start,
     )
     if groups:
-        return Solver(unknowns, samples.packing, terms, elimination)
-    most = min(FRONTS_UNROLLED, elimination.operations / 2)
+        return Solver(unknowns, samples.packing, terms, elimination, None, growth)
+    operations = growth * elimination.operations
+    most = min(FRONTS_UNROLLED, operations / 2)
     if fewest_operations(elimination) <= most:
         fronts = make_fronts(elimination, list(values), unknowns.matrix_size if at_start else unknowns.size)
-        repetitions = REPETITIONS if elimination.operations <= UNROLLED / 2 else 2
-        repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= repetitions * len(fronts.kinds)
+        repetitions = REPETITIONS if operations <= UNROLLED / 2 else 2
+        repeated = operations > UNROLLED or growth * len(fronts.kind_of) >= repetitions * len(fronts.kinds)
         if fronts.operations <= most and repeated:
-            return Solver(unknowns, samples.packing, terms, elimination, fronts)
-    whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
-    loop_is_cheaper = elimination.operations > UNROLLED and whole and not unknowns.inner
-    return Solver(unknowns, samples.packing, terms, None if loop_is_cheaper else elimination)
+            return Solver(unknowns, samples.packing, terms, elimination, fronts, growth)
+    whole = (growth * unknowns.size) ** 3 / 3 < _DENSE_ADVANTAGE * operations
+    loop_is_cheaper = operations > UNROLLED and whole and not unknowns.inner
+    return Solver(unknowns, samples.packing, terms, None if loop_is_cheaper else elimination, None, growth)
 
 
 def _pivots(
@@ -304,7 +308,7 @@ def solver_data(
         "inertia": _inertia_numbers(solver.unknowns, packing),
         "rate_diagonal": [place_of[index] for index in terms.rate_diagonal],
         "grouped": _grouped_columns(solver),
-        "fallback": solver.elimination is None or solver.unknowns.matrix_size <= DENSE_FALLBACK,
+        "fallback": solver.elimination is None or solver.growth * solver.unknowns.matrix_size <= DENSE_FALLBACK,
         "B": [list(index) for index in packing.nonzeros["B"]],
         "plain": plain,
     }
@@ -312,7 +316,7 @@ def solver_data(
         rights = solver.unknowns.matrix_size if plain else solver.unknowns.size
         data["elimination"] = _fronts_data(solver.fronts, solver.elimination, solver.unknowns.size, rights)
     elif solver.elimination is not None:
-        data["elimination"] = _elimination_data(solver.elimination, indices)
+        data["elimination"] = _elimination_data(solver.elimination, indices, solver.growth)
         if links:
             _add_sources(data["elimination"], links, unknowns=solver.unknowns.size)
     return data
@@ -340,7 +344,7 @@ def _ordered(indices: Iterable[MatrixIndex], elimination: Elimination | None) ->
     return sorted(indices, key=lambda index: (row_at[index[0]], column_at[index[1]]))
 
 
-def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex]) -> dict[str, Any]:
+def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], growth: float) -> dict[str, Any]:
     """Number the factors row by row: L, reciprocal pivot, U."""
     start, diagonal, columns = [0], [], []
     slots: list[dict[int, int]] = []
@@ -369,7 +373,7 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex]) 
         "entry_start": entry_start,
         "entry_column": entry_columns,
     }
-    written_out = _is_written_out(elimination)
+    written_out = _is_written_out(elimination, growth)
     if elimination.groups:
         data["groups"] = list(elimination.groups)
         return data | _elimination_of_groups(elimination, data, slots, written_out=written_out)
