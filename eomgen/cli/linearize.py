@@ -540,6 +540,8 @@ def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[fl
         first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
     except ValueError:
         fault = "a parameter, two values and their number are needed"
+        if any(letter.isalpha() for letter in "".join(parts[:2]).replace("e", "")):
+            fault, hint = f"{fault}, and values have no units", f"{hint}, in the unit of the parameter"
         raise UsageError(Problem(f"{option} {text}", fault, hint)) from None
     if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
         raise UsageError(Problem(f"{option} {text}", "finite values, and 2 to 10000 of them, are needed", hint))

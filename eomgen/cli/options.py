@@ -331,6 +331,10 @@ def check_assigned(scene: Scene, changes: Mapping[str, object], signals: Mapping
     robot : whether the scene was read from a URDF, whose options make inputs and tunable parameters
     """
     inputs, tunable = [item.name for item in scene.inputs], [item.name for item in scene.parameters if item.tunable]
+    for name in changes:
+        if name in [item.name for item in scene.states] and name not in tunable:
+            hint = f"[states.{name}] initial = {_said(changes[name])} in the scene"
+            raise UsageError(Problem(f"--set {name}", f"{name} is a state, not a parameter", hint))
     _check_changes(changes, inputs, tunable, [item.name for item in scene.bodies] if robot else [])
     joints = [item.name for item in scene.joints] if robot else []
     for name, value in signals.items():

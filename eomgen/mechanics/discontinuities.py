@@ -55,6 +55,8 @@ def validity(scene: Scene) -> tuple[Validity, ...]:
 #: Limit of the overshoot of a spline over its points, as a part of the range of the points, above which a note is
 #: written.
 _NOTED = 0.1
+#: Numbers by which files mark missing values.
+_MISSING = frozenset({999.0, 9999.0, 99999.0, -999.0, -9999.0, -99999.0, 1e20, 1e30})
 
 
 def overshoots(curves: Iterable[AnyCurve]) -> Iterator[str]:
@@ -69,4 +71,6 @@ def overshoots(curves: Iterable[AnyCurve]) -> Iterator[str]:
         if share > _NOTED:
             beyond = f"{100.0 * share:.2g} % of the range of its points, {low:.4g} to {high:.4g}, beyond them"
             hint = 'more points where they turn, or interpolation = "linear", keep it within'
+            if {low, high} & _MISSING:
+                hint = f"a value such as {max(abs(low), abs(high)):g} often marks a missing one, to be left out"
             yield f"{curve.name}: the spline is {value:.4g} at {place:.4g}, {beyond}; {hint}"

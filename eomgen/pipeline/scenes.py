@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass, replace
 from eomgen.base.extensions import code_stamp
+from eomgen.errors import ModelError, Problem
 from eomgen.pipeline.front_end import Build, FrontEnd, Programs
 from eomgen.pipeline.readings import StoredScene
 from eomgen.system.terms import PURPOSES
@@ -49,7 +51,33 @@ def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> Syste
         return mechanics.derive(scene, terms)
     whole = scene.coordinates != "absolute" or len(scene.bodies) <= _WHOLE
     derive = partial(mechanics.derive, scene) if whole else mechanics.SharedTape(scene).derive
-    return with_initial_assembly(derive, terms, _describe(scene), whole=whole)
+    try:
+        return with_initial_assembly(derive, terms, _describe(scene), whole=whole)
+    except ModelError as error:
+        raise _with_numbers(error, scene) from None
+
+
+def _with_numbers(error: ModelError, scene: Scene) -> ModelError:
+    """Return an error of constraints with the lengths and curves of the named constraints, and with doubts on units."""
+    from eomgen.scene.document.out_of_scale import numbers_of_constraints  # noqa: PLC0415  # of few scenes
+
+    doubts = [note.partition("; ")[0] for note in scene.notes if "without a unit" in note or "radians" in note]
+    named = [
+        item
+        for item in scene.constraints
+        if re.search(rf"[:,;] {re.escape(item.name)}: ", str(error))
+        and not any(doubt.startswith(f"constraints.{item.name}.") for doubt in doubts)
+    ]
+    defined = "no finite derivative" not in str(error)
+    values = {item.name: item.value for item in scene.parameters} if defined else None
+    said = numbers_of_constraints(named, values)
+    if not said and not doubts:
+        return error
+    first, *rest = error.problems
+    fault, _, hint = str(first).partition("; try: ")
+    clauses = [fault, *said, *(f"in doubt is {doubt}" for doubt in doubts)]
+    hint += "; numbers without a unit are in m and in rad" if defined else ""
+    return ModelError([Problem("", "; ".join(clauses), hint), *rest])
 
 
 def _unconnected(scene: Scene) -> bool:

@@ -248,6 +248,11 @@ def consistent_position(system: ConstrainedSystem, q: Array, t: float) -> tuple[
         best = np.minimum(best, size)
         step = -rows.correction(violation)
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
+        if largest > 1.0:  # a whole step that meets all rows, as of a row that is linear, needs no shortening
+            whole = system.moved(q, step)
+            if np.all(np.abs(system.constraint(whole, t)) <= rows.limits):
+                q = whole
+                continue
         q = system.moved(q, step / max(1.0, largest))
     violation, rows = system.constraint(q, t), RowsInMetric(system, q, t)
     raise _contradiction(rows, system.names, violation, rows.limits, "positions", MAX_ITERATIONS)

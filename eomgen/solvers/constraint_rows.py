@@ -351,9 +351,10 @@ def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Any:
         kinds = {name.rpartition(": ")[2] for name in undefined}
         remedies = {
             "discs": "a state in which no disc lies flat on the plane on which it rolls",
-            "surfaces": "a start near the surface and within the ends of its curves, and a body that is smaller than"
-            " the valleys of the surface",
-            "formulas": "a state in which the formula and its derivatives have values",
+            "surfaces": "a start near the surface and within the ends of its curves and maps, and a body that is"
+            " smaller than the valleys of the surface",
+            "formulas": "a state in which the formula and its derivatives have values, within the ends of its curves"
+            " and maps",
             "others": "a state in which the points of a distance differ, and lengths above 0",
         }
         of_rows = {

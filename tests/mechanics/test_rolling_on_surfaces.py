@@ -134,7 +134,9 @@ def test_a_valley_narrower_than_the_sphere_is_told() -> None:
         model(surface='surface = "5 * x**2"', position="[0.02, 0, 0.4]").simulate(0.1)
     with pytest.raises(eomgen.EomgenError) as caught:
         eomgen.derive(scene(surface='surface = "sqrt(x)"'))
-    assert "try: a start near the surface and within the ends of its curves, and a body that is" in str(caught.value)
+    assert "try: a start near the surface and within the ends of its curves and maps, and a body that is" in str(
+        caught.value
+    )
     assert "disc" not in str(caught.value)
 
 

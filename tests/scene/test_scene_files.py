@@ -397,7 +397,7 @@ def test_one_problem(old: str, new: str, message: str) -> None:
     [
         (
             "orientation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]",
-            "(joints.hinge.orientation): the matrix is not a rotation",
+            "(joints.hinge.orientation): the axes are left-handed, as of a mirror: the determinant is -1",
         ),
         (
             "orientation = [[2, 0, 0], [0, 1, 0], [0, 0, 1]]",

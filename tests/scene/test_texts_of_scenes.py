@@ -129,8 +129,8 @@ REFUSED: dict[str, tuple[Changes, list[str]]] = {
     "matrix": (
         (("joints/hinge/orientation", [[1, 0, 0], [0, 1, 0], [0, 0, -1]]),),
         [
-            "(joints.hinge.orientation): the matrix is not a rotation: orthonormal and right-handed to 1e-6;"
-            " try: rotation"
+            "(joints.hinge.orientation): the axes are left-handed, as of a mirror: the determinant is -1;"
+            " try: one of the axes reversed"
         ],
     ),
     "matrix2": (

@@ -240,6 +240,8 @@ def _nearest(name: str) -> str:
         return " or ".join(folded[:3])
     if name.lower() in ("kph", "kmh", "kmph"):
         return "km/h"
+    if name.lower() in ("bit", "bits"):
+        return "the range divided by the number of steps, as 2**12 of 12 bits"
     import difflib  # noqa: PLC0415  # for a mistake only
 
     close = difflib.get_close_matches(name[:24], names(), n=3, cutoff=0.7)

@@ -140,7 +140,10 @@ def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
         raise UsageError(Problem("lqr", "the model has no input that a controller could drive", hint))
     for name in inputs:
         if name not in space.inputs:
-            raise UsageError(Problem("inputs", f"there is no input {shown(name)}", nearest(str(name), space.inputs)))
+            hint = nearest(str(name), space.inputs)
+            if name in (*space.states, *space.outputs):
+                hint = "the weights of states and outputs first, then of inputs"
+            raise UsageError(Problem("inputs", f"there is no input {shown(name)}", hint))
     wanted = tuple(dict.fromkeys(inputs)) or space.inputs
     if wanted == space.inputs:
         return space

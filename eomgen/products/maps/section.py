@@ -291,7 +291,9 @@ def _netcdf(path: Path, columns: Sequence[str | int]) -> _TitledGrid:
     if not np.all(np.isfinite(z)):
         i, j = (int(part[0]) for part in np.nonzero(~np.isfinite(z)))
         raise TableError(
-            path.name, f"the value at x = {x[i]:.9g}, y = {y[j]:.9g} is not a number", "a grid without holes"
+            path.name,
+            f"the value at x = {x[i]:.9g}, y = {y[j]:.9g} is not a number, or the file's mark of a missing value",
+            "a grid without holes",
         )
     texts = (unit.decode("ascii", "replace") if isinstance(unit, bytes) else str(unit) for unit in units)
     named = [f"{column} [{unit}]" for column, unit in zip(columns, texts, strict=True)]

@@ -8,12 +8,12 @@ from __future__ import annotations
 import functools
 import math
 import operator
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 from eomgen.base.data import dataclass, field
-from eomgen.base.messages import key_of, nearest, shown
+from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.control.model import Controller, StateFeedback
@@ -205,8 +205,20 @@ def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElemen
     loop = algebraic_loop(depends)
     if loop:
         chain = " uses ".join(part.replace("springs.", "tension.") for part in loop)
+        formulas = [item.output for item in controllers if f"controllers.{item.name}" in loop]
+        if names := listed(dict.fromkeys(label for formula in formulas for label in _labels(formula))):
+            chain += f" (in the definition {names})"
         fault = f"an algebraic loop: {chain}, with no state between"
         values.report.add(loop[0], fault, "a low_pass controller, or a state, somewhere in the loop")
+
+
+def _labels(formula: Formula) -> Iterator[str]:
+    """Yield the names of definitions in a formula that depend on controllers or tensions."""
+    if isinstance(formula, Operation):
+        if formula.label and _used([formula]):
+            yield formula.label
+        for argument in formula.arguments:
+            yield from _labels(argument)
 
 
 def _used(formulas: Iterable[Formula]) -> list[str]:
@@ -355,6 +367,8 @@ def _check_keys(name: str, entry: Written, values: Values) -> None:
         sampled = entry.type == "sampled"  # outputs are limited by the function
         for option in ("signal", "minimum", "maximum") if sampled else ("signal", "initial"):
             if getattr(entry, option) not in (None, 0.0):
-                report.add(f"{key}.{option}", f"{option} has no meaning for {entry.type}", f"no {option}")
+                limited = ", and limits in the function, or min() and max() around its output"
+                hint = f"no {option}{limited if option in ('minimum', 'maximum') else ''}"
+                report.add(f"{key}.{option}", f"{option} has no meaning for {entry.type}", hint)
     elif entry.signal is None:
         report.add(f"{key}.signal", "the key signal is missing", "signal = ...")

@@ -1,5 +1,5 @@
 """A whole scene file as data: schema, validation entry by entry, assembly into a Scene, its reference page."""
 
-__all__ = ["json_schema", "notes", "reference"]
+__all__ = ["json_schema", "notes", "out_of_scale", "reference"]
 #: Open to the other parts of ``scene`` as well.
 WITHIN = ["assemble", "schema", "units", "validation"]

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.messages import key_of
+from eomgen.base.messages import key_of, listed
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol, Vector
 from eomgen.lie.numeric import rotation_matrix
@@ -17,6 +17,7 @@ from eomgen.scene.bodies.beam_schema import Section
 from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
 from eomgen.scene.bodies.cross_sections import SHAPES
 from eomgen.scene.bodies.model import Body
+from eomgen.scene.design_poses import UnknownPoseError
 from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import ForceElement
@@ -25,6 +26,7 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
 from eomgen.scene.rotations import about_axis
+from eomgen.scene.section import Reading
 from eomgen.system.description import BASE, Point
 
 #: Doubtful ratio of length to the largest size of a section: a slenderness of 1e5 for a round section.
@@ -240,3 +242,57 @@ def _moved(joint: Joint) -> tuple[Array, Array] | None:
     if joint.type == "revolute":
         return about_axis(axis, q[0]), np.zeros(3)
     return None
+
+
+#: Distance of a point from the axis of a joint up to which the joint leaves the point in its place, m.
+_ON_AXIS = 1e-6
+
+
+def shapes_that_leave_points(document: Document, reading: Reading) -> Iterator[str]:
+    """Yield a note on each end of a shape that is a point of another body, which a joint between both bodies moves.
+
+    Chains of joints are judged in scenes without constraints alone.
+    """
+    if not document.section("shapes"):
+        return
+    joints: Mapping[str, Joint] = {joint.child: joint for joint in reading.items["joints"].values()}
+    points: Mapping[str, Point] = reading.items["points"]
+    for name, entry in document.section("shapes").items():
+        for side in ("first", "second"):
+            point = points.get(getattr(entry, side) or "")
+            if point is None or point.body == entry.body:
+                continue
+            here, there = _carriers(entry.body, joints), _carriers(point.body, joints)
+            apart = [body for body in (*here, *there) if (body in here) != (body in there)]
+            between = [joints[body] for body in apart if body in joints]
+            if len(between) > 1 and document.section("constraints"):
+                continue
+            moving = [joint.name for joint in between if joint.kind.moves and not _keeps(joint, point, reading.values)]
+            if moving:
+                fault = f"the point {point.name} belongs to {point.body}, and the shape moves with {entry.body}"
+                leaves = f"motion of {listed(moving)} takes one from the other"
+                yield f"{key_of('shapes', name, side)}: {fault}: {leaves}; try: a point of {entry.body}"
+
+
+def _carriers(body: str, joints: Mapping[str, Joint]) -> list[str]:
+    """Return a body and the bodies that carry it."""
+    path = [body]
+    while path[-1] in joints and joints[path[-1]].parent not in path:
+        path.append(joints[path[-1]].parent)
+    return path
+
+
+def _keeps(joint: Joint, point: Point, values: Values) -> bool:
+    """Return whether a joint turns alone, about an axis or a centre that the point is on."""
+    motions = joint.kind.chain
+    if any(motion.kind not in ("turn", "ball") for motion in motions):
+        return False
+    try:
+        way = values.design.way((joint.parent, joint.position), (point.body, point.position))
+        axes = values.design.pose(joint.child).axes
+    except UnknownPoseError:
+        return True
+    apart = np.array([values.value(part) for part in way])
+    if len(motions) == 1 and motions[0].kind == "turn":
+        apart = np.cross(axes @ np.array(joint.axis), apart)
+    return not float(np.linalg.norm(apart)) > _ON_AXIS

@@ -18,6 +18,7 @@ from eomgen.scene.document.doubtful_elements import (
     doubtful_beams,
     initial_places,
     negative_laws,
+    shapes_that_leave_points,
     springs_within_bodies,
     tyres_in_the_road,
 )
@@ -115,6 +116,7 @@ def _out_of_scale(facts: SceneFacts) -> Iterable[str]:
         scene["shapes"],
         facts.values,
         facts.reading.parameters,
+        scene["constraints"],
     )
 
 
@@ -182,6 +184,7 @@ NOTES: tuple[Note, ...] = (
     Note("plain times", lambda facts: doubtful_times(facts.data, facts.document)),
     Note("negative stiffness or damping", lambda facts: negative_laws(facts.document)),
     Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),
+    Note("shapes that leave their points", lambda facts: shapes_that_leave_points(facts.document, facts.reading)),
     Note("values out of scale", _out_of_scale),
     Note("efforts on drives", lambda facts: efforts_on_drives(facts.document)),
     Note("doubtful beams", _doubtful_beams),

@@ -5,6 +5,7 @@ of more than a turn, delays and sampling times as numbers of samples.
 from __future__ import annotations
 
 import ast
+import contextlib
 import itertools
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -13,7 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from eomgen.base.messages import key_of
-from eomgen.formula.nodes import Formula, Vector
+from eomgen.formula.curves import Curve
+from eomgen.formula.discontinuities import applications
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import ZERO, Application, Formula, Operation, Vector
 from eomgen.formula.units.labels import several_turns
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.document.schema import Document
@@ -21,7 +25,7 @@ from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.springs import Spring
 from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Constraint, Joint
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Section
 from eomgen.system.description import BASE, WORLD, Point, Shape
@@ -61,10 +65,11 @@ def out_of_scale(
     shapes: Iterable[Shape],
     values: Values,
     parameters: Iterable[Parameter] = (),
+    constraints: Iterable[Constraint] = (),
 ) -> list[str]:
-    """Return a note on each mass, radius of gyration, length of a spring, radius of a tyre, size of a shape, parameter
-    in m, place in a body that is much larger than the other lengths in the scene, at the default
-    parameters; empty without arms.
+    """Return a note on each mass, radius of gyration, length of a spring, radius of a tyre, size of a shape, length of
+    a constraint, height of a curve in a constraint, parameter in m, place in a body that is much larger than the other
+    lengths in the scene, at the default parameters; empty without arms.
 
     Parameters
     ----------
@@ -87,6 +92,7 @@ def out_of_scale(
         notes += _too_heavy(bodies, max(apart), values)
     notes += _too_dense(bodies, joints, points, values, notes)
     lengths = [*_lengths(bodies, elements, shaped, values), *_lengths_of_shapes(shapes, values)]
+    lengths += _lengths_of_constraints(constraints, bodies, values)
     lengths += [
         (key_of("parameters", one.name), "the length", abs(one.value), "m") for one in parameters if one.unit == "m"
     ]
@@ -215,6 +221,77 @@ def _lengths(
             lengths.append(("tyres", element.name, "radius", element.radius))
     for section, name, field, formula in lengths:
         yield key_of(section, name, field), f"the {field}", values.value(formula), "m"
+
+
+def _given_lengths(item: Constraint) -> Iterator[tuple[str, Formula]]:
+    """Yield the lengths that the scene gives for a constraint, m, each with its key."""
+    given = [("length", item.length), ("radius", item.radius), ("tube_radius", item.tube_radius)]
+    given += [(f"semi_axes[{k}]", part) for k, part in enumerate(item.semi_axes)]
+    yield from ((name, formula) for name, formula in given if formula != ZERO)
+
+
+def _lengths_of_constraints(
+    constraints: Iterable[Constraint], bodies: Iterable[Body], values: Values
+) -> Iterator[tuple[str, str, float, str]]:
+    """Yield the lengths of constraints, and heights of curves that are summands of an equation or a surface in m.
+
+    The radius of a rolling body is left out if the body has a radius of gyration to match.
+    """
+
+    def gyration(name: str) -> float:
+        body = next((body for body in bodies if body.name == name), None)
+        if body is None or not (mass := values.value(body.mass)) > 0.0:
+            return 0.0
+        return math.sqrt(max(values.value(entry) for entry in body.inertia[:3]) / mass)
+
+    for item in constraints:
+        key = key_of("constraints", item.name)
+        for name, formula in _given_lengths(item):
+            length = values.value(formula)
+            if name == "length" or length >= _FACTOR * gyration(item.second.body):
+                yield f"{key}.{name}", f"the {name.partition('[')[0]}", length, "m"
+        height = item.equation if item.surface is None else item.surface
+        if item.framed and height is not None and item.unit == "m":
+            for curve in _summands(height):
+                yield (
+                    key_of("curves", curve.name),
+                    "the largest value of the curve",
+                    float(np.max(np.abs(curve.y))),
+                    "m",
+                )
+
+
+def _summands(formula: Formula) -> Iterator[Curve]:
+    """Yield the curves whose values are summands of a formula."""
+    if isinstance(formula, Application):
+        if formula.derivative == 0 and isinstance(formula.curve, Curve):
+            yield formula.curve
+    elif isinstance(formula, Operation) and formula.name in ("add", "sub", "neg"):
+        for argument in formula.arguments:
+            yield from _summands(argument)
+
+
+def numbers_of_constraints(constraints: Iterable[Constraint], parameters: Mapping[str, float] | None) -> list[str]:
+    """Return the lengths of constraints, and the ranges of curves and maps in their formulas, as clauses for messages.
+
+    Parameters
+    ----------
+    parameters : values by name; None for ranges alone
+    """
+    result = []
+    for item in constraints:
+        for name, formula in () if parameters is None else _given_lengths(item):
+            with contextlib.suppress(ArithmeticError, KeyError):  # lengths over time
+                length = evaluate(formula, lambda symbol: (parameters or {})[symbol.name])
+                result.append(f"{item.name} has {name} = {length:.6g} m")
+        for law in (item.equation, item.surface):
+            for used in applications(ZERO if law is None else law):
+                curve = used.curve
+                if isinstance(curve, Curve):
+                    name, of_line, _ = curve.name.partition(", ")  # a line of a map
+                    values = "" if of_line else f", with values from {np.min(curve.y):.6g} to {np.max(curve.y):.6g}"
+                    result.append(f"{name} has points from {curve.start:.6g} to {curve.end:.6g}{values}")
+    return list(dict.fromkeys(result))
 
 
 def _lengths_of_shapes(shapes: Iterable[Shape], values: Values) -> Iterator[tuple[str, str, float, str]]:

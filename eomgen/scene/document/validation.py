@@ -228,6 +228,8 @@ def _concept_meant(name: str, keys: Collection[str]) -> str:
         return "coulomb, a force in N or a torque in N m: no normal force is multiplied by a coefficient"
     if {"position", "rotation"} <= set(keys) and _CARRIED.isdisjoint(keys) and (hint := _concept_of_bases(name)):
         return hint
+    if name == "friction" and "tube_radius" in keys:
+        return "no friction: a rolling contact does not slip, and a sliding one has none; [tyres] and [contacts] slip"
     if name in ("diameter", "d") and "radius" in keys and "diameter" not in keys:
         return "radius, half of the diameter"
     if "stiffness_damping" in keys and name in ("mass_damping", "alpha", "rayleigh"):
@@ -298,6 +300,12 @@ def explained(
     if kind in ("greater_than_equal", "less_than_equal"):
         bound = f"{message.rpartition(' ')[2]} or {'more' if kind == 'greater_than_equal' else 'less'}"
         return f"{described(given)} is out of range here: it {message.removeprefix('Input ')}", bound
+    if kind in ("greater_than", "less_than"):
+        limit, side = message.rpartition(" ")[2], "above" if kind == "greater_than" else "below"
+        return (
+            f"{described(given)} is out of range here: it {message.removeprefix('Input ')}",
+            f"a number {side} {limit}",
+        )
     fault = message[0].lower() + message[1:]
     if kind == "list" and isinstance(given, str) and given.lstrip("+-") in _AXES:
         sign = "-" if given[0] == "-" else ""
@@ -331,6 +339,13 @@ def _unknown_key(location: tuple[str | int, ...], given: object, table: type[Bas
     if absent := fault_of_absent(".".join(map(str, location))):
         return f"the key {shown(last)} is unknown here: {absent[0]}", absent[1]
     return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
+
+
+def _is_news(detail: Mapping[str, Any], location: tuple[str | int, ...], report: Report) -> bool:
+    """Return whether no other message has the fault: of the text, or on a definition whose name has a dot."""
+    if isinstance(detail.get("input"), FaultyText):
+        return False
+    return not (location[0] == "definitions" and detail["type"] == "missing" and report.concerns(key_of(*location[:2])))
 
 
 def _is_formula(given: object) -> bool:
@@ -392,13 +407,13 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
         return without_absent_sections(schema, kept).model_validate(kept), refused
     except ValidationError as error:
         broken = False
-        for detail in error.errors(include_url=False):
+        for detail in sorted(error.errors(include_url=False), key=lambda detail: detail["type"] == "missing"):
             parts = (part for part in detail["loc"] if isinstance(part, str | int))
             location = tuple(part for part in parts if not str(part).startswith("#"))  # tags are not keys
             fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), schema)
             if detail["type"] == "missing" and location[0] == "joints" and location[-1] == "child":
                 hint = child_hint(data)
-            if not isinstance(detail.get("input"), FaultyText):
+            if _is_news(detail, location, report):
                 report.add(key_of(*location), fault, hint)
             section = str(location[0])
             if section in sections and len(location) > 1 and isinstance(kept.get(section), Mapping):

@@ -23,7 +23,13 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 _OPERATORS = frozenset({"+", "-", "*", "/", "**", "(", ")", "[", "]", ",", ".", "<", "<=", ">", ">="})
-_ADVICE = {"^": "** for powers", "//": "/", "==": "<= and >= together", "!=": "< or > together", "=": "<= or >="}
+_ADVICE = {
+    "^": "** for powers",
+    "//": "/",
+    "==": "<= and >= together",
+    "!=": "< or > together",
+    "=": "the right side alone, or <= or >=",
+}
 _ADVICE |= {"&&": "and", "||": "or", "!": "not"}
 #: Characters that stand for an operator elsewhere.
 _SIGNS: Mapping[str, str] = {

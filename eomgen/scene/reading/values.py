@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, Vector
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, Vector
 from eomgen.formula.substitution import substituted
 from eomgen.formula.units.parser import Dimension, dimension_of, read_unit
 from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, UnknownPoseError
@@ -198,6 +198,7 @@ class Values:
                     (f"the argument {name} of {item.word.name}.{item.item.name}", unit, argument)
                     for (name, unit), argument in zip(units, item.arguments, strict=False)
                 ]
+                self._check_order(key, item, dict(units))
         for argument, unit, formula_of in taken:
             given = unit_of(formula_of, self.names)
             if given in ("", "1", unit) or not unit:
@@ -207,6 +208,17 @@ class Values:
             if unit_fault(given, read_unit(given), unit) is not None:
                 fault = f"{argument} is in {unit} by its own entry, and is given here in {given}"
                 self.report.add(key, fault, f"the argument in {unit}, or another unit in that entry")
+
+    def _check_order(self, key: str, item: Quantity, units: Mapping[str, str]) -> None:
+        """Report an argument without a unit of its own whose unit is the unit of another argument that is given
+        without."""
+        given = [unit_of(argument, self.names) for argument in item.arguments]
+        for name, here in zip(units, given, strict=False):
+            for other, there in zip(units, given, strict=False):
+                if here and here == units[other] and not units[name] and there in ("", "1"):
+                    label = f"{item.word.name}.{item.item.name}"
+                    fault = f"{label} is given a value in {here} as {name}, and {other} is the argument in {here}"
+                    self.report.add(key, fault, f"{label}({', '.join(units)}), with both arguments exchanged")
 
     def _periods_in_degrees(self, key: str, formula: Formula) -> Iterator[str]:
         """Yield notes on periodic curves and maps of angles in rad whose period is a number of degrees."""
@@ -367,8 +379,10 @@ def read_orientation(
         matrix = np.array(orientation)
         if is_rotation(matrix):
             return rows(snapped_rotation(matrix))
-        fault = "the matrix is not a rotation: orthonormal and right-handed to 1e-6"
-        values.report.add(f"{key}.orientation", fault, "rotation")
+        fault, hint = "the matrix is not a rotation: orthonormal and right-handed to 1e-6", "rotation"
+        if is_rotation(-matrix):
+            fault, hint = "the axes are left-handed, as of a mirror: the determinant is -1", "one of the axes reversed"
+        values.report.add(f"{key}.orientation", fault, hint)
         return rows(np.eye(3))
     return rows(sequence(values.constant_rotations(f"{key}.rotation", rotation or ()) or []))
 

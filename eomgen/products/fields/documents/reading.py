@@ -129,6 +129,8 @@ class _HamiltonianReader(FieldEntries):
     def hint(self, error: FormulaError) -> str:
         if error.what.startswith("unknown name 'p'"):
             return 'p_x for the momentum of x, or momentum = "p" in its coordinate'
+        if error.what.startswith("unknown name 'v_"):
+            return "the momentum: H has p_x**2/(2*m) in place of m*v_x**2/2"
         return super().hint(error)
 
     def coordinates(self, parameters: list[Parameter]) -> list[Coordinate]:

@@ -373,7 +373,10 @@ class FieldPosterior:
             x, value = x + size * direction, energy
         if value < highest - _DEEP * self.mesh.size:
             fault = f"Newton's method has come down to U = {value:.3g}: the energy of a cell has no lower bound"
-            hint = "an energy that grows on both sides, or falls slower than s^2"
+            hint = (
+                "an energy that grows on both sides, or falls slower than s^2: cell.energy is the negative logarithm of"
+                " a density"
+            )
             raise NumericalError(Problem("mode", fault, hint))
         fault = f"Newton's method has left a gradient of {slope:.3g}, above {tolerance:.3g}"
         raise NumericalError(Problem("mode", fault, "more iterations, or a larger tolerance"))

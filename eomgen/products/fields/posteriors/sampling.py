@@ -351,7 +351,10 @@ class Sampler:
             fault = (
                 f"chain {chain.number} has come down to U = {potential:.3g}: the energy of a cell has no lower bound"
             )
-            hint = "an energy that grows on both sides, or falls slower than s^2"
+            hint = (
+                "an energy that grows on both sides, or falls slower than s^2: cell.energy is the negative logarithm of"
+                " a density"
+            )
             raise NumericalError(Problem("Sampler", fault, hint))
         if accepted:
             chain.spectrum[...] = moved
