@@ -1,6 +1,6 @@
-"""The cost of derivatives of a run against that of the run: a seven-axis arm, 24 parameters.
+"""The cost of derivatives of a run against that of the run: a seven-axis arm, 24 parameters; or closed loops.
 
-    python -m benchmarks.sensitivities [--steps 2000] [--repeats 7] [--method tdg2] [--hessian] [--quick]
+    python -m benchmarks.sensitivities [--steps 2000] [--repeats 7] [--method tdg2] [--hessian] [--loop car] [--quick]
 
 Processor time of this process (user), medians of what is run alternately: the run alone, a gradient by adjoints, all
 tangents, a Hessian. The gradient is held against the tangents first.
@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 import eomgen
+from benchmarks.build_scenes import seven_bodies, wishbone_car
 from eomgen.pipeline.model import Model
 
 SCENE = Path(__file__).parents[1] / "examples" / "robot_arm" / "scene.toml"
@@ -43,6 +44,21 @@ def arm() -> Model:
     return eomgen.build(data)
 
 
+def loops(name: str) -> Model:
+    """Return Andrews' mechanism in joint coordinates (``tree``) or of absolute bodies, with the masses of three bodies
+    tunable; or a car on wishbones with 3 parameters (``car``)."""
+    data = wishbone_car() if name == "car" else seven_bodies()
+    if name != "car":
+        data["parameters"] = {}
+        for body in list(data["bodies"])[:3]:
+            data["parameters"][f"mass_{body}"] = {"value": data["bodies"][body]["mass"], "tunable": True}
+            data["bodies"][body]["mass"] = f"mass_{body}"
+    if name == "tree":
+        del data["coordinates"]
+    speed = "v.car[2]" if name == "car" else "v.crank_pin"
+    return eomgen.build(data | {"outputs": {"flange": {"formula": [speed] * 3}}})
+
+
 def seconds(call: Callable[[], object]) -> float:
     """Return the user time of a call."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
@@ -57,27 +73,34 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--method", default="generalized_alpha")
     parser.add_argument("--hessian", action="store_true", help="whole Hessians of tdg methods, too")
     parser.add_argument("--quick", action="store_true", help="few steps, no times")
+    parser.add_argument("--loop", choices=("tree", "absolute", "car"), help="a mechanism of closed loops instead")
     given = parser.parse_args(words)
-    model = arm()
+    model = loops(given.loop) if given.loop else arm()
     steps = 40 if given.quick else given.steps
-    end = steps * STEP
-    options: dict[str, Any] = {"initial": {"v": [0.1, 0.2, 0.1, -0.2, 0.1, 0.3, 0.1]}, "method": given.method}
-    print(f"{len(model.parameters)} parameters: gradient and tangents differ by {difference(model, end, options):.1e}")
+    size = model.library.layout["defaults"]["step"] if given.loop else STEP
+    end = steps * size
+    options: dict[str, Any] = {"method": given.method}
+    if not given.loop:
+        options["initial"] = {"v": [0.1, 0.2, 0.1, -0.2, 0.1, 0.3, 0.1]}
+    off = difference(model, end, size, options)
+    print(f"{len(model.parameters)} parameters: gradient and tangents differ by {off:.1e}")
     if given.quick:
         return 0
     calls: dict[str, Callable[[], object]] = {
-        "run": lambda: model.simulate(end, STEP, error_estimate=False, **options).q,
-        "gradient": lambda: model.sensitivities(end, STEP, **options).gradient("integral(flange[2])"),
-        "tangents": lambda: model.sensitivities(end, STEP, **options).derivatives,
-        "Hessian": lambda: model.sensitivities(end, STEP, **options).hessian("integral(flange[2])"),
+        "run": lambda: model.simulate(end, size, error_estimate=False, **options).q,
+        "gradient": lambda: model.sensitivities(end, size, **options).gradient("integral(flange[2])"),
+        "tangents": lambda: model.sensitivities(end, size, **options).derivatives,
+        "Hessian": lambda: model.sensitivities(end, size, **options).hessian("integral(flange[2])"),
     }
     if given.method.startswith("tdg"):  # 24 adjoints in complex numbers
         along = np.linspace(-1.0, 1.0, len(model.parameters))
-        calls["Hessian product"] = lambda: model.sensitivities(end, STEP, **options).hessian_products(
+        calls["Hessian product"] = lambda: model.sensitivities(end, size, **options).hessian_products(
             "integral(flange[2])", along
         )
         if not given.hessian:
             del calls["Hessian"]
+    if given.loop:  # starts that follow from parameters have no second derivatives
+        del calls["Hessian"]
     times: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(given.repeats):
         for name, call in calls.items():
@@ -90,9 +113,9 @@ def main(words: Sequence[str] | None = None) -> int:
     return 0
 
 
-def difference(model: Model, end: float, options: dict[str, Any]) -> float:
+def difference(model: Model, end: float, step: float, options: dict[str, Any]) -> float:
     """Return how far the gradient of the last height is from the tangents' last row, by the largest of these."""
-    found = model.sensitivities(end, STEP, **options)
+    found = model.sensitivities(end, step, **options)
     tangents = found.derivatives["flange"][-1, 2]
     return float(np.abs(found.gradients(["final(flange[2])"])[0] - tangents).max() / np.abs(tangents).max())
 

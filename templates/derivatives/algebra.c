@@ -150,25 +150,40 @@ static double eg_inverse_of_largest(const eg_number *x, long step, long count)
     return largest > 0.0 && largest - largest == 0.0 ? 1.0 / largest : 0.0;
 }
 
-/* LU with partial pivoting of a matrix whose rows and columns are scaled by their largest entries; 0: singular. */
-static int eg_factor(eg_number *S, eg_number *row, eg_number *column, long *pivot, long n)
+#define EG_PANEL 4
+
+/* Y (size) -= sum of X[t] D[t] over so many terms, at most EG_PANEL; rows of D are `step` apart. */
+static void eg_add_panel(eg_number *restrict Y, const eg_number *restrict X, long terms, const eg_number *restrict D,
+    long step, long size)
 {
-    long i, j, k;
-    for (i = 0; i < n; ++i) {
-        row[i] = eg_inverse_of_largest(S + i * n, 1, n);
-        if (row[i] == 0.0)
-            return 0;
-        eg_multiply(S + i * n, row[i], n);
+    long i = 0, t;
+    int any = 0;
+    for (t = 0; t < terms; ++t)
+        any = any || X[t] != 0.0;
+    if (!any)
+        return;
+    if (terms == EG_PANEL) {
+        const eg_number a = X[0], b = X[1], c = X[2], d = X[3];
+#if defined(EG_VECTORS)
+        for (; i + EG_WIDE <= size; i += EG_WIDE) {
+            eg_vector *to = (eg_vector *)(Y + i);
+            *to -= (a * *(const eg_vector *)(D + i) + b * *(const eg_vector *)(D + step + i))
+                + (c * *(const eg_vector *)(D + 2 * step + i) + d * *(const eg_vector *)(D + 3 * step + i));
+        }
+#endif
+        for (; i < size; ++i)
+            Y[i] -= (a * D[i] + b * D[step + i]) + (c * D[2 * step + i] + d * D[3 * step + i]);
+        return;
     }
-    for (j = 0; j < n; ++j) {
-        column[j] = eg_inverse_of_largest(S + j, n, n);
-        if (column[j] == 0.0)
-            return 0;
-    }
-    for (i = 0; i < n; ++i)
-        for (j = 0; j < n; ++j)
-            S[i * n + j] *= column[j];
-    for (k = 0; k < n; ++k) {
+    for (t = 0; t < terms; ++t)
+        eg_add_scaled(Y, -X[t], D + t * step, size);
+}
+
+/* Factor the columns k to end of the rows from k on, with partial pivoting of whole rows; 0: singular. */
+static int eg_factor_panel(eg_number *S, long *pivot, long k, long end, long n)
+{
+    long i, j;
+    for (; k < end; ++k) {
         eg_number inverse;
         long best = k;
         for (i = k + 1; i < n; ++i)
@@ -187,9 +202,40 @@ static int eg_factor(eg_number *S, eg_number *row, eg_number *column, long *pivo
         for (i = k + 1; i < n; ++i) {
             const eg_number factor = S[i * n + k] * inverse;
             S[i * n + k] = factor;
-            if (factor != 0.0)
-                eg_add_scaled(S + i * n + k + 1, -factor, S + k * n + k + 1, n - k - 1);
+            for (j = k + 1; j < end && factor != 0.0; ++j)
+                S[i * n + j] -= factor * S[k * n + j];
         }
+    }
+    return 1;
+}
+
+/* LU with partial pivoting of a matrix whose rows and columns are scaled by their largest entries; 0: singular. */
+static int eg_factor(eg_number *S, eg_number *row, eg_number *column, long *pivot, long n)
+{
+    long i, j, k;
+    for (i = 0; i < n; ++i) {
+        row[i] = eg_inverse_of_largest(S + i * n, 1, n);
+        if (row[i] == 0.0)
+            return 0;
+        eg_multiply(S + i * n, row[i], n);
+    }
+    for (j = 0; j < n; ++j) {
+        column[j] = eg_inverse_of_largest(S + j, n, n);
+        if (column[j] == 0.0)
+            return 0;
+    }
+    for (i = 0; i < n; ++i)
+        for (j = 0; j < n; ++j)
+            S[i * n + j] *= column[j];
+    for (k = 0; k < n; k += EG_PANEL) {
+        const long end = k + EG_PANEL < n ? k + EG_PANEL : n;
+        if (!eg_factor_panel(S, pivot, k, end, n))
+            return 0;
+        for (i = k + 1; i < end; ++i) /* the rows of the panel, behind the panel */
+            for (j = k; j < i; ++j)
+                eg_add_scaled(S + i * n + end, -S[i * n + j], S + j * n + end, n - end);
+        for (i = end; i < n; ++i)
+            eg_add_panel(S + i * n + end, S + i * n + k, end - k, S + k * n + end, n, n - end);
     }
     return 1;
 }

@@ -117,12 +117,16 @@ static eg_step eg_step_of(const eg_steps *given, long k)
     return at;
 }
 
-/* S = d equations/d unknowns (da', dlam', deta, dr'); JT: room for Jq T, (rows, nv). */
+/* S = d equations/d unknowns (da', dlam', deta, dr'); JT: room for Jq T, (rows, nv), and then G^T, (nv, nh). */
 static void eg_matrix(const eg_steps *given, const eg_gains *g, const eg_step *at, double *JT, double *S)
 {
     const long nv = given->nv, nz = given->nz, nl = given->nl, nh = given->nh, n = nv + nz + nh + nl;
     long i, j, k;
+    double *GT = JT + n * nv;
     eg_times_tangent(given, at->Jq, at->T, n, JT);
+    for (k = 0; k < nv; ++k)
+        for (j = 0; j < nh; ++j)
+            GT[k * nh + j] = at->G[j * nv + k];
     for (i = 0; i < n; ++i) {
         double *line = S + i * n;
         for (j = 0; j < nv; ++j)
@@ -130,12 +134,9 @@ static void eg_matrix(const eg_steps *given, const eg_gains *g, const eg_step *a
                 + g->h * g->h * g->beta * JT[i * nv + j];
         for (j = 0; j < nl; ++j)
             line[nv + j] = at->Jlam[i * nl + j];
-        for (j = 0; j < nh; ++j) {
-            double total = 0.0;
-            for (k = 0; k < nv; ++k)
-                total += JT[i * nv + k] * at->G[j * nv + k];
-            line[nv + nl + j] = -g->h * total;
-        }
+        memset(line + nv + nl, 0, (size_t)nh * sizeof *line);
+        if (nh)
+            eg_accumulate(line + nv + nl, -g->h, JT + i * nv, 1, nv, GT, nh);
         for (j = 0; j < nz; ++j)
             line[nv + nl + nh + j] = g->h * g->zgamma * at->Jz[i * nz + j] + (i == nv + j ? g->to_zdot : 0.0);
     }
@@ -155,7 +156,7 @@ EG_SEEN void eomgen_step_products(long steps, long rows, long columns, long dire
 EG_SEEN long eomgen_step_room(long nv, long nz, long nl, long nh, long directions)
 {
     const long n = nv + nz + nh + nl;
-    return n * n + n * nv + 2 * n + (n + 5 * nv + 3 * nz + 6) * directions;
+    return n * n + n * nv + nv * nh + 2 * n + (n + 5 * nv + 3 * nz + 6) * directions;
 }
 
 /* Tangents through the steps. state, in and out, (4 nv + 3 nz, directions): dq, dv, dvdot, da, dz, dzdot, dr. dp: (np,
@@ -167,7 +168,7 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
     const long nv = given->nv, nz = given->nz, nl = given->nl, nh = given->nh, np = given->np;
     const long n = nv + nz + nh + nl, count = given->directions, block = nv * count, small = nz * count;
     const eg_gains g = eg_gains_of(given->coefficients);
-    double *S = room, *JT = S + n * n, *row = JT + n * nv, *column = row + n, *x = column + n, *D = x + n * count,
+    double *S = room, *JT = S + n * n, *row = JT + n * nv + nv * nh, *column = row + n, *x = column + n, *D = x + n * count,
         *temporary = D + block;
     double *q = state, *v = q + block, *vdot = v + block, *a = vdot + block, *z = a + block, *zdot = z + small,
         *r = zdot + small;
@@ -237,7 +238,7 @@ EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, c
     const long nv = given->nv, nz = given->nz, nl = given->nl, nh = given->nh, np = given->np;
     const long n = nv + nz + nh + nl, count = given->directions, block = nv * count, small = nz * count;
     const eg_gains g = eg_gains_of(given->coefficients);
-    double *S = room, *JT = S + n * n, *row = JT + n * nv, *column = row + n, *D = column + n, *temporary = D + block;
+    double *S = room, *JT = S + n * n, *row = JT + n * nv + nv * nh, *column = row + n, *D = column + n, *temporary = D + block;
     double *q = state, *v = q + block, *vdot = v + block, *a = vdot + block, *z = a + block, *zdot = z + small,
         *r = zdot + small;
     long k;

@@ -209,3 +209,18 @@ def test_gradient_through_a_loop_is_the_adjoint() -> None:
     weights = np.zeros_like(found.outputs[output])
     weights[-1] = 1.0
     assert np.array_equal(gradient, found.gradients([{output: weights}])[0])
+
+
+def test_gradient_of_a_run_with_impacts_and_samples_is_the_adjoint() -> None:
+    """The state jumps at samples of a controller and at a stop."""
+    builder = eomgen.SceneBuilder("jax_jumps").parameter("gain", 4.0, tunable=True).parameter("e", 0.6, tunable=True)
+    builder.body("cart", 1.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"position": 0.5})
+    builder.state("force", sample=0.02, formula="-gain*q.rail - 0.2").effort("drive", "rail", "force")
+    stop = {"direction": "falling", "action": "impact", "restitution": "e"}
+    model = eomgen.build(builder.event("stop", when="q.rail - 0.1", **stop).output("way", formula="q.rail").build())
+    functions = eomgen.jax(model)
+    gradient = jax.grad(lambda p: functions.simulate(1.5, 0.01, parameters={"gain": p[0], "e": p[1]})["way"][-1])(
+        np.array([4.0, 0.6])
+    )
+    exact = model.sensitivities(1.5, 0.01, by=["gain", "e"]).gradient("final(way)")
+    np.testing.assert_allclose(gradient, list(exact.values()), rtol=1e-12)

@@ -51,7 +51,8 @@ def step_matrices(
     inverse_inertia : (nv,) or (n, nv), W, by which multipliers of velocities move positions; empty if there are none
     """
     factors, count, nv = equations.model.factors, len(partials.Jq), equations.nv
-    A, T = _turning(factors, before.q, after.q)
+    theta = difference(factors, before.q, after.q)
+    A, T = _turning(factors, theta)
     e = partials
     if not equations.holonomic or not inverse_inertia.size:
         none = tuple(np.zeros((count, 0, 0)) for _ in range(3))
@@ -59,8 +60,7 @@ def step_matrices(
     W = np.broadcast_to(inverse_inertia, (count, nv))
     B = equations.of("constraint_jacobian", values)["B"][:, : equations.holonomic]
     G = B * W[:, np.newaxis]
-    exponent = difference(factors, before.q, after.q) / coefficients[0]
-    moved = _predicted_exponents(before, after, a, coefficients) - exponent  # W B^T eta
+    moved = _predicted_exponents(before, after, a, coefficients) - theta / coefficients[0]  # W B^T eta
     multipliers = np.linalg.solve(B @ np.swapaxes(G, 1, 2), B @ moved[:, :, np.newaxis])
     eta = np.asarray(multipliers[:, :, 0], dtype=np.float64)
     N, of_parameters = equations.reaction_partials(values, eta)
@@ -77,28 +77,30 @@ def _predicted_exponents(before: States, after: States, a: Array, coefficients: 
     h, alpha_m, alpha_f, beta = coefficients[:4]
     given = (1.0 - alpha_f) * after.a + alpha_f * before.a
     if a.ndim == 1:
-        chain = [a]
-        for one in given[:-1]:
-            chain.append((one - alpha_m * chain[-1]) / (1.0 - alpha_m))
-        a = np.array(chain)
+        a = np.concatenate([a[np.newaxis], given[:-1] / (1.0 - alpha_m)])
+        share, behind = -alpha_m / (1.0 - alpha_m), 1
+        while behind < len(a) and share:  # a prefix sum in doubling strides (Hillis and Steele 1986)
+            a[behind:] = a[behind:] + share * a[:-behind]
+            share, behind = share * share, 2 * behind
     reached = (given - alpha_m * a) / (1.0 - alpha_m)
     result: Array = before.v + h * ((0.5 - beta) * a + beta * reached)
     return result
 
 
-def _turning(factors: Sequence[Factor], before: Array, after: Array) -> tuple[Array, Array]:
-    """Return Ad(exp(-theta)) and T(theta) of the rotating factors between configurations, (n, numbers) each."""
-    count = len(before)
-    blocks: tuple[list[Array], list[Array]] = [], []
-    for factor in factors:
-        if factor.group == "R":
-            continue
-        group = group_named(factor.group, factor.v_size)
-        first, last = before[:, factor.q], after[:, factor.q]
-        theta = numeric.log(group, numeric.compose(group, numeric.inverse(group, first), last))
-        blocks[0].append(numeric.adjoint(group, numeric.exp(group, -theta)).reshape(count, -1))
-        blocks[1].append(numeric.tangent(group, theta).reshape(count, -1))
-    A, T = (np.concatenate([np.zeros((count, 0)), *parts], axis=1) for parts in blocks)
+def _turning(factors: Sequence[Factor], increments: Array) -> tuple[Array, Array]:
+    """Return Ad(exp(-theta)) and T(theta) of the rotating factors at increments (n, nv), (n, numbers) each."""
+    count, turning = len(increments), [factor for factor in factors if factor.group != "R"]
+    blocks: dict[int, tuple[Array, Array]] = {}
+    for name in dict.fromkeys(factor.group for factor in turning):  # all factors of a group at once
+        own = [factor for factor in turning if factor.group == name]
+        group, theta = group_named(name, own[0].v_size), np.stack([increments[:, factor.v] for factor in own])
+        A, T = numeric.adjoint(group, numeric.exp(group, -theta)), numeric.tangent(group, theta)
+        blocks |= {factor.v_start: (A[k], T[k]) for k, factor in enumerate(own)}
+    none = np.zeros((count, 0))
+    A, T = (
+        np.concatenate([none, *(blocks[factor.v_start][which].reshape(count, -1) for factor in turning)], axis=1)
+        for which in (0, 1)
+    )
     return A, T
 
 

@@ -156,6 +156,11 @@ class Equations:
         """Whether outputs depend on accelerations."""
         return "a" in self.model.functions.inputs("outputs")
 
+    @property
+    def record_size(self) -> int:
+        """Rows of the record of a state: q, v, vdot, z and multipliers."""
+        return 3 * self.nv + self.nz + self.nl
+
     def residuals(self, values: Mapping[str, Array]) -> Array:
         """Return e, (n, rows), of scenes without constraints."""
         (r,) = self.of("residual", values).values()
@@ -347,13 +352,18 @@ class Equations:
 
     def reaction_partials(self, values: Mapping[str, Array], eta: Array) -> tuple[Array, Array]:
         """Return partials of B^T eta, holonomic rows alone, in q, (n, nv, nv), and in the parameters, (n, nv,
-        parameters)."""
+        parameters): differences of the partials of the residual, which is linear in the multipliers."""
         still = {**values, "v": np.zeros_like(values["v"]), "a": np.zeros_like(values["a"])}
-        lam = np.zeros_like(values["lam"])
-        without = {**still, "lam": lam.copy()}
+        count, lam = len(eta), np.zeros_like(values["lam"])
         lam[:, : self.holonomic] = eta
-        pair = [self.partials({**blocks}) for blocks in ({**still, "lam": lam}, without)]
-        return pair[0].Jq[:, : self.nv] - pair[1].Jq[:, : self.nv], pair[0].P[:, : self.nv] - pair[1].P[:, : self.nv]
+        none = np.zeros_like(lam)
+        of_q = self.of("partials", {**still, "lam": lam})["K"] - self.of("partials", {**still, "lam": none})["K"]
+        of_parameters = np.zeros((count, self.nv, self.parameters))
+        if "lam" in self.model.functions.inputs("parameter_partials") if self.chosen else False:
+            pair = (self.of("parameter_partials", {**still, "lam": one}) for one in (lam, none))
+            first, last = (self._parameters(one, "Rp", self.nv, count) for one in pair)
+            of_parameters[:, :, : len(self.chosen)] = first - last
+        return of_q, of_parameters
 
     def output_values(self, values: Mapping[str, Array]) -> Array:
         """Return the outputs, (n, outputs)."""

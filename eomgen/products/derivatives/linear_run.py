@@ -201,10 +201,17 @@ class LinearRun(ABC, Generic[PartType]):
     def of_rows(self, part: LinearPart, of_outputs: Array, by: Array) -> Array:
         """Return the derivatives of functionals by each row, (rows, record, functionals), and add to the derivatives in
         parameters; rows that parts share count in the first part alone."""
-        Y, Yp = self.equations.output_partials(part.blocks)
-        own = of_outputs[0 if part.first == 0 else 1 :]
-        by[: Yp.shape[2]] += np.einsum("nop,nof->pf", Yp[-len(own) :], own)
-        result: Array = np.swapaxes(Y, 1, 2) @ of_outputs
+        weighed = np.flatnonzero(of_outputs.any(axis=(1, 2)))
+        size = self.equations.record_size
+        result = np.zeros((len(of_outputs), size, of_outputs.shape[2]), self.equations.dtype)
+        if not len(weighed):
+            return result
+        whole = len(weighed) == len(of_outputs)
+        Y, Yp = self.equations.output_partials(part.blocks if whole else rows_of(part.blocks, weighed))
+        own = of_outputs[weighed].copy()
+        result[weighed] = np.swapaxes(Y, 1, 2) @ own
+        own[weighed < (0 if part.first == 0 else 1)] = 0.0
+        by[: Yp.shape[2]] += np.einsum("nop,nof->pf", Yp, own)
         return result
 
     def _directions(self) -> StateDirections:
