@@ -21,10 +21,10 @@ from eomgen.mechanics.scene_tape import Derivation
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
-from eomgen.system.system import Sample
+from eomgen.system.system import WHOLE, Sample
 
-#: Least number of elements of the smallest derived scene, and increment to the next scene. A scene with one beam, whose
-#: elements are all equal, needs fewer than others, which have loops outside of the run, too; the last 20 elements may
+#: Least number of elements of the smallest derived scene, and increment to the next scene. A scene with one clamped
+#: beam of equal elements needs fewer than others, which have loops outside of the run, too; the last 20 elements may
 #: be eliminated in an order of their own.
 _FEW, _FEW_OF_OTHERS, _MORE = 28, 80, 4
 #: Numbers of equal elements, of the same scenes, above which three scenes with few elements are derived faster.
@@ -66,9 +66,12 @@ class EqualElements:
 
     @property
     def alone(self) -> bool:
-        """Whether the scene has one beam without constrained strains, and all elements are equal."""
+        """Whether the scene has one beam, clamped and without constrained strains, no other joints, and all elements
+        are equal."""
         beams = [item.beam for item in self.scene.elements if isinstance(item, CosseratBeam)]
-        return len(beams) == 1 and not beams[0].constrained and self.count == beams[0].elements
+        if len(beams) > 1 or beams[0].constrained or self.count < beams[0].elements:
+            return False
+        return all(joint.type == "fixed" or joint.child in beams[0].nodes[1:] for joint in self.scene.joints)
 
     def fewer(self, count: int) -> Scene:
         """Return the scene with ``count`` elements in each run."""
@@ -112,7 +115,9 @@ class EqualElements:
         few = least + self.count % _MORE
         counts = [few + k * _MORE for k in range(3)]
         scenes = list(map(self.fewer, counts))
-        made = [derived(scene, Sample(n, self.count - n)) for scene, n in zip(scenes, counts, strict=True)]
+        long = least == _FEW_OF_OTHERS  # 80 elements have all loops of longer scenes
+        samples = [WHOLE if long else Sample(n, self.count - n) for n in counts]
+        made = list(map(derived, scenes, samples))
         if len({refusal for _, refusal in made}) > 1:
             return None
         middles = [_middles(scene) for scene in (*scenes, self.scene)]

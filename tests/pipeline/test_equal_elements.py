@@ -49,6 +49,13 @@ def hanging(elements: int, place: float) -> dict[str, Any]:
     return {**scene, "bodies": {"bob": pendulum}, "points": points, "springs": springs}
 
 
+def hinged(elements: int) -> dict[str, Any]:
+    scene = cantilever(elements)
+    for joint in scene["joints"].values():
+        joint.update({"type": "revolute", "axis": [0.0, 1.0, 0.0]})
+    return scene
+
+
 def two_beams(elements: int) -> dict[str, Any]:
     scene = cantilever(elements)
     (name, beam), (joint, clamp) = next(iter(scene["beams"].items())), next(iter(scene["joints"].items()))
@@ -123,8 +130,9 @@ def test_a_long_beam_is_continued_from_beams_of_28_and_more_elements() -> None:
         hanging(108, 27.0),
         hanging(108, 2.5),
         two_beams(96),
+        hinged(100),
     ],
-    ids=["cantilever", "inextensible", "carrying at its end", "carrying near its root", "two"],
+    ids=["cantilever", "inextensible", "carrying at its end", "carrying near its root", "two", "hinged"],
 )
 def test_c_of_long_beams_is_that_of_derived_ones(data: Mapping[str, Any]) -> None:
     assert equal_elements.equal_elements(eomgen.load(data)) is not None
@@ -140,6 +148,15 @@ def test_scenes_that_name_elements_are_derived_whole() -> None:
     outputs = {"moment": {"section_moment": "rope", "at": 10.0}}
     by_element = eomgen.load({**cantilever(420), "outputs": outputs})
     assert equal_elements.equal_elements(by_element) is None
+
+
+def test_only_one_clamped_beam_of_equal_elements_is_continued_from_very_short_ones() -> None:
+    inextensible = cantilever(420, beam={"model": "inextensible", "stiffness": BENT})
+    scenes = [cantilever(160), hinged(420), hanging(840, 105.0), two_beams(420), inextensible]
+    alike = [equal_elements.equal_elements(eomgen.load(data)) for data in scenes]
+    assert [item is not None and item.alone for item in alike] == [True, False, False, False, False]
+    assert None not in alike
+    assert equal_elements.equal_elements(eomgen.load(hinged(160))) is None
 
 
 def test_short_scenes_keep_the_rest() -> None:
