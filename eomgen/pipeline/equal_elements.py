@@ -71,7 +71,8 @@ class EqualElements:
         beams = [item.beam for item in self.scene.elements if isinstance(item, CosseratBeam)]
         if len(beams) > 1 or beams[0].constrained or self.count < beams[0].elements:
             return False
-        return all(joint.type == "fixed" or joint.child in beams[0].nodes[1:] for joint in self.scene.joints)
+        nodes = set(beams[0].nodes[1:])
+        return all(joint.type == "fixed" or joint.child in nodes for joint in self.scene.joints)
 
     def fewer(self, count: int) -> Scene:
         """Return the scene with ``count`` elements in each run."""
