@@ -34,6 +34,7 @@ from eomgen.products.optimisers.casadi_code import (
     dense,
     exported_functions,
     rates,
+    turning,
 )
 
 #: Terms of the functions of acados: of scenes without constraints, with constraints.
@@ -226,6 +227,9 @@ def families(program: Program) -> list[Family]:
     ModelError
         A model without any: with sampled states, or with rotations.
     """
+    if names := turning(program):
+        fault = f"acados integrates states that are plain numbers, and {', '.join(names)} is a rotation"
+        raise ModelError(Problem(program.prefix, fault, "joints of one angle or length each"))
     functions, _ = exported_functions(program)
     made = []
     if program.sampled:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
+from itertools import chain
 from typing import Any, cast
 
 import numpy as np
@@ -23,7 +24,7 @@ from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.c.target import fingerprint, generate_files
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.codegen.targets.target import Target
-from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.register import method_named
 from eomgen.system.sparsity import unpacked_places
 from eomgen.system.terms import ARGUMENTS, DIFFERENTIATED
@@ -101,6 +102,7 @@ class Exported:
     output : name and number of rows
     jacobian, hessian : patterns over all inputs side by side; places in the results of the compiled functions
     first, work : numbers that the first derivatives take, and all derivatives with intermediate results
+    components : of functions of quaternions, products that give derivatives in components of q
     """
 
     name: str
@@ -110,6 +112,7 @@ class Exported:
     hessian: Pattern
     first: int
     work: int
+    components: Mapping[str, Any] | None = None
 
     @cached_property
     def slices(self) -> dict[str, slice]:
@@ -128,6 +131,8 @@ def plain(program: Program, name: str) -> Exported:
     taken |= {"t"} if "base" in taken else set()
     sizes = {block: program.input_size(block) for block in ARGUMENTS if block in taken and block != "base"}
     sizes = {block: size for block, size in sizes.items() if size}
+    if "q" in sizes:
+        sizes["q"] = program.sizes["v"]
     columns, height, width = _columns(program, sizes), function.outputs[0].size, sum(sizes.values())
     rows, across = unpacked_places(program.patterns[f"{name}_derivatives"])
     low, left = (columns[places] for places in unpacked_places(program.patterns[f"{name}_hessian"]))
@@ -140,7 +145,121 @@ def plain(program: Program, name: str) -> Exported:
     )
     jacobian = ordered((height, width), rows, columns[across], np.arange(len(rows)))
     output, first = (function.outputs[0].name, height), len(rows)
-    return Exported(name, sizes, output, jacobian, both, first, first + len(numbers))
+    result = Exported(name, sizes, output, jacobian, both, first, first + len(numbers))
+    return in_components(program, result) if turning(program) and "q" in sizes else result
+
+
+def turning(program: Program) -> list[str]:
+    """Return the parts of the configuration with a turn: rotations, poses, angles over all turns."""
+    return [*(str(factor["name"]) for factor in program.factors if factor["group"] != "R"), *program.angles]
+
+
+#: Numbers of the maps from changes of the components of a rotation or a pose to left-trivialised tangents: of the first
+#: order, and of the second order (lower triangles).
+_FIRST, _SECOND = {"SO3": 12, "SE3": 21}, {"SO3": 30, "SE3": 66}
+
+
+@dataclass(frozen=True)
+class _Map:
+    """The map from changes of the components of q to left-trivialised directions, by places among numbers in C.
+
+    Attributes
+    ----------
+    columns : (component, place) of the entries of T of each direction; place 0 is the number 1
+    bends : (direction, component, component, place) of the entries of S, lower triangles
+    factors : places of rotations and poses
+    first, second : numbers of T and of S
+    """
+
+    columns: dict[int, list[tuple[int, int]]]
+    bends: list[tuple[int, int, int, int]]
+    factors: list[dict[str, Any]]
+    first: int
+    second: int
+
+
+def _map_of(program: Program, rest: int) -> _Map:
+    """Return the map of a configuration, and of ``rest`` further arguments."""
+    result = _Map({}, [], [], 1, 0)
+    for factor in program.factors:
+        q, v, group = int(factor["q_start"]), int(factor["v_start"]), str(factor["group"])
+        if group == "R":
+            result.columns.update({v + k: [(q + k, 0)] for k in range(int(factor["v_size"]))})
+            continue
+        first, second, pose = result.first, result.second, group == "SE3"
+        result.factors.append({"q": q, "first": first, "second": second, "pose": pose})
+        pairs = [(a, b) for a in range(4) for b in range(a + 1)]
+        for i in range(3):
+            result.columns[v + i] = [(q + a, first + 4 * i + a) for a in range(4)]
+            result.bends.extend((v + i, q + a, q + b, second + 10 * i + k) for k, (a, b) in enumerate(pairs))
+        for i in range(3) if pose else ():
+            result.columns[v + 3 + i] = [(q + 4 + j, first + 12 + 3 * i + j) for j in range(3)]
+            mixed = [(q + 4 + j, q + a, second + 30 + 12 * i + 3 * a + j) for a in range(4) for j in range(3)]
+            result.bends.extend((v + 3 + i, *places) for places in mixed)
+        result = replace(result, first=first + _FIRST[group], second=second + _SECOND[group])
+    nq, nv = program.input_size("q"), program.sizes["v"]
+    result.columns.update({nv + k: [(nq + k, 0)] for k in range(rest)})
+    return result
+
+
+def _entries(pattern: Pattern) -> list[tuple[int, int, int]]:
+    """Return row, column and place of each nonzero."""
+    return list(zip(pattern.rows.tolist(), pattern.columns.tolist(), pattern.places.tolist(), strict=True))
+
+
+def in_components(program: Program, tangent: Exported) -> Exported:
+    """Return a function with derivatives in the components of q, from derivatives in left-trivialised directions.
+
+    Near q, f(q + dq) = f(q exp(d)) with d_i = T_i dq + 1/2 dq^T S_i dq + ..., so that the Jacobian is J T, and the
+    Hessian of weights . f is T^T H T + sum_i (J^T weights)_i S_i. Changes of the length of a quaternion do not count.
+    """
+    rest = sum(tangent.sizes.values()) - program.sizes["v"]
+    width, to_q = program.input_size("q") + rest, _map_of(program, rest)
+    entries = _entries(tangent.jacobian)
+    known, of_first = _collected(
+        ((row, c), number, place) for row, k, number in entries for c, place in to_q.columns[k]
+    )
+    middle, of_middle = _collected(
+        ((row, c), number, place) for row, k, number in _entries(tangent.hessian) for c, place in to_q.columns[k]
+    )
+    there = {column for _, column, _ in entries} & {i for i, *_ in to_q.bends}
+    slots = {i: k for k, i in enumerate(sorted(there))}
+    of_second = [((c, k), number, place) for (row, k), number in middle.items() for c, place in to_q.columns[row]]
+    bent = [((a, b), slots[i], place) for i, a, b, place in to_q.bends if i in slots]
+    lower = sorted({place for place, *_ in [*of_second, *bent] if place[0] >= place[1]})
+    targets = {place: k for k, place in enumerate(lower)}
+    tables = {
+        "first": of_first,
+        "middle": of_middle,
+        "second": [(targets[place], a, b) for place, a, b in of_second if place in targets],
+        "bent": [(targets[place], slot, b) for place, slot, b in bent],
+        "gradient": [(slots[column], number, row) for row, column, number in entries if column in slots],
+    }
+    counts = {"J": len(known), "H": len(lower), "of_J": tangent.first, "of_H": tangent.work - tangent.first}
+    counts |= {"T": to_q.first, "S": to_q.second, "gradient": len(slots), "middle": len(middle)}
+    places = dict(zip(counts, np.cumsum([0, *counts.values()]).tolist(), strict=False))
+    low, across = np.array(list(known), np.int64).reshape(-1, 2).T
+    rows, columns = np.array(lower, np.int64).reshape(-1, 2).T
+    numbers, off = np.arange(len(lower)), rows != columns
+    both = np.concatenate([rows, columns[off]]), np.concatenate([columns, rows[off]])
+    return Exported(
+        tangent.name,
+        {**tangent.sizes, "q": program.input_size("q")},
+        tangent.output,
+        ordered((tangent.output[1], width), low, across, np.arange(len(known))),
+        ordered((width, width), both[0], both[1], np.concatenate([numbers, numbers[off]])),
+        len(known),
+        sum(counts.values()),
+        {"counts": counts, "places": places, "tables": tables, "factors": to_q.factors},
+    )
+
+
+def _collected(
+    products: Iterable[tuple[tuple[int, int], int, int]],
+) -> tuple[dict[tuple[int, int], int], list[tuple[int, int, int]]]:
+    """Return the numbers of the places of a matrix, and (number, factor, factor) of each product that is added."""
+    known: dict[tuple[int, int], int] = {}
+    return known, [(known.setdefault(place, len(known)), one, other) for place, one, other in products]
 
 
 def _columns(program: Program, sizes: Mapping[str, int]) -> Places:
@@ -401,7 +520,7 @@ def symbol_of(program: Program, name: str) -> str:
     return f"{program.prefix}_casadi_{name}"
 
 
-def _entries(program: Program, exported: Exported, texts: Texts) -> list[dict[str, Any]]:
+def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[dict[str, Any]]:
     """Return the functions of CasADi of one function: value, Jacobian, gradient, Hessian."""
     symbol, (output, rows) = symbol_of(program, exported.name), exported.output
     is_step = exported.name == "step"
@@ -411,7 +530,15 @@ def _entries(program: Program, exported: Exported, texts: Texts) -> list[dict[st
         tables = {"columns": block.columns, "rows": block.rows, "gathered": block.places}
         numbers = {key: texts.table(table) if len(table) else 0 for key, table in tables.items()}
         inputs.append({"name": name, "size": size, "count": len(block.rows), **numbers})
+    components = exported.components
     function = {"name": exported.name, "inputs": inputs, "step": is_step, "first": exported.first}
+    function["components"] = None
+    if components is not None:
+        numbered: dict[str, tuple[int, int]] = {}
+        for name, table in components["tables"].items():
+            if table:
+                numbered[name] = texts.table(chain(*table)), len(table)
+        function["components"] = {**components, "tables": numbered}
     own = [texts.argument(name, dense(size)) for name, size in exported.sizes.items()]
     result = texts.argument(output, dense(rows))
     after, weights = texts.argument(f"out_{output}", empty(rows, 1)), texts.argument(f"adj_{output}", dense(rows))
@@ -420,6 +547,7 @@ def _entries(program: Program, exported: Exported, texts: Texts) -> list[dict[st
 
     def entry(start: str, kind: str, given: Sequence[Any], outputs: Sequence[Any], **more: Any) -> dict[str, Any]:
         work = exported.work if kind in ("hessian", "step") or is_step else exported.first
+        work = exported.work if exported.components else work
         work = 0 if kind == "value" else work
         made = {"symbol": f"{start}{symbol}", "kind": kind, "inputs": given, "outputs": outputs, "work": work}
         return {**made, "function": function, "first_blocks": [], "second_blocks": [], **more}
@@ -472,22 +600,11 @@ class _Blocks:
 
 
 def exported_functions(program: Program) -> tuple[list[Exported], Step | None]:
-    """Return the functions of a model with derivatives, and the step if the model has one.
-
-    Raises
-    ------
-    ModelError
-        A configuration with quaternions, or with angles over all turns.
-    """
-    turning = [str(factor["name"]) for factor in program.factors if factor["group"] != "R"]
-    if turning or program.angles:
-        names = ", ".join((*turning, *program.angles))
-        fault = f"CasADi's functions need a configuration of plain numbers, and {names} is none"
-        raise ModelError(Problem(program.prefix, fault, "joints of one angle or length each, or eomgen's own hessian"))
+    """Return the functions of a model with derivatives, and the step if the model has one."""
     known = program.function_names
     there = [name for name in DIFFERENTIATED if name in known and f"{name}_derivatives" in known]
     functions = [plain(program, name) for name in there if program.function(name).outputs]
-    of_state = rates(program, functions, ("u", "p", "t"))
+    of_state = None if turning(program) else rates(program, functions, ("u", "p", "t"))
     return functions, None if of_state is None else Step(of_state)
 
 
@@ -498,7 +615,7 @@ def files_of(program: Program) -> dict[str, str]:
     files = {name: text for name, text in whole.items() if name not in ("main.c", "README.md", MANIFEST)}
     exported = [*functions, *([] if step is None else [step.exported()])]
     texts = Texts()
-    entries = [entry for item in exported for entry in _entries(program, item, texts)]
+    entries = [entry for item in exported for entry in _functions_of(program, item, texts)]
     longest = max(1, *(size for item in exported for size in item.sizes.values()), *(i.output[1] for i in exported))
     names: dict[str, Any] = {"program": program, "prefix": program.prefix, "functions": []}
     for item in functions:

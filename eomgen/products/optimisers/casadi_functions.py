@@ -30,15 +30,17 @@ def casadi(
     """Return functions of a scene for CasADi, with exact sparse Jacobians and Hessians in C.
 
     ``forward_dynamics``: (q, v, z, u, p, t) -> vdot; ``inverse_dynamics``: (q, v, a, z, u, p, t) -> tau; with
-    constraints ``residual``: (q, v, a, z, lam, u, p, t) -> r and ``constraint``: (q, p, t) -> Phi; ``internal_rate``
-    and ``outputs``; ``step``, one step of the method ``rk4``: (x, u, p, t, h) -> x_next, x = (q, v). Inputs that the
-    scene does not have are left out: see ``name_in()``. CasADi differentiates these functions like expressions; the
-    Hessian of a Lagrangian is one call in C.
+    constraints ``residual``: (q, v, a, z, lam, u, p, t) -> r, ``constraint``: (q, p, t) -> Phi and
+    ``constraint_velocity``: (q, v, p, t) -> w; ``internal_rate`` and ``outputs``; ``step``, one step of the method
+    ``rk4``: (x, u, p, t, h) -> x_next, x = (q, v, z), of scenes without rotations. By name alone ``frame_poses``:
+    (q, p, t) -> quaternion and position of each frame, and ``constraint_acceleration``: (q, v, a, p, t) -> w_dot.
+    Inputs that the scene does not have are left out: see ``name_in()``. CasADi differentiates these functions like
+    expressions; the Hessian of a Lagrangian is one call in C.
 
     Parameters
     ----------
     scene : Model, Scene, path, or mapping
-        As in ``build``, in coordinates of one number for each degree of freedom.
+        As in ``build``. Derivatives in quaternions are exact on the unit sphere: a change of the length does not count.
     terms : sequence of str, optional
         Functions among these; all that the scene has by default. ``step`` comes with ``forward_dynamics``.
     profile : str
@@ -53,8 +55,6 @@ def casadi(
     ------
     UsageError
         The package casadi is not installed; a term without derivatives in all arguments.
-    ModelError
-        Ball or free joints, whose configurations have quaternions.
     ToolchainError
         There is no compiler.
 
@@ -67,7 +67,9 @@ def casadi(
     try:
         package: Any = import_module("casadi")
     except ImportError:
-        raise UsageError(Problem("casadi", "the package casadi is not installed", "pip install casadi")) from None
+        raise UsageError(
+            Problem("casadi", "the package casadi is not installed", "pip install 'eomgen[casadi]'")
+        ) from None
     described: Any = getattr(scene, "scene", scene)
     document, front_end = as_document(described)
     wanted = CASADI.terms(terms)
