@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def step_matrices(
     after: States,
     values: Mapping[str, Array],
     a: Array,
-    coefficients: Sequence[float],
+    coefficients: Sequence[Any],
     inverse_inertia: Array,
 ) -> tuple[StepMatrices, Array]:
     """Return the matrices of n steps, and eta, (n, holonomic).
@@ -47,6 +48,7 @@ def step_matrices(
     partials : of the equations at the ends of the steps
     before, after : states at the starts and at the ends
     values : input blocks at the starts
+    coefficients : the size of steps may be (n, 1)
     a : (n, nv) algorithmic accelerations at the starts; or (nv,) at the start of the first of consecutive steps
     inverse_inertia : (nv,) or (n, nv), W, by which multipliers of velocities move positions; empty if there are none
     """
@@ -72,7 +74,7 @@ def step_matrices(
     return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, P, A, T, G, weighed, Np), eta
 
 
-def _predicted_exponents(before: States, after: States, a: Array, coefficients: Sequence[float]) -> Array:
+def _predicted_exponents(before: States, after: States, a: Array, coefficients: Sequence[Any]) -> Array:
     """Return v + h ((1/2 - beta) a + beta a') of steps, (n, nv)."""
     h, alpha_m, alpha_f, beta = coefficients[:4]
     given = (1.0 - alpha_f) * after.a + alpha_f * before.a

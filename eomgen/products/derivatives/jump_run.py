@@ -13,6 +13,7 @@ x_h becomes the flow, and the map across an event the saltation matrix (Leine an
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +75,23 @@ class Restarts:
 
 
 @dataclass(frozen=True)
+class LinearStretch:
+    """A stretch made linear.
+
+    Attributes
+    ----------
+    map : (record, columns), from q, v, z, parameters, time and size
+    end : input blocks at the end, (1, ...) each
+    inertia, of_inertia : as of ``Restarts``, (nv,) and (nv, columns)
+    """
+
+    map: Array
+    end: dict[str, Array]
+    inertia: Array
+    of_inertia: Array
+
+
+@dataclass(frozen=True)
 class Sweep:
     """Steps of the grid without a jump, ``first`` to ``last`` of a part."""
 
@@ -125,6 +143,8 @@ class JumpRun(StartedRun[JumpPart]):
         sizes = [e.nv, e.nv, e.nz, count, 1, 1]
         self._columns = [slice(end - size, end) for end, size in zip(np.cumsum(sizes), sizes, strict=True)]
         self._width = sum(sizes)
+        record = np.arange(self.linear.record_size)
+        self._kept_by_jumps = np.concatenate([record[: 2 * e.nv], record[3 * e.nv : 3 * e.nv + e.nz]])
 
     # -- sweeps ----------------------------------------------------------------------------------------------------
 
@@ -210,7 +230,9 @@ class JumpRun(StartedRun[JumpPart]):
         sizes = np.full(len(anew), self.run.grid.step)
         starts = self._restarts(firsts[anew], part.rows[anew + 1], part.p[anew], sizes, moving=False)
         into = dict(zip(anew.tolist(), range(len(anew)), strict=True))
-        cuts = {k: self._through(part, blocks, k) for k in part.cut}
+        inside = [stretch for k in sorted(part.cut) for stretch in part.cut[k]]
+        stretches = iter(self._of_stretches(inside))
+        cuts = {k: self._through(part, blocks, k, stretches) for k in sorted(part.cut)}
         kept = {k: inertia for k, (_, inertia) in cuts.items()}
         matrices = self._matrices(part, plain, before, after, starts, into, kept)
         maps = self._into_starts(part, blocks, anew, starts)
@@ -283,7 +305,7 @@ class JumpRun(StartedRun[JumpPart]):
         p: Array,
         a: Array,
         inertia: Array,
-        size: float,
+        size: Any,
     ) -> StepMatrices:
         coefficients, values = (size, *self._method), self._blocks(before, p, before.t)
         return step_matrices(self.equations, partials, before, after, values, a, coefficients, inertia)[0]
@@ -480,7 +502,9 @@ class JumpRun(StartedRun[JumpPart]):
 
     # -- cut steps ---------------------------------------------------------------------------------------------------
 
-    def _through(self, part: JumpSegment, blocks: dict[str, Array], step: int) -> tuple[Cut, Array]:
+    def _through(
+        self, part: JumpSegment, blocks: dict[str, Array], step: int, stretches: Iterator[LinearStretch]
+    ) -> tuple[Cut, Array]:
         """Return the map of a cut step from the record before the step and the parameters to the record at the end,
         and W there."""
         e, count, size = self.equations, self.equations.parameters, self.linear.record_size
@@ -491,11 +515,13 @@ class JumpRun(StartedRun[JumpPart]):
         for stretch in part.cut[step]:
             rates = self._rates(np.array([0.5 * (stretch.first[0] + stretch.last[0])]))
             given = np.concatenate([record, dp, time])
+            jumped = given[self._kept_by_jumps]
             if event is not None:
                 jumped = event.state @ given
-            else:
+            elif stretch.samples.any():
                 jumped = self.jumps.of_samples(start, stretch.samples[np.newaxis], rates)[0] @ given
-            through, start, starts = self._of_stretch(stretch)
+            made = next(stretches)
+            start, through = made.end, made.map
             before, by_size = through[:, :-1] @ np.concatenate([jumped, dp, time]), through[:, -1]
             entering = np.concatenate([jumped, dp, time])
             change, event = -time, None
@@ -506,7 +532,7 @@ class JumpRun(StartedRun[JumpPart]):
                 self._check_event(event, stretch, start, float(rate), given)
                 change = -(event.guard @ np.concatenate([before, dp, time]))[np.newaxis] / rate
             record, time = before + by_size[:, np.newaxis] * change, time + change
-        inertia = starts.of_inertia[0] @ np.concatenate([entering, change])
+        inertia = made.of_inertia @ np.concatenate([entering, change])
         if part.cut[step][-1].renews:
             row = part.rows[step + 1 : step + 2]
             renewed = self._restarts(
@@ -515,75 +541,90 @@ class JumpRun(StartedRun[JumpPart]):
             nv, nz = e.nv, e.nz
             kept = np.concatenate([record[: 2 * nv], record[3 * nv : 3 * nv + nz], dp, np.zeros((2, size + count))])
             record = renewed.record[0] @ kept
-        return Cut(step, record, inertia if len(inertia) else None), starts.inertia[0]
+        return Cut(step, record, inertia if len(inertia) else None), made.inertia
 
-    def _of_stretch(self, stretch: Stretch) -> tuple[Array, dict[str, Array], Restarts]:
-        """Return the map of a stretch, (record, columns), from q, v, z, parameters, time and size; the input blocks at
-        the end, and the start."""
+    def _of_short_stretch(self, stretch: Stretch) -> LinearStretch:
+        """Return a stretch of two terms of a Taylor series made linear."""
         e, h = self.equations, np.array([stretch.length])
-        nv, nz, nl, count = e.nv, e.nz, e.nl, e.parameters
-        rows, p = (stretch.first[np.newaxis], stretch.last[np.newaxis]), stretch.p[np.newaxis]
+        nv, nz = e.nv, e.nz
+        first, last, p = stretch.first[np.newaxis], stretch.last[np.newaxis], stretch.p[np.newaxis]
         middle = np.array([0.5 * (stretch.first[0] + stretch.last[0])])
-        starts = self._restarts(*rows, p, h, moving=True, whole=False)
-        before, after = (states_of(row, self.run.model) for row in rows)
+        starts = self._restarts(first, last, p, h, moving=True, whole=False)
+        before, after = states_of(first, self.run.model), states_of(last, self.run.model)
         by_size = np.zeros((1, self._width))
         by_size[0, -1] = 1.0
-        if stretch.short:
-            dq, dv, _, _, dz, dzdot, _ = np.split(starts.state[0], np.cumsum([nv, nv, nv, nv, nz, nz]))
-            dvdot, zdot = starts.state[0][2 * nv : 3 * nv], self._rates_of_states(before, p, middle)
-            moved = [
-                dq + h * dv + before.v.T * by_size,
-                dv + h * dvdot + starts.vdot.T * by_size,
-                dvdot,
-                dz + h * dzdot + zdot.T * by_size,
-                starts.record[0][3 * nv + nz :],
-            ]
-            ended = after._replace(a=starts.vdot, multipliers=starts.multipliers)
-            return np.concatenate(moved), self._blocks(ended, p, middle), starts
+        dq, dv, dvdot, _, dz, dzdot, _ = np.split(starts.state[0], np.cumsum([nv, nv, nv, nv, nz, nz]))
+        values = self._blocks(before, p, middle)
+        zdot = e.of("internal_rate", values)["zdot"] if nz else np.zeros((1, 0))
+        moved = [
+            dq + h * dv + before.v.T * by_size,
+            dv + h * dvdot + starts.vdot.T * by_size,
+            dvdot,
+            dz + h * dzdot + zdot.T * by_size,
+            starts.record[0][3 * nv + nz :],
+        ]
+        ended = after._replace(a=starts.vdot, multipliers=starts.multipliers)
+        return LinearStretch(
+            np.concatenate(moved), self._blocks(ended, p, middle), starts.inertia[0], starts.of_inertia[0]
+        )
+
+    def _of_stretches(self, stretches: Sequence[Stretch]) -> list[LinearStretch]:
+        """Return stretches made linear, in order."""
+        stepped = [stretch for stretch in stretches if not stretch.short]
+        made = iter(self._of_stepped(stepped) if stepped else ())
+        return [self._of_short_stretch(stretch) if stretch.short else next(made) for stretch in stretches]
+
+    def _of_stepped(self, stretches: Sequence[Stretch]) -> Iterator[LinearStretch]:
+        """Yield stretches that are stepped, made linear."""
+        e, factors = self.equations, self.equations.model.factors
+        nv, nz, nl, count = e.nv, e.nz, e.nl, e.parameters
+        first, last, p = (np.array([getattr(one, name) for one in stretches]) for name in ("first", "last", "p"))
+        sizes, middle = last[:, 0] - first[:, 0], 0.5 * (first[:, 0] + last[:, 0])
+        moving, h = any(one.event >= 0 for one in stretches), sizes[:, np.newaxis]
+        starts = self._restarts(first, last, p, sizes, moving=moving, whole=False)
+        before, after = states_of(first, self.run.model), states_of(last, self.run.model)
         _, alpha_m, alpha_f, beta, gamma, _, _ = self.coefficients
         a = starts.a
         reached = ((after.v - before.v) / h - (1.0 - gamma) * a) / gamma
         vdot = ((1.0 - alpha_m) * reached + alpha_m * a - alpha_f * starts.vdot) / (1.0 - alpha_f)
-        after = after._replace(a=vdot, multipliers=np.zeros((1, nl)))
+        after = after._replace(a=vdot, multipliers=np.zeros((len(h), nl)))
         values = self._blocks(after, p, middle)
         if nl:
             (residual,) = e.of("residual", values).values()
-            B = e.of("constraint_jacobian", values)["B"][0]
-            after = after._replace(multipliers=-np.linalg.lstsq(B.T, residual[0], rcond=None)[0][np.newaxis])
+            pairs = zip(e.of("constraint_jacobian", values)["B"], residual, strict=True)
+            lam = np.array([-np.linalg.lstsq(B.T, r, rcond=None)[0] for B, r in pairs])
+            after = after._replace(multipliers=lam)
             values = self._blocks(after, p, middle)
-        by_time, _ = self.jumps.by_time(values, self._rates(middle))
+        by_time = self.jumps.by_time(values, self._rates(middle))[0] if moving else None
         partials = self._with_time(e.partials(values), by_time)
-        theta = product.difference(e.model.factors, before.q, after.q)
-        in_q: Array = (
-            product.tangent(e.model.factors, theta)[0] @ (theta / h + h * ((0.5 - beta) * a + beta * reached))[0]
-        )
-        in_v, in_z = ((after.v - before.v) / h)[0], ((after.z - before.z) / h)[0]
-        in_size = partials.Jq[0] @ in_q + partials.Jv[0] @ in_v + partials.Jz[0] @ in_z
-        inertia = starts.inertia
-        made = self._step_matrices(partials, before._replace(a=starts.vdot), after, p, a, inertia, float(h[0]))
+        theta = product.difference(factors, before.q, after.q)
+        exponents = theta / h + h * ((0.5 - beta) * a + beta * reached)
+        in_q = (product.tangent(factors, theta) @ exponents[..., np.newaxis])[..., 0]
+        in_v, in_z = (after.v - before.v) / h, (after.z - before.z) / h
+        parts = (partials.Jq, in_q), (partials.Jv, in_v), (partials.Jz, in_z)
+        in_size = sum(J @ change[..., np.newaxis] for J, change in parts)
+        made = self._step_matrices(partials, before._replace(a=starts.vdot), after, p, a, starts.inertia, h)
         made = StepMatrices(
             **{
                 **vars(made),
-                "P": np.concatenate([made.P, in_size[np.newaxis, :, np.newaxis]], axis=2),
+                "P": np.concatenate([made.P, in_size], axis=2),
                 "Np": np.concatenate([made.Np, np.zeros((*made.Np.shape[:2], 1))], axis=2),
             }
         )
-        dp = np.zeros((count + 1 + inertia.shape[1] + 1, self._width))
+        dp = np.zeros((count + 1 + starts.inertia.shape[1] + 1, self._width))
         dp[:count, self._columns[3]] = np.eye(count)
-        dp[count, -2:] = 1.0
-        dp[count + 1 : -1] = starts.of_inertia[0]
-        dp[-1, -1] = 1.0
-        own = LinearSteps(e.model.functions.sizes, e.model.factors, (float(h[0]), *self._method), e.holonomic)
-        record, _ = own.tangents(made, dp, np.ascontiguousarray(starts.state[0]), after.t)
-        through = record[0]
-        through[:nv, -1] += in_q
-        through[nv : 2 * nv, -1] += in_v
-        through[3 * nv : 3 * nv + nz, -1] += in_z
-        return through, values, starts
-
-    def _rates_of_states(self, states: States, p: Array, at: Array) -> Array:
-        values = self._blocks(states, p, at)
-        return self.equations.of("internal_rate", values)["zdot"] if self.equations.nz else np.zeros((1, 0))
+        dp[count, -2:] = dp[-1, -1] = 1.0
+        for k, size in enumerate(sizes.tolist()):
+            dp[count + 1 : -1] = starts.of_inertia[k]
+            one = StepMatrices(**{name: block[k : k + 1] for name, block in vars(made).items()})
+            own = LinearSteps(e.model.functions.sizes, factors, (size, *self._method), e.holonomic)
+            record, _ = own.tangents(one, dp, starts.state[k].copy(), after.t[k : k + 1])
+            through = record[0]
+            through[:nv, -1] += in_q[k]
+            through[nv : 2 * nv, -1] += in_v[k]
+            through[3 * nv : 3 * nv + nz, -1] += in_z[k]
+            ended = rows_of(values, slice(k, k + 1))
+            yield LinearStretch(through, ended, starts.inertia[k], starts.of_inertia[k])
 
     def _check_event(
         self, event: EventPartials, stretch: Stretch, values: dict[str, Array], rate: float, given: Array
