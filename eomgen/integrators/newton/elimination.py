@@ -105,6 +105,7 @@ def eliminate(
     groups: Sequence[Sequence[int]] = (),
     constrained: bool = False,
     diagonal_first: bool = False,
+    growth: float = 1.0,
 ) -> Elimination:
     """Choose the pivots; of many stages, a stage leaves the same columns to the next one as its example did.
 
@@ -118,6 +119,7 @@ def eliminate(
     constrained : whether there are rows of constraints, for messages.
     diagonal_first : whether diagonal pivots are preferred among pivots of equal fill, so that their signs are the
         inertia of the matrix.
+    growth : ratio of the lengths of the scene that is meant and the scene that is derived
 
     Raises
     ------
@@ -125,7 +127,8 @@ def eliminate(
         When some sample is singular.
     """
     plan = list(stages) if stages is not None else [(range(size), range(size))]
-    state = _ActiveSubmatrix(size, samples, groups, diagonal_first, _ALIKE if len(plan) > _MANY else 1.0)
+    meant = growth * len(plan)
+    state = _ActiveSubmatrix(size, samples, groups, diagonal_first, _ALIKE if meant > _MANY else 1.0)
     rows: list[int] = []
     columns: list[int] = []
     left: dict[int, list[int]] = {row: [] for row in range(size)}
@@ -146,7 +149,7 @@ def eliminate(
 
     starts: list[int] = []
     orders: dict[object, list[tuple[int, int]]] = {}
-    repeated, long = _REPEATED * (_MANY / max(len(plan), _MANY)) ** 3, len(plan) > _LONG
+    repeated, long = _REPEATED * (_MANY / max(meant, _MANY)) ** 3, meant > _LONG
     for number, (new_rows, new_columns) in enumerate(plan):
         begun = len(rows)
         delayed = bool(state.columns_of_stage)

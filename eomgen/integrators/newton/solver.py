@@ -130,6 +130,7 @@ def make_solver(
         groups=groups,
         constrained="B" in packing.blocks,
         diagonal_first=at_start,
+        growth=growth,
     )
     if groups:
         return Solver(unknowns, samples.packing, terms, elimination, None, growth)
@@ -155,6 +156,7 @@ def _pivots(
     groups: Sequence[Sequence[int]],
     constrained: bool,
     diagonal_first: bool,
+    growth: float,
 ) -> Elimination:
     """Choose pivots that serve at all samples, or if only the scene's own state is singular, at all other samples.
 
@@ -164,14 +166,16 @@ def _pivots(
     """
     size = unknowns.matrix_size
     try:
-        return eliminate(size, values, order, groups=groups, constrained=constrained, diagonal_first=diagonal_first)
+        return eliminate(
+            size, values, order, groups=groups, constrained=constrained, diagonal_first=diagonal_first, growth=growth
+        )
     except ModelError:
         if constrained or count < 2:
             raise
         others = np.arange(len(next(iter(values.values())))) % count > 0
         try:
             kept = {index: part[others] for index, part in values.items()}
-            return eliminate(size, kept, order, groups=groups, diagonal_first=diagonal_first)
+            return eliminate(size, kept, order, groups=groups, diagonal_first=diagonal_first, growth=growth)
         except ModelError:
             pass
         raise  # of the scene's state, which the message names
