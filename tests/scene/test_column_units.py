@@ -312,6 +312,15 @@ def test_titles_of_another_dimension_are_noted(titles: str, key: str, note: str,
     assert bool(found) == bool(note) and all(each.startswith(note) for each in found)
 
 
+def test_records_of_accelerations_in_g_are_multiples_of_standard_gravity(tmp_path: Path) -> None:
+    record = "t,acceleration [g]\n0,0\n1,2\n"
+    (note,) = loaded(tmp_path, TABLE, record).notes
+    assert note.endswith("'acceleration [g]' are taken in SI, as they are; try: value_unit = \"g0\"")
+    (curve,) = loaded(tmp_path, TABLE.replace('csv"', 'csv", value_unit = "g0"'), record).curves
+    assert isinstance(curve, Curve)
+    assert curve.y[1] == pytest.approx(2 * 9.80665, rel=1e-15)
+
+
 def test_messages_quote_nothing_of_a_table_outside_the_folder_of_the_scene(tmp_path: Path) -> None:
     inside = tmp_path / "scene"
     inside.mkdir()

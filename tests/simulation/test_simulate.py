@@ -158,6 +158,20 @@ def test_a_force_that_is_no_number_ends_the_run_and_is_named() -> None:
     assert 0.498 <= run.t[-1] <= 0.5 and np.all(np.isfinite(run.q)) and np.all(np.isfinite(run.v))
 
 
+def test_a_valley_that_is_narrower_than_the_body_is_named() -> None:
+    builder = eomgen.SceneBuilder("roller").body("wheel", 3.0, inertia=[0.02, 0.04, 0.02])
+    start = {"position": [0, 0, 0.2], "velocity": [0, 5, 0, 1, 0, 0]}
+    builder.joint("wheel", "free", "base", "wheel", initial=start)
+    ground = {"type": "sliding", "first": {"body": "base", "axis": [0, 0, 1]}, "second": {"body": "wheel"}}
+    ground |= {"shape": "sphere", "radius": 0.2, "surface": "0.05 * cos(60 * x)"}
+    builder.constraint("ground", ground.pop("type"), **ground)
+    message = eomgen.build(builder.build(), profile="quick").simulate(0.1, 1e-3).message
+    assert message.endswith(
+        ", where the body meets no single point of the surface, as in a valley that is narrower than the body; try: a"
+        " surface whose radius of curvature is above the radius of the body, or a smaller radius"
+    )
+
+
 def test_a_curve_that_an_internal_state_leaves_is_named() -> None:
     builder = (
         eomgen.SceneBuilder("leaving").body("slug", 1.0).joint("slide", "prismatic", "base", "slug", axis=[1, 0, 0])

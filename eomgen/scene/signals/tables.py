@@ -303,13 +303,15 @@ _TIMES = frozenset({"t", "time", "zeit", "temps", "tiempo"})
 
 
 def unit_of_title(title: str) -> str:
-    """Return the unit named in a title; empty if the title names no known unit."""
+    """Return the unit named in a title; empty if the title names no known unit. Accelerations in g are in g0."""
     if marked := _IN_BRACKETS.fullmatch(title) or _OVER.fullmatch(title):
         unit = marked[1].strip()
     elif last := _LAST_WORD.fullmatch(title):
         unit = last[2] if last[2] in (_OF_TIMES if last[1].lower() in _TIMES else _UNITS) else ""
     else:
         return ""
+    if unit == "g" and "acc" in title.lower():
+        return "g0"
     return unit if _factors(unit) else ""
 
 

@@ -143,6 +143,13 @@ _ORDER = (
 )
 
 
+#: Cause and remedy of a contact whose equations have no solution.
+_NO_CONTACT = (
+    ", where the body meets no single point of the surface, as in a valley that is narrower than the body",
+    "a surface whose radius of curvature is above the radius of the body, or a smaller radius",
+)
+
+
 def first_non_finite(
     model: CompiledModel,
     t: float,
@@ -179,6 +186,8 @@ def first_non_finite(
                 cause = _cause(model, time, q, p, values)
                 if not cause[0] and (tyres := upright_tyres(tyred, time, q, p)):
                     cause = f", where slip.axis of the tyre {tyres} is upright", UPRIGHT
+                if not cause[0] and "contact with the surface" in block:
+                    cause = _NO_CONTACT
                 return f"{block} at t = {time:.9g} s", not ahead, cause
     return "", False, ("", "")
 
