@@ -20,8 +20,6 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 OTHERS = {"cable_net", "elastic_pendulum", "free_spinning_body", "hanging_chain", "misaligned_four_bar", "rattleback"}
 OTHERS |= {"slider_crank_spatial", "spherical_pendulum", "symmetric_top", "unbalanced_shaft"}
 SCENES = sorted(path.parent.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("scene.toml"))
-#: Methods of models that are given terms here, if the method of the scene takes none.
-METHODS = {"shear_frame_with_pendulum": "rk4"}
 #: Nonzeros that are zero at all random states: of a mode that is off, of a damper that reaches no limit, of laws by
 #: cases with zeros in one of the cases, and of products that vanish in outputs.
 ZEROS = {
@@ -42,7 +40,7 @@ ZEROS = {
 
 @cache
 def model_of(example: str) -> eomgen.Model:
-    return eomgen.build(EXAMPLES / example / "scene.toml", method=METHODS.get(example), profile="quick")
+    return eomgen.build(EXAMPLES / example / "scene.toml", profile="quick")
 
 
 @pytest.mark.slow

@@ -105,7 +105,7 @@ class OneFactorization(Family):
 def matrix_functions(system: System) -> set[str]:
     """Return the functions that give the numbers of a step's matrix."""
     matrix = "iteration" if "iteration" in system.functions else "partials"
-    return {matrix, "row_sums"} & set(system.functions)
+    return {matrix, *({"row_sums"} & set(system.functions))}
 
 
 def linear_system(
