@@ -526,6 +526,10 @@ def _state(text: str | None) -> str | float | None:
     return time
 
 
+#: Hints on units of pictures, by option.
+_OF_PICTURES = {"--campbell": "; --speed-unit rpm draws speeds in rpm"}
+
+
 def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[float]] | None:
     """Return the name of a parameter and the values of the parameter."""
     if text is None:
@@ -541,7 +545,8 @@ def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[fl
     except ValueError:
         fault = "a parameter, two values and their number are needed"
         if any(letter.isalpha() for letter in "".join(parts[:2]).replace("e", "")):
-            fault, hint = f"{fault}, and values have no units", f"{hint}, in the unit of the parameter"
+            hint += f", in the unit of the parameter{_OF_PICTURES.get(option, '')}"
+            fault = f"{fault}, and values have no units"
         raise UsageError(Problem(f"{option} {text}", fault, hint)) from None
     if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
         raise UsageError(Problem(f"{option} {text}", "finite values, and 2 to 10000 of them, are needed", hint))

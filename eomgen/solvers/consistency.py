@@ -280,6 +280,8 @@ def _contradiction(
         hint = NEARER_FRAMES
     else:
         hint = "an initial state nearer to assembly, or lengths and axes that fit"
+        if level == "positions" and len(worst) == 1 and names[first].endswith(": formula"):
+            hint = "an initial state nearer to assembly, or an equation that is 0 in some state: q**2 + 1 never is"
     return ModelError(Problem("constraints", text, hint))
 
 

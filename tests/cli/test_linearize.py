@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import importlib
 import json
 import math
 import re
@@ -69,6 +70,7 @@ def test_an_interrupted_diagram_keeps_the_modes_and_the_values_so_far(
         assert title == "top: mass"
         yield interrupting
 
+    importlib.import_module("eomgen.cli.running")  # a first import here would bind the bar of this test for good
     monkeypatch.setattr("eomgen.base.progress.terminal_bar", bar)
     assert main(["linearize", top, "--at", "initial", "--campbell", "mass=1:2:5", "--orders", "1"]) == 130
     told = capsys.readouterr()

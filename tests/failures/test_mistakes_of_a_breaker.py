@@ -128,7 +128,7 @@ def test_radii_beyond_the_scene_are_told(radius: float, told: bool) -> None:
     data = BALL | {"constraints": {"ground": {**GROUND, "radius": radius}}}
     data["joints"] = {"ball": {**BALL["joints"]["ball"], "initial": {"position": [0.5, 0, 0.1]}}}
     note = (
-        "constraints.ground.radius: the radius is 100 m, and the scene is no larger than 1 m; numbers without a unit"
+        "constraints.ground.radius: the radius is 100 m, and the scene is no larger than 0.5 m; numbers without a unit"
         " are in m"
     )
     assert (note in from_data(data).notes) == told
@@ -204,3 +204,106 @@ def test_descriptions_name_cause_and_remedy(sections: Mapping[str, Any], message
         from_data(ARM | dict(sections))
     assert message in str(refused.value)
     assert "is missing" not in str(refused.value)
+
+
+def on_rail(effort: str, **sections: Any) -> dict[str, Any]:
+    return {**sections, "efforts": {"e": {"joint": "rail", "effort": effort}}}
+
+
+ROAD = {"road": {"points": [[0, 0], [0.1, 20], [0.2, 0], [0.3, 15], [1, 0]]}}
+BY_PLANE = {"first": {"body": "base", "axis": [0, 0, -1]}, "radius": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("base", "sections", "note"),
+    [
+        (
+            ARM,
+            on_rail("map.motor(v.rail, 50)", maps={"motor": {**MOTOR, "y": [0, 1], "x_unit": ""}}),
+            "efforts.e.effort: map.motor along y is asked at 50, and its points are from 0 to 1: the value at an end is"
+            " taken always; try: the argument in the unit of the points, 0 to 1",
+        ),
+        (ARM, on_rail("map.motor(v.rail, 0.5)", maps={"motor": {**MOTOR, "y": [0, 1], "x_unit": ""}}), ""),
+        (
+            ARM,
+            on_rail("-min(position.tip[2] + 400, 0)"),
+            "efforts.e.effort: position.tip[2] stands against 400 m, and the size of the scene is 0.5 m: lengths in"
+            ' formulas are in m; try: a parameter of "400 mm" in its place',
+        ),
+        (
+            ARM,
+            on_rail("5 if q.rail > 400 else 0"),
+            "efforts.e.effort: q.rail stands against 400 m, and the size of the scene is 0.5 m: lengths in formulas"
+            ' are in m; try: a parameter of "400 mm" in its place',
+        ),
+        (ARM, on_rail("-min(position.tip[2] + 4, 0)"), ""),
+        (
+            ARM,
+            {"shapes": {"s": {"type": "sphere", "body": "arm", "radius": 0.05, "position": [0, 0, -400]}}},
+            "shapes.s.position: the distance from the body's origin is 400 m, and the scene is no larger than 0.5 m;"
+            " numbers without a unit are in m",
+        ),
+        (
+            ARM,
+            {"base": {"rotation": [{"axis": [0, 0, 1], "angle": "30*sin(t)"}]}},
+            "base.rotation[0].angle goes to and fro over 60 rad, 9.55 turns: angles in formulas are radians; try: a"
+            ' parameter of "30 deg" as the amplitude',
+        ),
+        (ARM, {"base": {"rotation": [{"axis": [0, 0, 1], "angle": "30*t"}]}}, ""),
+        (
+            ARM,
+            {"curves": ROAD, "base": {"position": [0, 0, "road(t)"]}, "simulation": {"duration": 0.3, "step": 1e-3}},
+            "base.position[2] shakes the base over 22.59 m, and the size of the scene is 0.5 m: numbers without a"
+            " unit are in m; try: the unit of the curve's values, or a factor of 0.001",
+        ),
+        (ARM, {"base": {"position": [0, 0, "7e3*sin(0.1*t)"]}}, ""),  # slow, as of an orbit
+        (
+            BALL,
+            {"constraints": {"c": {"type": "formula", "equation": "q.ball[3] - 0.1", "unit": "rad"}}},
+            "constraints.c.equation: q.ball[3] is a component of a quaternion, of the half angle, and no angle; try: a"
+            " joint of angles, such as universal, or 2 * asin(q.ball[k])",
+        ),
+        (BALL, {"constraints": {"c": {"type": "formula", "equation": "q.ball[6] - 0.1", "unit": "m"}}}, ""),
+        (
+            BALL,
+            {"constraints": {"c": {**GROUND, **BY_PLANE}}},
+            "constraints.c: ball starts 0.1 m below the plane, and is moved to the side of its z axis; try: first.axis"
+            " in the opposite direction, or a start on this side",
+        ),
+        (BALL, {"constraints": {"c": {**GROUND, "radius": 0.1}}}, ""),
+    ],
+)
+def test_values_out_of_place_are_told(base: Mapping[str, Any], sections: Mapping[str, Any], note: str) -> None:
+    notes = [text for text in from_data({**base, **sections}).notes if not text.startswith("road:")]
+    assert notes == ([note] if note else [])
+
+
+@pytest.mark.parametrize("radius", [25, 400])
+def test_angles_and_quaternions_at_the_start_are_no_lengths(radius: float) -> None:
+    """A hinge at 0.5 rad and an arm of 4 mm: the scene is no larger than 4 mm."""
+    arm = {**ARM["bodies"]["arm"], "center_of_mass": [0, 0, 0.004]}
+    data = {**ARM, "bodies": {"cart": {"mass": 2e-6}, "arm": {**arm, "mass": 1e-6, "inertia": [0, 0, 0]}}, "points": {}}
+    data["shapes"] = {"s": {"type": "sphere", "body": "arm", "radius": f"{radius} / 1000"}}
+    note = "shapes.s: the size of the shape is 0.4 m, and the scene is no larger than 0.004 m; numbers without a unit"
+    assert any(text.startswith(note) for text in from_data(data).notes) == (radius == 400)
+
+
+def test_an_equation_without_a_solution_is_told() -> None:
+    scene = from_data({**ARM, "constraints": {"c": {"type": "formula", "equation": "q.rail**2 + 1", "unit": "m"}}})
+    with pytest.raises(ModelError, match=r"c: formula by 1; try: .* equation that is 0 in some state: q\*\*2 \+ 1"):
+        pipeline.derive(scene, ["forward_dynamics"])
+
+
+@pytest.mark.parametrize(
+    ("radius", "remedy"),
+    [([0.1, 0.1, 0.1], "radius = 0.1"), ([0.1, 0.2, 0.1], 'one number, or type = "ellipsoid" with semi_axes = [0.1')],
+)
+def test_lists_in_place_of_a_number_are_told(radius: list[float], remedy: str) -> None:
+    with pytest.raises(DescriptionError) as refused:
+        from_data({**ARM, "shapes": {"s": {"type": "sphere", "body": "arm", "radius": radius}}})
+    assert f"a number or a formula is needed here, not a list; try: {remedy}" in str(refused.value)
+
+
+def test_norms_are_written_out() -> None:
+    with pytest.raises(DescriptionError, match=r"unknown function 'norm' \(column 1\); try: sqrt\(x\*\*2 \+ y\*\*2"):
+        from_data({**ARM, "definitions": {"h": "norm(position.tip)"}})

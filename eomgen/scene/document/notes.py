@@ -11,7 +11,10 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.messages import key_of
 from eomgen.base.products import placed, rows_of
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import law_and_rate
 from eomgen.scene.document.checks import efforts_on_drives, unused_names
 from eomgen.scene.document.doubtful_elements import (
@@ -26,13 +29,16 @@ from eomgen.scene.document.out_of_scale import (
     angles_against_numbers,
     angles_of_several_turns,
     doubtful_times,
+    lengths_against_numbers,
     out_of_scale,
+    size_of_scene,
 )
 from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading
+from eomgen.system.description import BASE
 
 Element = TypeVar("Element", bound=ForceElement)
 
@@ -65,6 +71,13 @@ class SceneFacts:
     def elements(self, kind: type[Element]) -> list[Element]:
         """Return the force elements of one kind."""
         return [element for element in self.scene["elements"] if isinstance(element, kind)]
+
+    @cached_property
+    def size(self) -> float:
+        """Largest length of the scene, m; 0 if the scene gives none."""
+        scene = self.scene
+        frames = [frame.name for frame in scene["frames"]]
+        return size_of_scene(scene["bodies"], scene["joints"], scene["points"], frames, scene["elements"], self.values)
 
     @cached_property
     def places(self) -> Mapping[str, tuple[Array, Array]]:
@@ -130,6 +143,24 @@ def _tyres_in_the_road(facts: SceneFacts) -> Iterable[str]:
     return tyres_in_the_road(tyres, facts.scene["points"], facts.places, facts.values) if tyres else ()
 
 
+def _below_planes(facts: SceneFacts) -> Iterator[str]:
+    """Yield a note on each body that starts below the plane on which a constraint lets it roll or slide."""
+    places, value = {BASE: (np.eye(3), np.zeros(3)), **facts.places}, facts.values.value
+    for item in facts.scene["constraints"] if facts.places else ():
+        if item.type not in ("rolling", "sliding") or item.surface is not None:
+            continue
+        if not {item.first.body, item.second.body} <= places.keys():
+            continue
+        (turned, origin), (of_second, second) = places[item.first.body], places[item.second.body]
+        origin = origin + turned @ [value(part) for part in item.first.position]
+        second = second + of_second @ [value(part) for part in item.second.position]
+        normal = turned @ np.array(item.first.orientation)[:, 2]
+        if (height := float(normal @ (second - origin))) < 0.0:
+            fault = f"{item.second.body} starts {-height:.3g} m below the plane, and is moved to the side of its z axis"
+            remedy = "first.axis in the opposite direction, or a start on this side"
+            yield f"{key_of('constraints', item.name)}: {fault}; try: {remedy}"
+
+
 def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:
     """Note an acceleration of the base that equals the gravity of the scene."""
     given, gravity = facts.data.get("base", {}).get("acceleration"), facts.document.gravity
@@ -167,6 +198,47 @@ def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
             yield f"{fault}; try: one of the two, if they describe the same motion"
 
 
+#: Range of a to and fro motion of the base, in sizes of the scene, and acceleration, m/s^2, that are doubted together.
+_RANGE, _SHOCK = 10.0, 100.0
+#: Time over which a base without a duration is looked at, s.
+_WHILE = 10.0
+
+
+def _base_out_of_scale(facts: SceneFacts) -> Iterator[str]:
+    """Note rotations of the base to and fro over more than a turn, and shaking over many times the scene's size."""
+    base = facts.scene["base"]
+    if base is None:
+        return
+    times = np.linspace(0.0, facts.document.simulation.duration or _WHILE, 8 * _TIMES)
+    for place, rotation in enumerate(base.rotations[len(base.added_by) :]):
+        angle, _ = _to_and_fro(rotation.angle, times, facts)
+        if angle > 2.0 * np.pi:
+            fault = f"goes to and fro over {angle:.4g} rad, {angle / (2.0 * np.pi):.3g} turns"
+            remedy = 'angles in formulas are radians; try: a parameter of "30 deg" as the amplitude'
+            yield f"base.rotation[{place}].angle {fault}: {remedy}"
+    for axis, law in enumerate(base.position):
+        travel, acceleration = _to_and_fro(law, times, facts)
+        if facts.size > 0.0 and travel > _RANGE * facts.size and acceleration > _SHOCK:
+            fault = f"shakes the base over {travel:.4g} m, and the size of the scene is {facts.size:.3g} m"
+            remedy = "numbers without a unit are in m; try: the unit of the curve's values, or a factor of 0.001"
+            yield f"base.position[{axis}] {fault}: {remedy}"
+
+
+def _to_and_fro(law: Formula, times: Array, facts: SceneFacts) -> tuple[float, float]:
+    """Return range and largest second derivative of a law of time that turns round; 0 and 0 for any other law."""
+    used = symbols(law)
+    if not any(symbol.kind == "time" for symbol in used) or any(
+        symbol.kind not in ("time", "parameter") for symbol in used
+    ):
+        return 0.0, 0.0
+    values, rates = law_and_rate(law, facts.values.parameters)(times)
+    defined = np.isfinite(values) & np.isfinite(rates)
+    values, rates, times = values[defined], rates[defined], times[defined]
+    if len(times) < 2 or not np.min(rates) < 0.0 < np.max(rates):
+        return 0.0, 0.0
+    return float(np.ptp(values)), float(np.max(np.abs(np.gradient(rates, times))))
+
+
 def _varies(formula: object) -> bool:
     """Return whether a text mentions the time."""
     return isinstance(formula, str) and re.search(r"\bt\b", formula) is not None
@@ -181,6 +253,7 @@ NOTES: tuple[Note, ...] = (
     Note("unused names", lambda facts: unused_names(facts.document, facts.reading)),
     Note("plain angles", lambda facts: angles_of_several_turns(facts.data, facts.reading.rows)),
     Note("plain angles in formulas", lambda facts: angles_against_numbers(facts.data)),
+    Note("plain lengths in formulas", lambda facts: lengths_against_numbers(facts.data, facts.size)),
     Note("plain times", lambda facts: doubtful_times(facts.data, facts.document)),
     Note("negative stiffness or damping", lambda facts: negative_laws(facts.document)),
     Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),
@@ -189,8 +262,10 @@ NOTES: tuple[Note, ...] = (
     Note("efforts on drives", lambda facts: efforts_on_drives(facts.document)),
     Note("doubtful beams", _doubtful_beams),
     Note("tyres in the road", _tyres_in_the_road),
+    Note("bodies below planes of contact", _below_planes),
     Note("base that falls freely", _base_with_gravity),
     Note("base opposite to gravity or moved twice", _base_against_gravity),
+    Note("base with motions far beyond the scene", _base_out_of_scale),
     Note("doubtful values", lambda facts: facts.values.notes),
 )
 

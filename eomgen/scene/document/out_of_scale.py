@@ -8,7 +8,7 @@ import ast
 import contextlib
 import itertools
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -81,10 +81,7 @@ def out_of_scale(
     far = _far(arms)
     notes = _far_places(far, arms)
     near = [arm.length for arm in arms if arm not in far]
-    known = [*near, *(abs(start) for joint in joints for start in joint.initial_position or ())]
-    known += [body.beam.length for body in bodies if body.beam is not None]
-    known += [element.beam.length for element in elements if isinstance(element, CosseratBeam)]
-    size = max((length for length in known if math.isfinite(length)), default=0.0)
+    size = _size(near, bodies, joints, elements)
     if not size > 0.0:
         return notes
     apart = [length for length in near if length >= _SHORTEST]
@@ -97,6 +94,36 @@ def out_of_scale(
         (key_of("parameters", one.name), "the length", abs(one.value), "m") for one in parameters if one.unit == "m"
     ]
     return notes + _too_long(lengths, size, well_known=len(apart) >= _ARMS)
+
+
+def size_of_scene(
+    bodies: Iterable[Body],
+    joints: Iterable[Joint],
+    points: Iterable[Point],
+    frames: Collection[str],
+    elements: Iterable[object],
+    values: Values,
+) -> float:
+    """Return the largest length of the places in bodies, of beams and of initial travels, m; places that are far beyond
+    all others are left out. 0 without lengths."""
+    bodies, joints = list(bodies), list(joints)
+    arms = [arm for arm in _arms(bodies, joints, points, frames, values) if math.isfinite(arm.length)]
+    far = _far(arms)
+    return _size([arm.length for arm in arms if arm not in far], bodies, joints, elements)
+
+
+def _size(near: Iterable[float], bodies: Iterable[Body], joints: Iterable[Joint], elements: Iterable[object]) -> float:
+    known = [*near, *(abs(travel) for joint in joints for travel in _travels(joint))]
+    known += [body.beam.length for body in bodies if body.beam is not None]
+    known += [element.beam.length for element in elements if isinstance(element, CosseratBeam)]
+    return max((length for length in known if math.isfinite(length)), default=0.0)
+
+
+def _travels(joint: Joint) -> list[float]:
+    """Return the initial coordinates of a joint in m: no angles, and no components of quaternions."""
+    start, units = joint.initial_position or (), joint.kind.units
+    turns = ("rad",) * (len(start) - len(units))  # a quaternion, which has one component more than its velocities
+    return [value for value, unit in zip(start, (*turns, *units), strict=False) if unit == "m"]
 
 
 def _far_places(far: Sequence[_Arm], arms: Sequence[_Arm]) -> list[str]:
@@ -295,7 +322,7 @@ def numbers_of_constraints(constraints: Iterable[Constraint], parameters: Mappin
 
 
 def _lengths_of_shapes(shapes: Iterable[Shape], values: Values) -> Iterator[tuple[str, str, float, str]]:
-    """Yield the largest size of each shape of a moving body."""
+    """Yield the largest size of each shape of a moving body, and the distance of the shape from the body's origin."""
     for shape in shapes:
         sizes, hint = [values.value(size) for size in shape.sizes], "m"
         if shape.kind == "mesh":
@@ -304,6 +331,9 @@ def _lengths_of_shapes(shapes: Iterable[Shape], values: Values) -> Iterator[tupl
             hint = 'm; scale = "1 mm" is for a file in millimetres'
         if shape.body not in (BASE, WORLD):
             yield key_of("shapes", shape.name), "the size of the shape", max(sizes, default=0.0), hint
+            away = math.hypot(*(values.value(part) for part in shape.position))
+            if not shape.implied:
+                yield f"{key_of('shapes', shape.name)}.position", "the distance from the body's origin", away, "m"
 
 
 def angles_of_several_turns(data: Mapping[str, Any], rows: Sequence[Section]) -> list[str]:
@@ -365,29 +395,70 @@ def angles_against_numbers(data: Mapping[str, Any]) -> list[str]:
     ----------
     data : of a well-formed scene, as written
     """
-    units = {name: tuple(JOINTS[joint["type"]].coordinates.values()) for name, joint in data.get("joints", {}).items()}
+    units = _units_of_coordinates(data)
     notes = []
+    for key, angle, value in _against_numbers(data, lambda node: _unit_of_coordinate(node, units) == "rad"):
+        if note := several_turns(f"{key}: {ast.unparse(angle)} stands against", value):
+            turned = note.partition(":")[0] + ":" + note.partition(":")[2].partition(":")[0]
+            notes.append(
+                f'{turned}: angles in formulas are radians; try: a parameter of "{value:.6g} deg" in its place'
+            )
+    return list(dict.fromkeys(notes))
+
+
+def lengths_against_numbers(data: Mapping[str, Any], size: float) -> list[str]:
+    """Return a note on each plain number of a hundred times the size of the scene that a formula compares with a place
+    of a point or a travel of a joint, adds to a length or subtracts from a length.
+
+    Parameters
+    ----------
+    data : of a well-formed scene, as written
+    size : of the scene, m; 0 if unknown
+    """
+    units = _units_of_coordinates(data)
+    notes = []
+    for key, length, value in _against_numbers(data, lambda node: _is_length(node, units)):
+        if size > 0.0 and abs(value) >= _FACTOR * size:
+            beside = (
+                f"{ast.unparse(length)} stands against {abs(value):.6g} m, and the size of the scene is {size:.3g} m"
+            )
+            notes.append(
+                f'{key}: {beside}: lengths in formulas are in m; try: a parameter of "{abs(value):.6g} mm" in its place'
+            )
+    return list(dict.fromkeys(notes))
+
+
+def _units_of_coordinates(data: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
+    return {name: tuple(JOINTS[joint["type"]].coordinates.values()) for name, joint in data.get("joints", {}).items()}
+
+
+def _against_numbers(
+    data: Mapping[str, Any], is_quantity: Callable[[ast.expr], bool]
+) -> Iterator[tuple[str, ast.expr, float]]:
+    """Yield key, quantity and number of each plain number that has the unit of a quantity in a formula."""
     for key, text in _texts_with_positions("", data):
         try:
             tree = ast.parse(text.strip(), mode="eval")
         except (SyntaxError, ValueError, RecursionError):
             continue
         for node in ast.walk(tree):
-            for angle, number in _pairs(node):
-                if _is_angle(angle, units) and (value := _literal(number)) is not None:
-                    subject = f"{key}: {ast.unparse(angle)} stands against"
-                    if note := several_turns(subject, value):
-                        turned = note.partition(":")[0] + ":" + note.partition(":")[2].partition(":")[0]
-                        notes.append(
-                            f"{turned}: angles in formulas are radians; try: a parameter"
-                            f' of "{value:.6g} deg" in its place'
-                        )
-    return list(dict.fromkeys(notes))
+            for quantity, number in _pairs(node):
+                if is_quantity(quantity) and (value := _literal(number)) is not None:
+                    yield key, quantity, value
+
+
+def _is_length(node: ast.expr, units: Mapping[str, Sequence[str]]) -> bool:
+    """Return whether an operand is a component of a point's place, or a coordinate of a joint in m."""
+    if isinstance(node, ast.Subscript) and isinstance(node.value, ast.Attribute):
+        word = node.value.value
+        if isinstance(word, ast.Name) and word.id == "position":
+            return True
+    return _unit_of_coordinate(node, units) == "m"
 
 
 def _texts_with_positions(key: str, data: object) -> Iterator[tuple[str, str]]:
     if isinstance(data, str):
-        if "q." in data:
+        if "q." in data or "position." in data:
             yield key, data
     elif isinstance(data, Mapping):
         for name, entry in data.items():
@@ -410,15 +481,15 @@ def _pairs(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:
         yield second, first
 
 
-def _is_angle(node: ast.expr, units: Mapping[str, Sequence[str]]) -> bool:
-    """Return whether an operand is a coordinate of a joint in rad."""
+def _unit_of_coordinate(node: ast.expr, units: Mapping[str, Sequence[str]]) -> str:
+    """Return the unit of an operand that is a coordinate of a joint; empty for any other operand."""
     index = 0
     if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, int):
         index = node.slice.value
         node = node.value
     if not (isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "q"):
-        return False
-    return units.get(node.attr, ())[index : index + 1] == ("rad",)
+        return ""
+    return "".join(units.get(node.attr, ())[index : index + 1])
 
 
 def _literal(node: ast.expr) -> float | None:

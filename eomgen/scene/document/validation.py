@@ -5,7 +5,7 @@ types, with a hint: the key as it is called here, or an example of a value. Inva
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -311,11 +311,27 @@ def explained(
         sign = "-" if given[0] == "-" else ""
         entries = ", ".join(f"{sign}1" if axis == given[-1] else "0" for axis in _AXES)
         return fault, f"[{entries}]"
-    if kind == "number" and isinstance(given, str) and (hint := _unit_of_list(location, given, table, depth)):
+    if kind == "number" and (hint := _number_meant(location, given, table, depth)):
         return fault, hint
     if kind in _NEEDED:
         fault = f"{_NEEDED[kind]} is needed here, not {described(given)}"
     return fault, example(location, given)
+
+
+def _number_meant(location: tuple[str | int, ...], given: object, table: type[BaseModel], depth: int) -> str:
+    """Return the hint of a text or a list in place of a number; empty for other values."""
+    if isinstance(given, list | tuple):
+        return _one_number(str(location[-1]), given)
+    return _unit_of_list(location, given, table, depth) if isinstance(given, str) else ""
+
+
+def _one_number(key: str, given: Sequence[object]) -> str:
+    """Return the hint of a list of numbers in place of a number; empty for a list of other values."""
+    if not given or not all(isinstance(part, int | float) for part in given):
+        return ""
+    if key == "radius" and len(set(given)) > 1:
+        return f'one number, or type = "ellipsoid" with semi_axes = {list(given)}'
+    return f"{key} = {given[0]}" if len(set(given)) == 1 else _BY_KEY.get(key, "one number")
 
 
 def _unit_of_list(location: tuple[str | int, ...], given: str, table: type[BaseModel], depth: int) -> str:

@@ -316,6 +316,7 @@ _FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(("pow", "power"), "x ** y"),
     **dict.fromkeys(("square", "sqr"), "x ** 2"),
     **dict.fromkeys(("fabs",), "abs"),
+    **dict.fromkeys(("norm", "hypot", "magnitude"), "sqrt(x**2 + y**2 + z**2), with the components of the vector"),
     **{f"arc{name}": f"a{name}" for name in ("sin", "cos", "tan", "tan2")},
     **{f"{name}d": f"{name}(x * pi / 180): angles are in radians" for name in ("sin", "cos", "tan")},
 }

@@ -4,6 +4,7 @@ that look as if they were in degrees or in percent.
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import math
 import re
@@ -22,6 +23,7 @@ from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, Unknown
 from eomgen.scene.formula.namespaces import mentions_any, read_included
 from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
+from eomgen.scene.joint_types import GROUPS, JOINTS
 from eomgen.scene.reading.formula_units import FACTOR, disagreement, hidden_unit, labelled_dimension, unit_of
 from eomgen.scene.reading.kinds import FaultyText, Rotations
 from eomgen.scene.reading.kinds import Rotation as WrittenRotation
@@ -34,6 +36,8 @@ from eomgen.system.description import BASE, WORLD, Requirement, Rule
 _PERIODS_IN_DEGREES = (90.0, 120.0, 180.0, 360.0, 720.0)
 #: Whole numbers from which on an angle is more than a turn.
 _TURN = 7.0
+#: Numbers of a quaternion.
+_QUATERNION = 4
 _OF_ANGLES = ("sin", "cos", "tan")
 
 
@@ -145,6 +149,8 @@ class Values:
         self.note(f"{key}: {text}" for text in plain_degrees(formula))
         self._check_arguments(key, formula)
         self.note(dict.fromkeys(self._periods_in_degrees(key, formula)))
+        self.note(dict.fromkeys(self._held_always(key, formula)))
+        self.note(dict.fromkeys(self._parts_of_quaternions(key, formula)))
         if terms := disagreement(formula, self.names):
             self.note([f"{key}: {terms.text}; try: {FACTOR}"])
         else:
@@ -228,6 +234,31 @@ class Values:
             if period in _PERIODS_IN_DEGREES and unit_of(used.argument, self.names) == "rad":
                 hint = 'the unit of degrees: "90 deg" in points, argument_unit or x_unit = "deg" in a table'
                 yield f"{key}: {name} has a period of {period:g} rad; try: {hint}"
+
+    def _held_always(self, key: str, formula: Formula) -> Iterator[str]:
+        """Yield notes on curves and maps that hold their end values and have a constant argument beyond the ends."""
+        for used in applications(formula):
+            curve = used.curve
+            if not isinstance(curve, Curve) or curve.outside != "hold":
+                continue
+            if any(symbol.kind != "parameter" for symbol in symbols(used.argument)):
+                continue
+            with contextlib.suppress(ArithmeticError):
+                if not curve.start <= (value := self.value(used.argument)) <= curve.end and math.isfinite(value):
+                    name = curve.name.partition(", line ")[0]
+                    fault = f"{name} is asked at {value:.6g}, and its points are from {curve.start:.6g} to"
+                    remedy = f"try: the argument in the unit of the points, {curve.start:.6g} to {curve.end:.6g}"
+                    yield f"{key}: {fault} {curve.end:.6g}: the value at an end is taken always; {remedy}"
+
+    def _parts_of_quaternions(self, key: str, formula: Formula) -> Iterator[str]:
+        """Yield notes on components of quaternions in the equations of constraints."""
+        for symbol in symbols(formula) if key.startswith("constraints.") else ():
+            kind = JOINTS.get(self.names.joints.get(symbol.name, "")) if symbol.kind == "q" else None
+            if kind is not None and kind.group in GROUPS.values() and symbol.index < _QUATERNION:
+                fault = (
+                    f"q.{symbol.name}[{symbol.index}] is a component of a quaternion, of the half angle, and no angle"
+                )
+                yield f"{key}: {fault}; try: a joint of angles, such as universal, or 2 * asin(q.{symbol.name}[k])"
 
     def _along(self, scope: Scope) -> Scope:
         return scope if self.place is None else ALONG_A_BEAM.get(scope, scope)
