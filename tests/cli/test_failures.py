@@ -31,6 +31,7 @@ def refused(*, changes: tuple[str, ...] = (), signals: tuple[str, ...] = (), rob
         "parameters": ("load", "both"),
         "joints": ("hinge", "both"),
         "bodies": ("arm", "arm_long", "load_arm"),
+        "states": ("angle", "both"),
     }
     entries = {key: [SimpleNamespace(name=name, tunable=True) for name in names] for key, names in named.items()}
     entries["parameters"].append(SimpleNamespace(name="fixed", tunable=False))
@@ -45,6 +46,9 @@ def refused(*, changes: tuple[str, ...] = (), signals: tuple[str, ...] = (), rob
 def test_values_under_the_option_of_another_kind_of_name_are_refused() -> None:
     assert refused(changes=("torque",)) == "usage error: --set torque: torque is an input; try: --input torque=2.5"
     assert refused(signals=("load",)) == "usage error: --input load: load is a parameter; try: --set load=2.5"
+    assert refused(changes=("angle",)) == (
+        "usage error: --set angle: angle is a state, not a parameter; try: [states.angle] initial = 2.5 in the scene"
+    )
     for changes, signals in ((("load", "both"), ("torque", "both")), (("fixed", "hinge", "arm"), ("hinge", "arm"))):
         assert refused(changes=changes, signals=signals) == ""
     assert "the inertia of arm_long are fixed in the code; try: --tunable arm_long" in refused(

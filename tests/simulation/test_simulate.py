@@ -167,7 +167,7 @@ def test_a_valley_that_is_narrower_than_the_body_is_named() -> None:
     builder.constraint("ground", ground.pop("type"), **ground)
     message = eomgen.build(builder.build(), profile="quick").simulate(0.1, 1e-3).message
     assert message.endswith(
-        ", where the body meets no single point of the surface, as in a valley that is narrower than the body; try: a"
+        ", and the body meets no single point of the surface, as in a valley that is narrower than the body; try: a"
         " surface whose radius of curvature is above the radius of the body, or a smaller radius"
     )
 

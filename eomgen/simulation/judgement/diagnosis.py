@@ -145,7 +145,7 @@ _ORDER = (
 
 #: Cause and remedy of a contact whose equations have no solution.
 _NO_CONTACT = (
-    ", where the body meets no single point of the surface, as in a valley that is narrower than the body",
+    ", and the body meets no single point of the surface, as in a valley that is narrower than the body",
     "a surface whose radius of curvature is above the radius of the body, or a smaller radius",
 )
 
