@@ -21,7 +21,7 @@ from eomgen.integrators.stepper_data import method_data
 from eomgen.integrators.stepper_layout import STEPPER_CDEF, STEPPER_SIZES, default_settings, state_layout
 from eomgen.lie.product import Factor
 from eomgen.symbolic.operations import Counts
-from eomgen.system.system import Facts
+from eomgen.system.system import WHOLE, Facts, Sample
 from tests.oracles.stepper import Equations
 
 
@@ -63,6 +63,7 @@ class Model:
     angular: tuple[bool, ...] = ()
     angles: tuple[str, ...] = ()
     parameters: tuple[str, ...] = ()
+    sample: Sample = WHOLE
 
     @property
     def inputs(self) -> tuple[SimpleNamespace, ...]:
