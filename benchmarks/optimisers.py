@@ -190,6 +190,7 @@ def turned_by(quaternion: Any) -> Any:
 
 def dense(rows: Array, places: tuple[Array, Array], size: int) -> Array:
     """Return symmetric matrices, (states, size, size), of the nonzeros of one triangle."""
+    rows = np.atleast_2d(rows)
     matrices = np.zeros((len(rows), size, size))
     matrices[:, places[0], places[1]] = matrices[:, places[1], places[0]] = rows
     return matrices

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
@@ -11,8 +12,11 @@ import numpy as np
 import pytest
 
 import eomgen
+from benchmarks.robots import ROBOTS, pinocchio_model
+from benchmarks.robots import scene as scene_of_robot
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import update
+from eomgen.mechanics.derive import derive
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.argument_derivatives import Arguments
 from eomgen.scene.builder import SceneBuilder
@@ -206,6 +210,33 @@ def test_composite_bodies_have_the_hessian_of_the_operations(
     assert np.max(np.abs(found - expected)) < 1e-13 * np.max(np.abs(expected))
     used = arguments.hessian(values)
     assert any(used.get(place, ZERO) != by_operations.get(place, ZERO) for place in places) == fewer
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "operations"), [("panda", 5060), ("talos", 37215)])
+def test_hessians_of_robots_are_those_of_casadi(name: str, operations: int, rng: np.random.Generator) -> None:
+    """CasADi differentiates a recursion in its own symbols, the free joint's turn by its exponential."""
+    pytest.importorskip("casadi")
+    pytest.importorskip("pinocchio")
+    optimisers = importlib.import_module("benchmarks.optimisers")
+    described = scene_of_robot(ROBOTS[name])
+    peer, term = pinocchio_model(ROBOTS[name], described), "inverse_dynamics_hessian"
+    system, n, order = derive(described, [term]), peer.model.nv, peer.v_order
+    assert system.counts[term].flops == operations
+    weights, of_symbols = rng.normal(size=n), optimisers.Robot(peer.model).hessian()
+    rows, columns = (np.array(places) for places in of_symbols.sparsity_out(0).get_triplet())
+    block, place = np.divmod(np.array(system.patterns[term]), n)
+    places = (block * n + np.argsort(order)[place]).T
+    for theirs, ours in zip(peer.states[:3], peer.states_of_eomgen()[:3], strict=True):
+        parts = np.split(theirs, [len(theirs) - 2 * n, len(theirs) - n])
+        expected = optimisers.dense(of_symbols(*parts, weights).nonzeros(), (rows, columns), 3 * n)
+        inputs = dict(zip("qva", np.split(ours, [len(ours) - 2 * n, len(ours) - n]), strict=True))
+        inputs["weights"] = np.empty(n)
+        inputs["weights"][order] = weights
+        values = evaluate(system.tape, system.functions[term].refs, inputs)
+        found = optimisers.dense(values, places, 3 * n)
+        assert np.max(np.abs(found - expected)) < 1e-13 * np.max(np.abs(expected))
+        assert len(values) == len(rows)
 
 
 @pytest.mark.parametrize("term", DYNAMICS)
