@@ -352,6 +352,11 @@ def _print_lists(data: dict[str, Any]) -> None:
                 out.print(f"  {line}", markup=False)
 
 
+def _lengths(position: Sequence[float]) -> str:
+    """Return coordinates in m, with 0 for rounding of coordinates of 1 m."""
+    return ", ".join(f"{0.0 if abs(x) < 1e-12 * max(1.0, *map(abs, position)) else x:.6g}" for x in position)
+
+
 def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
     """Print a table of joints, points and frames at the design position, ``_PLACES`` rows at most.
 
@@ -361,7 +366,7 @@ def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
     fixed : name of the frame that carries the tree, ``base`` or ``world``
     """
     lines = [
-        (place["name"], place["body"], *(", ".join(f"{x:.6g}" for x in place[key]) for key in ("position", "world")))
+        (place["name"], place["body"], *(_lengths(place[key]) for key in ("position", "world")))
         for place in places[:_PLACES]
     ]
     title = "Places at the design position, every joint at zero"

@@ -81,16 +81,20 @@ class CampbellRequest:
         return cls(*sweep, *_orders(orders), pairs, _modes(modes), speed_unit)
 
     def view(self, diagram: Campbell, band: tuple[float, float] | None) -> CampbellView:
-        """Return the part of the diagram that is drawn. Raises UsageError for a part that the diagram does not have."""
+        """Return the part of the diagram that is drawn, and note modes that do not oscillate. Raises UsageError if none
+        does."""
         from eomgen.linear.campbell_plot import CampbellView  # noqa: PLC0415
 
         columns = {diagram.number(mode): mode for mode in range(diagram.eigenvalues.shape[1])}
         missing = [number for number in self.modes or () if number not in columns]
+        modes = None if self.modes is None else tuple(columns[number] for number in self.modes if number in columns)
         if missing:
-            known = ", ".join(map(str, sorted(columns)))
-            fault = f"there is no mode {missing[0]} that oscillates in the diagram"
-            raise UsageError(Problem("--modes", fault, f"some of {known}"))
-        modes = None if self.modes is None else tuple(columns[number] for number in self.modes)
+            known = f"some of {', '.join(map(str, sorted(columns)))}"
+            listed = " or ".join(map(str, missing))
+            fault = f"there is no mode {listed} that oscillates in the diagram"
+            if not modes:
+                raise UsageError(Problem("--modes", fault, known))
+            say(f"note: --modes: {fault}, so the picture leaves {'it' if len(missing) == 1 else 'them'} out")
         view = CampbellView(band, modes, None, self.speed_unit, self.letter)
         view.check(diagram)
         return view
@@ -455,7 +459,10 @@ def _print(lin: Linearization, name: str) -> None:
         )
     about = f"{name} about the {lin.reference.what} at t = {lin.reference.t:.6g} s"
     print_table(
-        about, ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves"), rows, numeric=(0, 1, 2, 3)
+        about,
+        ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves most, by kinetic energy"),
+        rows,
+        numeric=(0, 1, 2, 3),
     )
     if len(modes) > _SHOWN:
         hidden = set(range(len(modes))) - set(shown)

@@ -47,6 +47,26 @@ class Factor:
         return slice(self.v_start, self.v_start + self.v_size)
 
 
+def turned(factors: Sequence[Factor], v: Array, before: Array, after: Array) -> Array:
+    """Return velocities (nv,) in body axes at another configuration, the same vectors in the axes of the parents.
+
+    Parameters
+    ----------
+    factors : of the configuration, a product of groups
+    v : (nv,) velocities at ``before``, rad/s and m/s, left-trivialised
+    before, after : (nq,) configurations; quaternions (w, x, y, z)
+    """
+    result = v.copy()
+    for factor in factors:
+        if factor.group == "R":
+            continue
+        inverse = after[factor.q][:4] * [1.0, -1.0, -1.0, -1.0]
+        for first in range(factor.v.start, factor.v.stop, 3):
+            part = slice(first, first + 3)
+            result[part] = numeric.rotated(inverse, numeric.rotated(before[factor.q][:4], v[part]))
+    return result
+
+
 def update(factors: Sequence[Factor], q: Array, theta: Array) -> Array:
     """Return q * exp(theta), with quaternions normalised.
 

@@ -230,7 +230,7 @@ class _Drawing:
                 turned = sense != 0 and before & (diagram.whirl[:, mode] == -sense)  # no gap before another sense
                 drawn = own | (beside & (diagram.whirl[:, mode] == 0)) | turned
                 if not diagram.whirl[:, mode].any() and diagram.whirl.any():
-                    word = "neither"
+                    word = "no sense of whirl"
                 label = word if word and word not in named else None
                 named.add(word)
                 heights = np.where(drawn, diagram.frequencies[:, mode], np.nan)

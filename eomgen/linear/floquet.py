@@ -136,7 +136,7 @@ class Floquet:
         drawn = axes_of_caller("plot", given, ["multipliers"])
         axis = drawn[0]
         turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 361))
-        axis.plot(turn.real, turn.imag, color="#777777", linewidth=1.0)
+        axis.plot(turn.real, turn.imag, color="#777777", linewidth=1.0, label="unit circle: stable inside")
         growing = np.abs(self.multipliers) - 1.0 > self.uncertainty
         for chosen, colour in ((~growing, "#0B62C4"), (growing, "#C8102E")):
             values = self.multipliers[chosen]
@@ -150,7 +150,9 @@ class Floquet:
         axis.set_xlabel("real part")
         axis.set_ylabel("imaginary part")
         title = f"multipliers over {self.period:.6g} s: {self.stability}"
-        axis.set_title(f"{self.name}: {title}" if self.name else title, fontsize=10, loc="left")
+        known = f"frequencies are known but for multiples of {1.0 / self.period:.4g} Hz"
+        axis.set_title(f"{self.name}: {title}\n{known}" if self.name else f"{title}\n{known}", fontsize=10, loc="left")
+        axis.legend(loc="upper right", fontsize=8, frameon=False)
         axis.grid(True, color="#dddddd", linewidth=0.6)
         axis.set_axisbelow(True)
         return drawn

@@ -18,7 +18,7 @@ from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula
-from eomgen.lie.product import Factor
+from eomgen.lie.product import Factor, turned
 from eomgen.pipeline.front_end import Document
 from eomgen.scene.scene import Scene
 from eomgen.system.description import Description, Requirement
@@ -85,7 +85,8 @@ def with_equilibrium_start(
     try:
         model = build(PURPOSES["equilibrium"])
         rest = model.equilibrium(parameters=parameters)
-        q, v = rest.q, np.where(rest.v != 0.0, rest.v, model.initial_v)
+        q, v = rest.q, turned(model.factors, model.initial_v, model.initial_q, rest.q)
+        v = np.where(rest.v != 0.0, rest.v, v)
         if model.multipliers:
             consistent = model.consistent(q, v, parameters=parameters)
             q, v = consistent.q, consistent.v

@@ -51,6 +51,8 @@ _NODE = re.compile(r"[qv]\.(\w+)\.(\d+)\[[0-6]\]")
 _COPY = re.compile(r"(.+)_sampled(?:_\d+)?")
 #: Kinds of curves by the letters of their columns; curves of these names come first.
 _LETTERS = {"q": "coordinates", "v": "velocities", "a": "accelerations", "z": "states", "u": "inputs"}
+#: Turning points from which a curve is drawn thin and below the others, which it would hide as a block.
+_DENSE = 150
 #: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
 _COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#E052C8", "#222222")
 _DASHED = 3
@@ -121,8 +123,8 @@ def draw_over(solution: RecordedSolution, folder: Path, over: str) -> list[Path]
         The figure cannot be written.
     """
     abscissa = only_curve(solution, over, "--over")
-    panels = _panels([curve for curve in chosen_curves(solution, ()) if curve.name != abscissa.name])[:_PANELS]
-    figure = _figure(solution, panels, abscissa)
+    curves, left_out = _over(solution, (), abscissa)
+    figure = _figure(solution, _panels(curves)[:_PANELS], abscissa, left_out)
     return [saved(figure, folder / "outputs_over.png", "another folder, or --no-plots")]
 
 
@@ -142,33 +144,64 @@ def draw_chosen(solution: RecordedSolution, names: Sequence[str], over: str | No
         The figure cannot be written.
     """
     abscissa = None if over is None else only_curve(solution, over, "--over")
-    figure = _figure(solution, _chosen_panels(solution, names, abscissa), abscissa)
+    panels, left_out = _chosen_panels(solution, names, abscissa)
+    figure = _figure(solution, panels, abscissa, left_out)
     words = [*(names or ["outputs"]), *([] if over is None else ["over", over])]
     file = re.sub(r"[^A-Za-z0-9.-]+", "_", "_".join(words))[:_FILE_NAME].strip("_.")
     return saved(figure, folder / f"{file}.png")
 
 
-def _figure(solution: RecordedSolution, panels: Sequence[Sequence[PlottedCurve]], abscissa: PlottedCurve | None) -> Any:
-    """Return a figure of panels with the name of the scene as its title."""
+def _figure(
+    solution: RecordedSolution, panels: Sequence[Sequence[PlottedCurve]], abscissa: PlottedCurve | None, left_out: str
+) -> Any:
+    """Return a figure of panels with the name of the scene, and outputs that are left out, as its title."""
     figure = new_figure(_size(len(panels)))
     _fill(_subplots(figure, len(panels)), solution, panels, abscissa)
     title = f"{solution.metadata.get('scene', '')}"
-    figure.suptitle(title + (_marks(solution.events) if abscissa is None else f": over {abscissa.name}"), fontsize=11)
+    figure.suptitle(
+        title + (_marks(solution.events) if abscissa is None else f": over {abscissa.name}{left_out}"), fontsize=11
+    )
     return figure
 
 
 def _chosen_panels(
     solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCurve | None
-) -> list[list[PlottedCurve]]:
-    """Return the panels of chosen curves without the abscissa. Raises UsageError for none, and for too many."""
-    curves = [curve for curve in chosen_curves(solution, names) if abscissa is None or curve.name != abscissa.name]
+) -> tuple[list[list[PlottedCurve]], str]:
+    """Return the panels of chosen curves without the abscissa, and words on outputs that are left out. Raises
+    UsageError for none, and for too many."""
+    curves, left_out = (chosen_curves(solution, names), "") if abscissa is None else _over(solution, names, abscissa)
     panels = _panels(curves)
     if not panels:
         raise UsageError(Problem("plot", "there is no other column to draw over this one", "another name"))
     if len(panels) > _PANELS:
         fault = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS}"
         raise UsageError(Problem("plot", fault, f"fewer names: one of {listed(_by_kind(solution))}, or of components"))
-    return panels
+    return panels, left_out
+
+
+def _over(solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCurve) -> tuple[list[PlottedCurve], str]:
+    """Return the curves over an abscissa, and words on outputs that are left out.
+
+    Without names, over an output of an included file, as one corner of a vehicle, outputs with the same prefix are
+    drawn: over the travel of one wheel, the camber of another wheel is a tangle.
+    """
+    curves = [curve for curve in chosen_curves(solution, names) if curve.name != abscissa.name]
+    prefix = "" if names or not abscissa.output else _prefix(abscissa.output, list(solution.outputs))
+    drawn = [curve for curve in curves if curve.output.startswith(prefix)]
+    outputs = {curve.output for curve in curves} - {curve.output for curve in drawn}
+    return drawn, f" ({prefix}... alone; {len(outputs)} other outputs are drawn by name only)" if prefix else ""
+
+
+def _prefix(name: str, outputs: Sequence[str]) -> str:
+    """Return the prefix of an output's name among outputs with several prefixes, as fl_ of fl_travel if there are
+    fl_camber and fr_travel, too; empty if there are no such outputs."""
+    *words, last = name.split("_")
+    twins = [output for output in outputs if output != name and output.endswith(f"_{last}")]
+    for count in range(1, len(words) + 1 if twins else 1):
+        prefix = "_".join(words[:count]) + "_"
+        if not any(twin.startswith(prefix) for twin in twins):
+            return prefix if sum(output.startswith(prefix) for output in outputs) > 1 else ""
+    return ""
 
 
 def _nodes_as_displacements(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
@@ -240,17 +273,19 @@ def plot(solution: RecordedSolution, names: Sequence[str], axes: object = None, 
     """Draw curves of a solution; see ``Solution.plot``."""
     abscissa = None if over is None else only_curve(solution, over, "plot over")
     if axes is not None:
-        curves = [curve for curve in chosen_curves(solution, names) if abscissa is None or curve.name != abscissa.name]
-        panels = _panels(curves)
+        chosen = chosen_curves(solution, names) if abscissa is None else _over(solution, names, abscissa)[0]
+        panels = _panels(chosen)
         given = axes_of_caller("plot", axes, [listed(curve.name for curve in panel) for panel in panels])
         _fill(given, solution, panels, abscissa, beside=False)
         return given
-    panels = _chosen_panels(solution, names, abscissa)
+    panels, left_out = _chosen_panels(solution, names, abscissa)
     figure = pyplot_figure(_size(len(panels)))
     drawn = _subplots(figure, len(panels))
     _fill(drawn, solution, panels, abscissa)
     if abscissa is None and (marks := _marks(solution.events)):
         figure.suptitle(marks.removeprefix("; "), fontsize=11)
+    elif left_out and abscissa is not None:
+        figure.suptitle(f"over {abscissa.name}{left_out}", fontsize=11)
     return drawn
 
 
@@ -507,6 +542,13 @@ def _marked(events: Events) -> Array:
     return np.empty(0) if len(events) > _EVENTS else np.unique(events.t)
 
 
+def _turns(values: Array) -> int:
+    """Return the number of turning points of a curve."""
+    changes = np.diff(values)
+    signs = np.sign(changes[changes != 0.0])
+    return int(np.count_nonzero(signs[1:] != signs[:-1]))
+
+
 def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool = True) -> None:
     outputs = {curve.output: curve.description for curve in panel}
     alone = len(outputs) == 1
@@ -517,7 +559,8 @@ def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool =
         words = (f"{curve.name}: {meant}" if meant else curve.name) + (f" (equal to {hidden})" if hidden else "")
         label = textwrap.fill(words, _LEGEND)
         style = "--" if number >= _DASHED else "-"
-        axis.plot(*_thinned(t, curve.values), label=label, color=colour, linewidth=1.3, linestyle=style)
+        look = {"linewidth": 0.5, "zorder": 1.9} if _turns(curve.values) > _DENSE else {"linewidth": 1.3}
+        axis.plot(*_thinned(t, curve.values), label=label, color=colour, linestyle=style, **look)
     axis.set_ylabel(_label(panel, alone))
     if alone and panel[0].description:
         axis.set_title(panel[0].description, fontsize=10, loc="left")

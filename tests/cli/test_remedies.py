@@ -96,7 +96,7 @@ def scene_of(**more: Any) -> Any:
 
     return SimpleNamespace(
         inputs=named("push", "both"), parameters=named("k", "both", "arm_mass", "fixed"),
-        bodies=named("arm", "arm_tool"), joints=named("hinge", "slide"), **more,
+        bodies=named("arm", "arm_tool"), joints=named("hinge", "slide"), states=[], **more,
     )  # fmt: skip
 
 

@@ -99,7 +99,7 @@ def test_stability_in_words(A: list[list[float]], at_rest: bool, said: str) -> N
 
 
 def test_words_of_options_are_read() -> None:
-    assert linearize._modes("1, 4") == (0, 3) and linearize._modes(None) is None
+    assert linearize._modes("1, 4") == (1, 4) and linearize._modes(None) is None
     assert linearize._state("2.5") == 2.5 and linearize._state("steady") == "steady" and linearize._state(None) is None
     assert linearize._sweep(" c = 1:2:3") == ("c", [1.0, 1.5, 2.0])
     name, values = cast(Any, linearize._sweep("c=1:100:3:log"))

@@ -190,6 +190,10 @@ def test_shapes_that_leave_their_points_are_told(body: str, first: str, told: st
             "there is no unit 'bit'; try: the range divided by the number of steps, as 2**12 of 12 bits",
         ),
         (
+            {"states": {"angle": {"sample": "1 ms", "next": "q.hinge"}}},
+            "the key 'next' is unknown here; try: formula",
+        ),
+        (
             {"definitions": {"v": {"rel": "v.rail - 1"}}},
             "definitions.v is a table with the key 'rel', and names have no dots; try: v_rel =",
         ),

@@ -301,7 +301,10 @@ def test_a_picture_names_the_model_and_frequencies_and_counts_multipliers_at_one
     rest = {"monodromy": np.eye(7), "states": (), "uncertainty": np.full(7, 1e-9), "error": 1e-9}
     result = Floquet(2.0, multipliers=values, q=np.zeros(1), v=np.zeros(1), z=np.zeros(0), name="rotor", **rest)
     (axis,) = result.plot(Figure().subplots())
-    assert axis.get_title(loc="left") == "rotor: multipliers over 2 s: marginal"
+    assert axis.get_title(loc="left") == (
+        "rotor: multipliers over 2 s: marginal\nfrequencies are known but for multiples of 0.5 Hz"
+    )
+    assert [text.get_text() for text in axis.get_legend().get_texts()] == ["unit circle: stable inside"]
     labels = {text.get_text(): tuple(np.round(text.xy, 2)) for text in axis.texts}
     assert labels == {"0.0716, 0.072 Hz": (0.62, 0.79), "2 multipliers": (0.0, 0.0)}
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import eomgen
 from eomgen.cli import main
+from eomgen.lie.numeric import rotation_matrix
 from tests.codegen.test_stand_alone import compiled, run
 from tests.models.cache import shared_cache
 
@@ -137,6 +139,28 @@ def rolling(speed: str) -> eomgen.Model:
     builder.effort("slip", "spin", "-20 * (0.25 * v.spin - v.ahead)")
     builder.simulation(start="equilibrium")
     return eomgen.build(builder.build(), profile="instant")
+
+
+def test_a_vehicle_that_pitches_as_it_settles_starts_along_the_road() -> None:
+    scene: dict[str, Any] = {"format": 1, "name": "vehicle", "gravity": [0, 0, -9.81], "points": {}, "forces": {}}
+    scene["bodies"] = {"car": {"mass": 1000.0, "inertia": [300, 900, 1000]}}
+    start = {"velocity": [0, 0, 0.2, 10, 0, 0]}
+    scene["joints"] = {"car": {"type": "free", "parent": "base", "child": "car", "initial": start}}
+    for name, x, y, stiffness in (
+        ("a", 1.2, 0.7, 3e4),
+        ("b", 1.2, -0.7, 3e4),
+        ("c", -1.3, 0.7, 1e4),
+        ("d", -1.3, -0.7, 1e4),
+    ):
+        scene["points"][name] = {"body": "car", "position": [x, y, 0]}
+        spring = [0, 0, f"-{stiffness} * position.{name}[2] - 1e3 * velocity.{name}[2]"]
+        scene["forces"][name] = {"body": "car", "point": [x, y, 0], "force": spring}
+    scene["simulation"] = {"start": "equilibrium"}
+    run = eomgen.build(scene, profile="instant").simulate(1e-3, 1e-3, error_estimate=False)
+    R = rotation_matrix(run.q[0][:4])
+    assert np.arcsin(R[2, 0]) > 0.05
+    np.testing.assert_allclose(R @ run.v[0][3:], [10.0, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(R @ run.v[0][:3], [0.0, 0.0, 0.2], atol=1e-12)
 
 
 def test_a_wheel_that_rolls_starts_settled_by_its_initial_velocity_or_as_a_steady_motion() -> None:

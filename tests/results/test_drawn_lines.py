@@ -223,14 +223,23 @@ def test_a_path_names_columns_and_branches() -> None:
 
 def test_margins_are_drawn_with_the_circles_that_they_measure() -> None:
     loop = np.array([0.5 - 0.5j, 20.0 + 1.0j, -0.25 - 0.1j])
+    said = [
+        "open loop, which leaves the frame", "at negative frequencies", "unit circle",
+        "modulus margin 0.6: least distance from -1", "-1: limit of stability",
+    ]  # fmt: skip  # a line each
     margins = {
         name: Margins(3.0, 0.5, 40.0 + k, 0.2, 0.6, (1.0,), np.arange(3.0), loop * (k + 1))
         for k, name in enumerate(("u1", "u2"))
     }
     drawn = plot_margins(margins)
-    assert len(drawn) == 2 and drawn[0].figure.get_size_inches().tolist() == pytest.approx([10.4, 5.2])
+    assert len(drawn) == 2 and drawn[0].figure.get_size_inches().tolist() == pytest.approx([10.4, 5.7])
     for k, (name, axis) in enumerate(zip(margins, drawn, strict=True)):
-        upper, lower, unit, around, point = axis.lines
+        upper, lower, unit, around, point, *rings = axis.lines
+        assert [text.get_text() for text in axis.get_legend().get_texts()] == said
+        written = {text.xy: text.get_text() for text in axis.texts if text.get_text()}
+        places = [(k + 1) * value for value in loop[:3:2]]
+        assert written == {(places[0].real, places[0].imag): "0 Hz", (places[1].real, places[1].imag): "0.318 Hz"}
+        assert [complex(*ring.get_xydata()[0]) for ring in rings] == places
         near = (k + 1) * loop[[0, 2]]
         for line, sign in ((upper, 1.0), (lower, -1.0)):
             np.testing.assert_array_equal(line.get_xdata()[[0, 2]], near.real)
@@ -245,7 +254,7 @@ def test_margins_are_drawn_with_the_circles_that_they_measure() -> None:
         assert axis.get_xlim() == axis.get_ylim() == (-2.6, 2.6) and axis.get_aspect() == 1.0
         assert (axis.get_xlabel(), axis.get_ylabel()) == ("real part", "imaginary part")
         assert axis.get_title("left") == (
-            f"open loop at {name}\ngain 0.5 to 3, phase {40 + k}°, delay 0.2 s, modulus 0.6"
+            f"open loop at {name}\nstable for gains times 0.5 to 3\nphase margin {40 + k}°, delay margin 200 ms"
         )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.figures import axes_of_caller, pyplot_figure
@@ -77,27 +78,64 @@ def with_more(space: StateSpace, more: Mapping[str, Sequence[tuple[str, float]]]
 
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 _REACH = 2.6
+#: Frequencies that are written along a loop, and the least distance of two of them.
+_NAMED, _APART = 4, 0.8
 
 
 def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[Any]:
-    """Draw the loop at each input, with the point -1, the unit circle and the circle of the modulus margin about -1."""
+    """Draw the loop at each input, with the point -1, the unit circle and the circle of the modulus margin about -1.
+
+    Rings with frequencies, and an arrow towards higher frequencies, give the direction of each curve. Limits hold -1
+    and the unit circle; a loop that is larger leaves the frame, and the legend says so.
+    """
     names = list(margins)
-    given = pyplot_figure((5.2 * len(names), 5.2)).subplots(1, len(names), squeeze=False) if axes is None else axes
+    given = pyplot_figure((5.2 * len(names), 5.7)).subplots(1, len(names), squeeze=False) if axes is None else axes
     drawn = axes_of_caller("plot", given, names)
     turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 181))
     for axis, (name, item) in zip(drawn, margins.items(), strict=True):
         near = np.where(np.abs(item.loop) < 4.0 * _REACH, item.loop, np.nan)
-        axis.plot(near.real, near.imag, color="#0B62C4", linewidth=1.5)
-        axis.plot(near.real, -near.imag, color="#0B62C4", linewidth=0.8, linestyle=(0, (4, 3)))
-        axis.plot(turn.real, turn.imag, color="#999999", linewidth=0.8)
+        inside = np.maximum(np.abs(item.loop.real), np.abs(item.loop.imag)) < _REACH
+        curve = "open loop" if np.all(inside) else "open loop, which leaves the frame"
+        axis.plot(near.real, near.imag, color="#0B62C4", linewidth=1.5, label=curve)
+        mirrored = {"linewidth": 0.8, "linestyle": (0, (4, 3)), "label": "at negative frequencies"}
+        axis.plot(near.real, -near.imag, color="#0B62C4", **mirrored)
+        axis.plot(turn.real, turn.imag, color="#777777", linewidth=0.8, label="unit circle")
         around = -1.0 + item.modulus_margin * turn
-        axis.plot(around.real, around.imag, color="#C4430B", linewidth=0.9)
-        axis.plot([-1.0], [0.0], marker="+", color="#C4430B", markersize=9)
+        nearest = f"modulus margin {item.modulus_margin:.3g}: least distance from -1"
+        axis.plot(around.real, around.imag, color="#C4430B", linewidth=0.9, label=nearest)
+        limit = {"marker": "+", "color": "#C4430B", "markersize": 9, "linestyle": "none"}
+        axis.plot([-1.0], [0.0], label="-1: limit of stability", **limit)
         axis.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal", xlabel="real part")
         axis.set_ylabel("imaginary part")
-        gain = f"gain {item.gain_reduction:.3g} to {item.gain_margin:.3g}"
-        said = f"phase {item.phase_margin:.3g}°, delay {item.delay_margin:.3g} s, modulus {item.modulus_margin:.3g}"
-        axis.set_title(f"open loop at {name}\n{gain}, {said}", fontsize=9, loc="left")
+        _directed(axis, item, inside)
+        gain = f"stable for gains times {item.gain_reduction:.3g} to {item.gain_margin:.3g}"
+        said = f"phase margin {item.phase_margin:.3g}°, delay margin {1e3 * item.delay_margin:.3g} ms"
+        axis.set_title(f"open loop at {name}\n{gain}\n{said}", fontsize=9, loc="left")
+        axis.legend(loc="upper right", fontsize=7.5)
         axis.grid(True, **_GRID)
         axis.set_axisbelow(True)
     return drawn
+
+
+def _directed(axis: Any, item: Margins, inside: NDArray[np.bool_]) -> None:
+    """Write frequencies along a loop, and draw an arrow towards higher frequencies.
+
+    Parameters
+    ----------
+    inside : (n,) whether the points of the loop are within the frame
+    """
+    places: list[int] = []
+    for k in np.flatnonzero(inside).tolist():
+        if len(places) < _NAMED and all(abs(item.loop[k] - item.loop[one]) > _APART for one in places):
+            places.append(k)
+    look: dict[str, Any] = {"fontsize": 7, "color": "#0B62C4", "textcoords": "offset points"}
+    for k in places:
+        point = item.loop[k]
+        axis.plot([point.real], [point.imag], "o", color="#0B62C4", markersize=3.5)
+        text = f"{item.frequencies[k] / (2.0 * np.pi):.3g} Hz"
+        axis.annotate(text, (point.real, point.imag), (2, -11), **look)
+    for k in places[:2][-1:]:
+        step = next((j for j in range(k + 1, len(inside)) if abs(item.loop[j] - item.loop[k]) > 0.5 * _APART), None)
+        if step is not None:
+            ends = [(value.real, value.imag) for value in (item.loop[step], item.loop[k])]
+            axis.annotate("", *ends, arrowprops={"arrowstyle": "-|>", "color": "#0B62C4", "mutation_scale": 14})

@@ -183,7 +183,7 @@ class _Reader:
             if size == 0.0:
                 self.report.add(self.key, "both points are at the same place at the design position", "other points")
             return None
-        if np.count_nonzero(direction) > 1 and any(values.is_tunable(part) for part in way):
+        if np.count_nonzero(direction) > 1 and values.is_tunable(*way):
             fault = "tunable parameters turn the line between both points, and axes of shapes are fixed"
             self.report.add(self.key, fault, "fixed parameters in the points' positions")
             return None

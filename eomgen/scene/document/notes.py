@@ -253,7 +253,7 @@ NOTES: tuple[Note, ...] = (
     Note("unused names", lambda facts: unused_names(facts.document, facts.reading)),
     Note("plain angles", lambda facts: angles_of_several_turns(facts.data, facts.reading.rows)),
     Note("plain angles in formulas", lambda facts: angles_against_numbers(facts.data)),
-    Note("plain lengths in formulas", lambda facts: lengths_against_numbers(facts.data, facts.size)),
+    Note("plain lengths in formulas", lambda facts: lengths_against_numbers(facts.data, lambda: facts.size)),
     Note("plain times", lambda facts: doubtful_times(facts.data, facts.document)),
     Note("negative stiffness or damping", lambda facts: negative_laws(facts.document)),
     Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),

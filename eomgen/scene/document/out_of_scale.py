@@ -121,7 +121,10 @@ def _size(near: Iterable[float], bodies: Iterable[Body], joints: Iterable[Joint]
 
 def _travels(joint: Joint) -> list[float]:
     """Return the initial coordinates of a joint in m: no angles, and no components of quaternions."""
-    start, units = joint.initial_position or (), joint.kind.units
+    start = joint.initial_position
+    if not start or not any(start):
+        return []
+    units = joint.kind.units
     turns = ("rad",) * (len(start) - len(units))  # a quaternion, which has one component more than its velocities
     return [value for value, unit in zip(start, (*turns, *units), strict=False) if unit == "m"]
 
@@ -406,18 +409,19 @@ def angles_against_numbers(data: Mapping[str, Any]) -> list[str]:
     return list(dict.fromkeys(notes))
 
 
-def lengths_against_numbers(data: Mapping[str, Any], size: float) -> list[str]:
+def lengths_against_numbers(data: Mapping[str, Any], size_of: Callable[[], float]) -> list[str]:
     """Return a note on each plain number of a hundred times the size of the scene that a formula compares with a place
     of a point or a travel of a joint, adds to a length or subtracts from a length.
 
     Parameters
     ----------
     data : of a well-formed scene, as written
-    size : of the scene, m; 0 if unknown
+    size_of : returns the size of the scene, m, 0 if unknown; called if there is such a number
     """
     units = _units_of_coordinates(data)
     notes = []
     for key, length, value in _against_numbers(data, lambda node: _is_length(node, units)):
+        size = size_of()
         if size > 0.0 and abs(value) >= _FACTOR * size:
             beside = (
                 f"{ast.unparse(length)} stands against {abs(value):.6g} m, and the size of the scene is {size:.3g} m"

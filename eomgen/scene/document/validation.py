@@ -146,6 +146,7 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("m",), ("mass",)),
     **dict.fromkeys(("k", "spring_constant"), ("stiffness",)),
     **dict.fromkeys(("c", "d", "damper"), ("damping",)),
+    **dict.fromkeys(("next", "update"), ("formula",)),
     **dict.fromkeys(("l0", "length0", "rest_length", "free_length", "natural_length"), ("length",)),
     **dict.fromkeys(("body1", "from", "point1", "a", "start"), ("first", "parent")),
     **dict.fromkeys(("body2", "to", "point2", "b", "end"), ("second", "child")),

@@ -311,13 +311,15 @@ class Values:
         if not any(math.isnan(number) for number in numbers) and rule.broken(numbers):
             fault, hint = rule.fault(numbers)
             self.report.add(key, f"at s = {self.place:.6g}, {fault}" if key in self.varied else fault, hint)
-        if any(self.is_tunable(formula) for formula in formulas):
+        if self.is_tunable(*formulas):
             self.requirements.append(Requirement(self.report.where(key), tuple(formulas), rule))
 
-    def is_tunable(self, formula: Formula) -> bool:
-        """Return whether a formula has a tunable parameter."""
+    def is_tunable(self, *formulas: Formula) -> bool:
+        """Return whether some of the formulas have a tunable parameter."""
         return any(
-            symbol.kind == "parameter" and self.names.parameters.get(symbol.name, False) for symbol in symbols(formula)
+            symbol.kind == "parameter" and self.names.parameters.get(symbol.name, False)
+            for formula in formulas
+            for symbol in symbols(formula)
         )
 
     def mentions_refused(self, text: str) -> bool:

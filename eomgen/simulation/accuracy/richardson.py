@@ -50,8 +50,14 @@ class Pair(NamedTuple):
 
 def gain_by(ratio: Array) -> Callable[[float], Array]:
     """Return the gain if the steps of the other run are longer by an effective ratio, (n,); a ratio below 1 means
-    shorter steps."""
-    return lambda order: 1.0 / np.abs(np.power(ratio, order) - 1.0)[:, np.newaxis]
+    shorter steps, and 1 means equal steps, whose differences do not bound the error: the gain is infinite."""
+
+    def gain(order: float) -> Array:
+        with np.errstate(divide="ignore"):
+            result: Array = 1.0 / np.abs(np.power(ratio, order) - 1.0)[:, np.newaxis]
+        return result
+
+    return gain
 
 
 def gain_of_shorter(order: float) -> float:
@@ -74,7 +80,8 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
                 far, near = ((differ.t, differ.kinds[kind] / size.sizes[kind]) for differ in (pair.far, pair.near))
             orders[kind] = observed_order(far, near, runs.rounding, pair.refinement)
         used = declared if math.isnan(orders[kind]) else min(max(orders[kind], 1.0), declared)
-        errors[kind] = apart * pair.gain(used)
+        with np.errstate(invalid="ignore"):  # no difference of equal steps is not known, and counts as infinite
+            errors[kind] = apart * pair.gain(used)
     share = shares(errors, size)
     row, component = np.unravel_index(int(np.argmax(share)), share.shape) if share.size else (0, 0)
     times = pair.apart.t

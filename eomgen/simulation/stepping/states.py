@@ -15,6 +15,7 @@ from eomgen.compiled.equations import of_motion
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import Problem, UsageError
+from eomgen.lie.product import turned
 from eomgen.simulation.stepping.inputs import InputSignals
 from eomgen.simulation.stepping.run import SCENE_START, Run
 
@@ -154,7 +155,7 @@ def start_of(
         from eomgen.analysis.equilibrium import equilibrium  # noqa: PLC0415  # SciPy comes with it
 
         rest = equilibrium(model, {"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
-        v = np.where(rest.v != 0.0, rest.v, state.v)
+        v = np.where(rest.v != 0.0, rest.v, turned(model.factors, state.v, state.q, rest.q))
         state, sentences = InitialState(rest.q, v, rest.z), [f"initial position: {rest.message}"]
         notes = [f"the start at rest: {note}" for note in rest.notes]
     if model.multipliers and (equilibrium_start or changed or t != 0.0):
