@@ -264,7 +264,7 @@ spin = { type = "revolute", parent = "middle", child = "disc", axis = [0, 0, 1] 
         encoding="utf-8",
     )
     words = ["--campbell", "spin=10:300:3", "--orders", "1,2", "--whirl", "tilt_x:tilt_y", "--json"]
-    drawn = ["--modes", "2", "--speed-unit", "rpm", "--band", "1:40"]
+    drawn = ["--modes", "3", "--speed-unit", "rpm", "--band", "1:40"]
     assert main(["linearize", str(path), "--out", str(folder), *words, *drawn]) == 0
     crossings = json.loads(capsys.readouterr().out)["campbell"]
     expected = [
@@ -277,14 +277,14 @@ spin = { type = "revolute", parent = "middle", child = "disc", axis = [0, 0, 1] 
         assert item["speed"] == pytest.approx(speed, rel=1e-9)
     with (folder / "campbell.csv").open(encoding="utf-8") as file:
         header, *rows = list(csv.reader(file))
-    assert header[:4] == ["spin", "mode2 frequency [Hz]", "mode2 damping_ratio", "mode2 whirl"]
+    assert header[:4] == ["spin", "mode3 frequency [Hz]", "mode3 damping_ratio", "mode3 whirl"]
     assert [float(row[0]) for row in rows] == [10.0, 155.0, 300.0] and float(rows[0][3]) == -1.0
     assert (folder / "campbell.png").stat().st_size > 10_000
     assert main(["linearize", str(path), *words[:-1]]) == 0
     shown = " ".join(capsys.readouterr().out.split())
     assert "crossings with orders; modes: numbers of the table of modes" in shown
-    # the spin is mode 1 of the table, without stiffness
-    assert re.search(r"\b1 +0 +0 +spin 1\b", shown) and {item["mode"] for item in crossings} == {2, 3}
+    # the spin is modes 1 and 2 of the table, without stiffness
+    assert re.search(r"\b1 +0 +0 +spin 1\b", shown) and {item["mode"] for item in crossings} == {3, 4}
     assert main(["linearize", str(path), "--out", str(folder), *words[:-1], "--modes", "1"]) == 2
-    assert "--modes: there is no mode 1 that oscillates in the diagram; try: some of 2, 3" in capsys.readouterr().err
+    assert "--modes: there is no mode 1 that oscillates in the diagram; try: some of 3, 4" in capsys.readouterr().err
     assert main(["linearize", str(path), "--out", str(folder), *words[:2], "--orders", "1P,2P"]) == 0
