@@ -237,7 +237,7 @@ def generate(
     """
     from eomgen.codegen.folder import write_folder  # noqa: PLC0415
     from eomgen.codegen.targets.register import target_named  # noqa: PLC0415
-    from eomgen.pipeline.generated_defaults import with_equilibrium_start, with_interface  # noqa: PLC0415
+    from eomgen.pipeline.generated_defaults import with_interface  # noqa: PLC0415
 
     chosen = target_named(target)
     _check_folder(folder)
@@ -252,18 +252,46 @@ def generate(
     document, front_end = as_document(scene)
     _check_real(real)
     if only is None:
-        wanted = _selected(chosen.terms(terms))
-        program = _program(document, front_end, wanted, method, chosen, parameters=parameters)[0]
+        program = exported_program(document, front_end, chosen, terms, method, parameters=parameters)[0]
     else:
         program = _controller_program(document, front_end, parameters)
+        _check_exported(program)
+        program = with_interface(program, front_end.describe(document))
     given = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
-    _check_exported(program)
-    program = replace(program, defaults={**program.defaults, **given}, uniform=uniform)
-    if program.defaults["start"] == "equilibrium" and only is None:
-        program = with_equilibrium_start(program, partial(_reproducible, document), parameters)
-    files = chosen.files(with_interface(program, front_end.describe(document)))
+    files = chosen.files(replace(program, defaults={**program.defaults, **given}, uniform=uniform))
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]
+
+
+def exported_program(
+    document: Document,
+    front_end: FrontEnd,
+    target: Target,
+    terms: Sequence[str] | None = None,
+    method: str | None = None,
+    *,
+    parameters: Mapping[str, float | str] | None = None,
+) -> tuple[Program, str]:
+    """Return the Program of files that stand alone, with the start and the names of its coordinates, and the reason if
+    the Program has no stepper.
+
+    Parameters
+    ----------
+    terms, method, parameters : as of ``generate``
+
+    Raises
+    ------
+    UsageError
+        Laws in Python.
+    """
+    from eomgen.pipeline.generated_defaults import with_equilibrium_start, with_interface  # noqa: PLC0415
+
+    wanted = _selected(target.terms(terms))
+    program, refusal = _program(document, front_end, wanted, method, target, parameters=parameters)
+    _check_exported(program)
+    if program.defaults["start"] == "equilibrium":
+        program = with_equilibrium_start(program, partial(_reproducible, document), parameters)
+    return with_interface(program, front_end.describe(document)), refusal
 
 
 def _controller_program(

@@ -1,0 +1,48 @@
+"""The archive of an FMU: model description, sources, library, documentation, licences and reference results."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import zipfile
+from collections.abc import Mapping
+from typing import Any
+
+from eomgen.base.files import template_folder
+from eomgen.codegen.targets.c.templates import environment
+from eomgen.products.fmu.interface import Interface
+
+#: Time of all files in the archive, so that the same model gives the same bytes.
+_TIME = (1980, 1, 1, 0, 0, 0)
+
+
+def token_of(texts: Mapping[str, str]) -> str:
+    """Return the token of texts, in the form of a GUID."""
+    digest = hashlib.sha256()
+    for name, text in sorted(texts.items()):
+        digest.update(f"{name}\0{text}\0".encode())
+    mark = digest.hexdigest()
+    return f"{{{mark[:8]}-{mark[8:12]}-{mark[12:16]}-{mark[16:20]}-{mark[20:32]}}}"
+
+
+def documents(interface: Interface, **names: Any) -> dict[str, str]:
+    """Return the documentation by path: a page, and the licence of the sources."""
+    page = environment().get_template("fmu/index.html.jinja").render(
+        interface=interface, program=interface.program, **names
+    )
+    licence = (template_folder() / "fmu" / "LICENSE.txt").read_text(encoding="utf-8")
+    name = "license.txt" if interface.version == 3 else "eomgen.txt"
+    return {"documentation/index.html": page, f"documentation/licenses/{name}": licence}
+
+
+def packed(files: Mapping[str, str | bytes]) -> bytes:
+    """Return an archive of files by path, with the model description first."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files, key=lambda path: (path != "modelDescription.xml", path)):
+            content = files[name]
+            entry = zipfile.ZipInfo(name, _TIME)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(entry, content.encode() if isinstance(content, str) else content)
+    return stream.getvalue()

@@ -1,0 +1,89 @@
+"""``eomgen fmu``: the command."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from eomgen.cli.options import (
+    assignments,
+    check_assigned,
+    debug_option,
+    in_units,
+    json_option,
+    scene_options,
+    set_option,
+)
+from eomgen.cli.printing import building, print_json, say
+from eomgen.cli.running import say_notes, say_stand_in
+from eomgen.scene.sources.register import all_options, source_of
+
+
+@click.command()
+@click.option("-o", "--output", "file", default=None, metavar="FILE", help="The file; NAME.fmu by default.")
+@click.option("--version", type=click.Choice(["2", "3"]), default="3", show_default=True, help="Of FMI: 2.0 or 3.0.")
+@click.option(
+    "--type", "types", default="me,cs", show_default=True, metavar="TYPES", help="Model exchange, co-simulation."
+)
+@click.option("--method", default=None, help="Whose stepper co-simulation has; the scene's by default.")
+@click.option(
+    "--input",
+    "inputs",
+    multiple=True,
+    metavar="NAME",
+    help="An input with a formula in the scene that importers may set; may be repeated.",
+)
+@click.option("--binary/--no-binary", default=True, show_default=True, help="Compile this machine's library.")
+@click.option("--reference/--no-reference", default=True, show_default=True, help="Add the motion of simulate.")
+@set_option
+@scene_options
+@json_option
+@debug_option
+def fmu(
+    scene: str,
+    file: str | None,
+    version: str,
+    types: str,
+    method: str | None,
+    inputs: Sequence[str],
+    binary: bool,
+    reference: bool,
+    parameters: Sequence[str],
+    as_json: bool,
+    **reading: Any,
+) -> None:
+    """Write the model of a SCENE for other simulation tools, as an FMU: sources, and this machine's library.
+
+    Co-simulation steps with the scene's method and gives the bits of eomgen simulate --profile reproducible. In model
+    exchange the importer integrates positions, velocities and internal states; scenes with loops are brought back onto
+    their constraints at completed steps. --set NAME=VALUE makes values the start values of parameters.
+    """
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # SymPy comes with it
+    from eomgen.products.fmu import export  # noqa: PLC0415
+
+    described = pipeline.load_scene(scene, **reading)
+    values: Mapping[str, float | str] = assignments("--set", parameters)
+    say_notes(described)
+    check_assigned(described, values, {}, robot=source_of(Path(scene)) is all_options()["actuated"][0])
+    values = in_units("--set", values, described.parameters)
+    say_stand_in(described, method, "the FMU, which is written earlier, steps with")
+    with building(described.name):
+        path = export.fmu(
+            described,
+            file,
+            version=int(version),
+            types=[name.strip() for name in types.split(",") if name.strip()],
+            method=method,
+            inputs=inputs,
+            parameters=values or None,
+            binary=binary,
+            reference=reference,
+        )
+    if as_json:
+        print_json({"file": str(path), "version": int(version), "bytes": path.stat().st_size})
+    else:
+        click.echo(str(path))
+    say(f"{path.stat().st_size} bytes; documentation/index.html there says how to compile and to use it")

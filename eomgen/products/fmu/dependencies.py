@@ -1,0 +1,152 @@
+"""Dependencies of the unknowns of an FMU, from the nonzeros of derivatives in all arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+
+import numpy as np
+
+from eomgen.codegen.program import Program
+from eomgen.system.sparsity import unpacked_places
+from eomgen.system.terms import ARGUMENTS
+
+#: Kind of a known, and its place in the array of the kind.
+Known = tuple[str, int]
+#: Terms whose nonzeros give dependencies.
+PATTERNS = (
+    "inverse_dynamics_derivatives",
+    "forward_dynamics_derivatives",
+    "residual_derivatives",
+    "constraint_acceleration_derivatives",
+    "internal_rate_derivatives",
+    "outputs_derivatives",
+)
+#: Kinds of knowns by arguments of functions.
+_KINDS = {"q": "q", "v": "v", "z": "z", "u": "input", "p": "parameter"}
+
+
+class Dependencies:
+    """Knowns on which the unknowns of a Program depend.
+
+    Parameters
+    ----------
+    program : with nonzeros of derivatives, of which absent ones make the dependencies unknown
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        modes = program.method["events"]["modes"] if "events" in program.method else []
+        self._modes = {int(mode["parameter"]): number for number, mode in enumerate(modes)}
+        rows = program.method.get("samples", {}).get("rows", ())
+        self._sampled = {int(row["state"]) for row in rows}
+
+    def of(self, kind: str, index: int) -> tuple[set[Known], set[Known]] | None:
+        """Return the knowns with constant derivatives, and the others, of an unknown; None if they are not known."""
+        if kind == "der_q":
+            return self._of_rate(index)
+        if kind == "der_v":
+            return None if self.accelerations is None else (set(), self.accelerations[index])
+        if kind == "der_z":
+            return None if self.states is None else (set(), self.states[index])
+        if kind == "output" and self.outputs is not None:
+            return set(), self.outputs[index]
+        return None
+
+    def _of_rate(self, index: int) -> tuple[set[Known], set[Known]]:
+        for factor in self.program.factors:
+            q, v = int(factor["q_start"]), int(factor["v_start"])
+            if not q <= index < q + int(factor["q_size"]):
+                continue
+            if factor["group"] == "R":
+                return {("v", v + index - q)}, set()
+            rotation = index < q + 4
+            parts: set[Known] = {("q", q + k) for k in range(4)}
+            parts |= {("v", v + k) for k in (range(3) if rotation else range(3, 6))}
+            return set(), parts
+        return set(), set()
+
+    @cached_property
+    def accelerations(self) -> list[set[Known]] | None:
+        """Knowns of each component of vdot."""
+        program, nv = self.program, self.program.sizes["v"]
+        if not program.sizes["lam"]:
+            rows = self._rows("forward_dynamics")
+            return None if rows is None else [self._plain(row) for row in rows]
+        known = [self._rows(name) for name in ("residual", "constraint_acceleration")]
+        if any(rows is None for rows in known):
+            return None
+        every = set[Known]().union(*(self._plain(row) for rows in known if rows is not None for row in rows))
+        return [every] * nv
+
+    @cached_property
+    def states(self) -> list[set[Known]] | None:
+        """Knowns of each rate of an internal state."""
+        rows = self._rows("internal_rate")
+        return None if rows is None else [self._plain(row) for row in rows]
+
+    @cached_property
+    def outputs(self) -> list[set[Known]] | None:
+        """Knowns of each output, through accelerations and multipliers, too."""
+        rows = self._rows("outputs")
+        if rows is None:
+            return None
+        result = []
+        for row in rows:
+            found = self._plain(row)
+            through = [index for block, index in row if block == "a"]
+            multipliers = any(block == "lam" for block, _ in row)
+            if (through or multipliers) and self.accelerations is None:
+                return None
+            for index in through or ([0] if multipliers else []):
+                found |= (self.accelerations or [])[index]
+            result.append(found)
+        return result
+
+    def _rows(self, name: str) -> list[list[tuple[str, int]]] | None:
+        """Return the arguments of each row of a function, (block, place), with q by directions."""
+        program = self.program
+        if name not in program.function_names or f"{name}_derivatives" not in program.patterns:
+            return None
+        size = sum(output.size for output in program.function(name).outputs)
+        arguments = list(self._arguments())
+        rows, columns = unpacked_places(program.patterns[f"{name}_derivatives"])
+        result: list[list[tuple[str, int]]] = [[] for _ in range(size)]
+        for row, column in zip(np.asarray(rows).tolist(), np.asarray(columns).tolist(), strict=True):
+            result[row].append(arguments[column])
+        return result
+
+    def _arguments(self) -> Iterator[tuple[str, int]]:
+        for block in ARGUMENTS:
+            size = 1 if block == "t" else self.program.input_size({"q": "v"}.get(block, block))
+            for index in range(size):
+                yield block, index
+
+    @cached_property
+    def _components(self) -> Mapping[int, tuple[int, ...]]:
+        """Components of q for each direction."""
+        result: dict[int, tuple[int, ...]] = {}
+        for factor in self.program.factors:
+            q, v = int(factor["q_start"]), int(factor["v_start"])
+            if factor["group"] == "R":
+                result.update({v + k: (q + k,) for k in range(int(factor["v_size"]))})
+                continue
+            quaternion = tuple(range(q, q + 4))
+            result.update({v + k: quaternion for k in range(3)})
+            if int(factor["v_size"]) > 3:
+                result.update({v + k: (*quaternion, q + 4, q + 5, q + 6) for k in range(3, 6)})
+        return result
+
+    def _plain(self, row: list[tuple[str, int]]) -> set[Known]:
+        """Return the knowns of arguments other than accelerations and multipliers."""
+        found: set[Known] = set()
+        for block, index in row:
+            if block == "q":
+                found |= {("q", component) for component in self._components[index]}
+            elif block == "p" and index in self._modes:
+                found.add(("mode", self._modes[index]))
+            elif block == "z" and index in self._sampled:
+                found.add(("sampled", index))
+            elif block in _KINDS:
+                found.add((_KINDS[block], index))
+        return found

@@ -1,0 +1,233 @@
+"""``fmu``: a scene as a unit of the Functional Mock-up Interface."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from eomgen.base.calls import checked_call
+from eomgen.base.data import dataclass
+from eomgen.base.files import check_writable, write_bytes
+from eomgen.base.messages import nearest, shown
+from eomgen.codegen.targets.c.target import C
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.products.fmu.archive import documents, packed, token_of
+from eomgen.products.fmu.binary import binary_path, built
+from eomgen.products.fmu.dependencies import PATTERNS
+from eomgen.products.fmu.interface import Interface, Options, interface_of, with_token
+from eomgen.products.fmu.model_description import Experiment, build_description, model_description
+from eomgen.products.fmu.sources import compiled_sources, source_files
+from eomgen.system.terms import PURPOSES
+
+if TYPE_CHECKING:
+    from eomgen.codegen.program import Program
+    from eomgen.pipeline.pipeline import Described
+    from eomgen.scene.scene import Scene
+    from eomgen.system.description import Description
+
+#: Kinds of FMUs, by the names of the option.
+TYPES: Mapping[str, str] = {"me": "model exchange", "cs": "co-simulation"}
+#: Communication points of the reference results at most.
+_REFERENCE = 500
+
+
+@checked_call('eomgen.fmu("scene.toml", "model.fmu")', path="file", out="file", kind="types")
+def fmu(
+    scene: Described,
+    file: str | Path | None = None,
+    *,
+    version: int = 3,
+    types: Sequence[str] | str = ("me", "cs"),
+    method: str | None = None,
+    inputs: Sequence[str] = (),
+    parameters: Mapping[str, float | str] | None = None,
+    binary: bool = True,
+    reference: bool = True,
+    profile: str = "reproducible",
+) -> Path:
+    """Write a scene as an FMU: model description, sources, this machine's library, documentation, reference results.
+
+    Co-simulation steps with the scene's own method, events and sampled controllers included, to the bits of
+    ``simulate`` with the profile ``reproducible``. In model exchange the importer integrates q, v and internal states.
+
+    Parameters
+    ----------
+    scene : Scene, path, or mapping
+        As in ``build``.
+    file : path
+        NAME.fmu in the present folder by default.
+    version : int
+        Of FMI, 2 or 3.
+    types : sequence of str
+        ``me`` (model exchange) and ``cs`` (co-simulation), or one of them.
+    method : str
+        Method of co-simulation; the scene's by default.
+    inputs : sequence of str
+        Inputs with a formula in the scene that importers may set; inputs without one always are inputs of the FMU.
+    parameters : mapping
+        Values of tunable parameters, as in ``generate``: the start values of the FMU.
+    binary : bool
+        Whether the archive has this machine's library, and not sources alone.
+    reference : bool
+        Whether the archive has the motion of ``simulate`` as a table.
+    profile : str
+        Of the library: ``reproducible`` (the bits of ``simulate`` with this profile), or as of ``build``.
+
+    Returns
+    -------
+    Path
+        The written file.
+
+    Raises
+    ------
+    UsageError, DescriptionError, ModelError, ToolchainError, FileError
+        ModelError names what an FMU cannot have: functions in Python, controllers of the caller, motions of the caller.
+
+    Examples
+    --------
+    >>> eomgen.fmu("examples/double_pendulum_on_shaking_base/scene.toml", "pendulum.fmu").name
+    'pendulum.fmu'
+    """
+    made = fmu_files(
+        scene, version=version, types=types, method=method, inputs=inputs, parameters=parameters, binary=binary,
+        reference=reference, profile=profile,
+    )
+    path = Path(f"{made.interface.name}.fmu" if file is None else file)
+    check_writable(path)
+    write_bytes(path, packed(made.files))
+    return path
+
+
+@dataclass(frozen=True)
+class FmuFiles:
+    """An FMU before it is packed: its interface, and files by path in the archive."""
+
+    interface: Interface
+    files: Mapping[str, str | bytes]
+
+
+def fmu_files(
+    scene: Described,
+    *,
+    version: int = 3,
+    types: Sequence[str] | str = ("me", "cs"),
+    method: str | None = None,
+    inputs: Sequence[str] = (),
+    parameters: Mapping[str, float | str] | None = None,
+    binary: bool = True,
+    reference: bool = True,
+    profile: str = "reproducible",
+) -> FmuFiles:
+    """Return the files of an FMU; see ``fmu``."""
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # SymPy comes with it
+
+    options = _checked(version, types, inputs)
+    document = pipeline.load_scene(scene)
+    described = pipeline.as_document(document)[1].describe(document)
+    _check_exported(document, described, options)
+    program, refusal = _program(document, method, parameters)
+    if not program.method:
+        name = pipeline.method_of(document, method)
+        raise ModelError(f"{name} cannot run on this scene: {refusal}", "another method, by --method")
+    if program.method.get("samples", {}).get("from_caller"):
+        fault = "functions of the caller give samples of a controller, and an FMU has no caller's functions"
+        raise ModelError(Problem(program.prefix, fault, 'source = "law.c", with the function in C'))
+    interface = interface_of(program, described, options)
+    simulation = described.simulation
+    experiment = Experiment(simulation.duration, simulation.step, simulation.tolerance)
+    flags = _flags(program, options, simulation.step)
+    texts = source_files(interface)
+    listed = compiled_sources(interface, texts)
+    interface = with_token(interface, token_of({**texts, "": model_description(interface, experiment, listed, flags)}))
+    texts = source_files(interface)
+    files: dict[str, str | bytes] = {f"sources/{name}": text for name, text in texts.items()}
+    files["modelDescription.xml"] = model_description(interface, experiment, listed, flags)
+    if version == 3:
+        files["sources/buildDescription.xml"] = build_description(interface, listed)
+    files |= documents(interface, experiment=experiment, types=TYPES, sources=listed)
+    if binary:
+        files[binary_path(interface)] = built(interface, texts, profile)
+    if reference:
+        files |= _reference(document, interface, method, parameters)
+    return FmuFiles(interface, files)
+
+
+def _checked(version: int, types: Sequence[str] | str, inputs: Sequence[str]) -> Options:
+    """Return checked options. Raises UsageError."""
+    if version not in (2, 3):
+        raise UsageError(Problem("version", f"there is no version {shown(str(version))} of FMI here", "2 or 3"))
+    names = [types] if isinstance(types, str) else list(types)
+    for name in names:
+        if name not in TYPES:
+            raise UsageError(Problem("types", f"there is no type {shown(str(name))}", nearest(str(name), TYPES)))
+    if not names:
+        raise UsageError(Problem("types", "an FMU without model exchange and co-simulation has no use", "me, cs"))
+    return Options(version, tuple(name for name in TYPES if name in names), tuple(inputs))
+
+
+def _check_exported(scene: Scene, described: Description, options: Options) -> None:
+    """Raise ModelError for parts that an FMU cannot have, UsageError for inputs that are none."""
+    known = [item.name for item in described.inputs]
+    for name in options.inputs:
+        if name not in known:
+            raise UsageError(Problem("inputs", f"the scene has no input {shown(name)}", nearest(name, known)))
+    if described.motions:
+        names = ", ".join(motion.name for motion in described.motions)
+        fault = f"the caller moves {names} between steps, and FMI has no such motion"
+        raise ModelError(Problem(scene.name, fault, "a drive with a law of time, or a joint that an input drives"))
+
+
+def _program(scene: Scene, method: str | None, parameters: Mapping[str, float | str] | None) -> tuple[Program, str]:
+    from eomgen.integrators.families.register import terms_of  # noqa: PLC0415
+    from eomgen.pipeline import pipeline  # noqa: PLC0415
+
+    document, front_end = pipeline.as_document(scene)
+    name = pipeline.method_of(scene, method)
+    constrained = bool(scene.constraints) or scene.coordinates == "absolute"
+    called = terms_of(name, constrained, bool(scene.states))
+    wanted = [*PURPOSES["run"], *PURPOSES["accelerations"], "inverse_dynamics", *called, *PATTERNS]
+    return pipeline.exported_program(
+        document, front_end, C, list(dict.fromkeys(wanted)), method, parameters=parameters
+    )
+
+
+def _flags(program: Program, options: Options, step: float) -> dict[str, str]:
+    """Return the attributes of co-simulation."""
+    flags = {"canHandleVariableCommunicationStepSize": "true"}
+    if options.version == 2:
+        if program.method["inputs"] == "sampled":
+            flags["canInterpolateInputs"] = "true"
+    elif not program.method["own_steps"]:
+        flags["fixedInternalStepSize"] = repr(step)
+    return flags
+
+
+def _reference(
+    scene: Scene, interface: Interface, method: str | None, parameters: Mapping[str, float | str] | None
+) -> dict[str, str]:
+    """Return the table of the motion by ``simulate``, states and outputs, as a file of reference results."""
+    import numpy as np  # noqa: PLC0415  # with the run
+
+    from eomgen.pipeline import pipeline  # noqa: PLC0415
+
+    model = pipeline.built_for_run(scene, method, None, "reproducible")
+    steps = scene.simulation.duration / scene.simulation.step
+    every = max(1, round(steps / _REFERENCE))
+    run = model.simulate(parameters=parameters, record_every=every, error_estimate=False)
+    columns = {"time": run.t}
+    columns |= {item.name: run.q[:, item.index] for item in interface.of("q")}
+    columns |= {item.name: run.v[:, item.index] for item in interface.of("v")}
+    columns |= {item.name: run.z[:, item.index] for item in (*interface.of("z"), *interface.of("sampled"))}
+    values = [np.reshape(value, (len(run.t), -1)) for value in run.outputs.values()]
+    if values:
+        table = np.concatenate(values, axis=1)
+        columns |= {item.name: table[:, item.index] for item in interface.of("output")}
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+    place = "documentation" if interface.version == 2 else "extra/org.fmi-standard.fmi-ls-ref"
+    return {f"{place}/{interface.identifier}_reference.csv": stream.getvalue()}

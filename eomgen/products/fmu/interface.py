@@ -1,0 +1,463 @@
+"""Variables of an FMU and their dependencies, from a Program: what model descriptions and C have in common."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+from eomgen.base.data import dataclass, replace
+from eomgen.codegen.program import Program
+from eomgen.errors import EomgenError
+from eomgen.formula.evaluate import evaluate
+from eomgen.products.fmu.dependencies import Dependencies
+from eomgen.products.fmu.units import FmuUnit, unit_of
+from eomgen.system.description import Description
+from eomgen.system.signals import Input
+from eomgen.system.system import Quantity
+
+#: Names in the form that FMI calls structured.
+_IDENTIFIER = r"[A-Za-z_]\w*(\[\d+(,\d+)*\])?(\.[A-Za-z_]\w*(\[\d+(,\d+)*\])?)*"
+_STRUCTURED = re.compile(rf"(?a:{_IDENTIFIER}|der\({_IDENTIFIER}\))")
+#: Kinds of variables with values that the equations give.
+CALCULATED = ("der_q", "der_v", "der_z", "output", "formula", "indicator")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of the model description.
+
+    Attributes
+    ----------
+    reference : value reference, the place among the variables
+    kind : ``time``, ``parameter``, ``input``, ``q``, ``v``, ``z``, ``sampled`` (internal state), ``turns`` (reference
+        of an angle over several turns), ``der_q``, ``der_v``, ``der_z``, ``output``, ``mode``, ``formula`` (an input
+        that the scene gives) or ``indicator``
+    index : place in the array of the kind
+    initial : ``exact``, ``approx`` or ``calculated``; empty for inputs and the time
+    start : None if the equations give the value
+    unit : name of one of the units, empty for none
+    derivative : value reference of the state with this derivative
+    lower, upper : ends of the range, if any
+    reinit : whether the FMU sets the state at events
+    """
+
+    name: str
+    reference: int
+    kind: str
+    index: int
+    causality: str
+    variability: str
+    initial: str = ""
+    start: float | None = None
+    unit: str = ""
+    description: str = ""
+    derivative: int | None = None
+    lower: float | None = None
+    upper: float | None = None
+    reinit: bool = False
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """An entry of the model structure.
+
+    Attributes
+    ----------
+    dependencies : value references in order; None for all
+    kinds : of the dependencies
+    """
+
+    reference: int
+    dependencies: tuple[int, ...] | None = None
+    kinds: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Options:
+    """What is exported.
+
+    Attributes
+    ----------
+    version : 2 or 3
+    types : of ``me`` (model exchange) and ``cs`` (co-simulation)
+    inputs : names of inputs with a formula that importers may set
+    """
+
+    version: int
+    types: tuple[str, ...]
+    inputs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Interface:
+    """The interface of an FMU.
+
+    Attributes
+    ----------
+    name, description : of the model
+    variables : in the order of the value references
+    units : of the variables
+    outputs, derivatives, initial_unknowns, indicators : of the model structure
+    """
+
+    program: Program
+    options: Options
+    name: str
+    description: str
+    variables: tuple[Variable, ...]
+    units: tuple[FmuUnit, ...]
+    outputs: tuple[Unknown, ...]
+    derivatives: tuple[Unknown, ...]
+    initial_unknowns: tuple[Unknown, ...]
+    indicators: tuple[Unknown, ...]
+    provides_derivatives: bool = False
+    token: str = ""
+
+    @property
+    def identifier(self) -> str:
+        """Name of the binary, and prefix of all functions."""
+        return self.program.prefix
+
+    @property
+    def version(self) -> int:
+        return self.options.version
+
+    @property
+    def exchange(self) -> bool:
+        """Whether the FMU has model exchange."""
+        return "me" in self.options.types
+
+    @property
+    def simulation(self) -> bool:
+        """Whether the FMU has co-simulation."""
+        return "cs" in self.options.types
+
+    @cached_property
+    def by_kind(self) -> Mapping[str, tuple[Variable, ...]]:
+        """Variables of each kind, in order."""
+        kinds: dict[str, list[Variable]] = {}
+        for item in self.variables:
+            kinds.setdefault(item.kind, []).append(item)
+        return {kind: tuple(items) for kind, items in kinds.items()}
+
+    def of(self, kind: str) -> tuple[Variable, ...]:
+        """Return the variables of a kind."""
+        return self.by_kind.get(kind, ())
+
+    @property
+    def states(self) -> tuple[Variable, ...]:
+        """Continuous states, in the order of their derivatives."""
+        return (*self.of("q"), *self.of("v"), *self.of("z"))
+
+    @property
+    def structured(self) -> bool:
+        """Whether all names have the structured form."""
+        return all(_STRUCTURED.fullmatch(item.name) for item in self.variables)
+
+    @property
+    def projects(self) -> bool:
+        """Whether completed steps of model exchange may ask for a correction of the states."""
+        turns = any(factor["group"] != "R" for factor in self.program.factors)
+        return bool(self.program.sizes["lam"]) or turns
+
+
+def event_rows(program: Program) -> list[Mapping[str, Any]]:
+    """Return the events of a Program."""
+    return list(program.method["events"]["rows"]) if "events" in program.method else []
+
+
+def mode_parameters(program: Program) -> list[int]:
+    """Return the places of the modes among the parameters."""
+    return [int(mode["parameter"]) for mode in program.method["events"]["modes"]] if event_rows(program) else []
+
+
+def interface_of(program: Program, described: Description, options: Options) -> Interface:
+    """Return the interface of a Program with a method."""
+    made = _Variables(program, described, options)
+    structure = _Structure(program, made.variables, made.places)
+    return Interface(
+        program,
+        options,
+        described.name,
+        described.description or program.description,
+        tuple(made.variables),
+        tuple(made.units.values()),
+        structure.outputs,
+        structure.derivatives,
+        structure.initial_unknowns,
+        structure.indicators,
+    )
+
+
+class _Variables:
+    """Variables in the order of their value references."""
+
+    def __init__(self, program: Program, described: Description, options: Options) -> None:
+        self.program, self.described = program, described
+        self.variables: list[Variable] = []
+        self.places: dict[tuple[str, int], int] = {}
+        self.units: dict[str, FmuUnit] = {}
+        self.names: set[str] = set()
+        self._add("time", "time", 0, "independent", "continuous", unit="s", description="time")
+        modes = mode_parameters(program)
+        for index, item in enumerate(program.parameters):
+            if index not in modes:
+                self._parameter(index, item)
+        chosen = {item.name for item in described.inputs if not item.given} | set(options.inputs)
+        for index, given in enumerate(described.inputs):
+            if given.name in chosen:
+                start = _start_of(given, described)
+                self._add(
+                    given.name,
+                    "input",
+                    index,
+                    "input",
+                    "continuous",
+                    start=start,
+                    unit=given.unit,
+                    description=given.description,
+                )
+        self._states()
+        self._derivatives()
+        self._results(modes, chosen, options)
+
+    def _add(self, name: str, kind: str, index: int, causality: str, variability: str, **more: Any) -> None:
+        reference = len(self.variables)
+        if name in self.names:
+            name = next(other for other in _alternatives(kind, name) if other not in self.names)
+        self.names.add(name)
+        label = str(more.pop("unit", ""))
+        known = unit_of(label)
+        if known is not None:
+            self.units.setdefault(known.name, known)
+        elif label not in ("", "1"):
+            more["description"] = f"{more.get('description', '')} ({label})".strip()
+        more["unit"] = "" if known is None else known.name
+        self.variables.append(Variable(name, reference, kind, index, causality, variability, **more))
+        self.places[kind, index] = reference
+
+    def _parameter(self, index: int, item: Quantity) -> None:
+        lower, upper = (_normal(end) for end in self.program.bounds.get(item.name, (None, None)))
+        self._add(
+            item.name,
+            "parameter",
+            index,
+            "parameter",
+            "tunable",
+            initial="exact",
+            start=item.value,
+            unit=item.unit,
+            description=item.description,
+            lower=lower,
+            upper=upper,
+        )
+
+    def _states(self) -> None:
+        program = self.program
+        sampled = {int(row["state"]) for row in program.method.get("samples", {}).get("rows", ())}
+        held = _held_states(program)
+        rows = event_rows(program)
+        projected = bool(program.sizes["lam"]) or any(factor["group"] != "R" for factor in program.factors)
+        acting = {item["block"] for row in rows for item in row["assignments"]}
+        acting |= {"v"} if any(row["action"] == "impact" for row in rows) else set()
+        guessed = "approx" if program.sizes["lam"] else "exact"
+        turns = program.sizes["q"] - len(program.angles)
+        for index, item in enumerate(program.coordinates):
+            kind = "q" if index < turns else "turns"
+            variability = "continuous" if kind == "q" else "discrete"
+            reinit = kind == "q" and (projected or "q" in acting)
+            self._add(
+                item.name,
+                kind,
+                index,
+                "local",
+                variability,
+                initial=guessed if kind == "q" else "exact",
+                start=item.value,
+                unit=item.unit,
+                description=item.description,
+                reinit=reinit,
+            )
+        for index, item in enumerate(program.velocities):
+            reinit = bool(program.sizes["lam"]) or "v" in acting
+            self._add(
+                item.name,
+                "v",
+                index,
+                "local",
+                "continuous",
+                initial=guessed,
+                start=item.value,
+                unit=item.unit,
+                description=item.description,
+                reinit=reinit,
+            )
+        for index, (item, start) in enumerate(zip(program.states, program.initial_z, strict=True)):
+            kind = "sampled" if index in sampled or index in held else "z"
+            self._add(
+                item.name,
+                kind,
+                index,
+                "local",
+                "continuous" if kind == "z" else "discrete",
+                initial="exact",
+                start=start,
+                unit=item.unit,
+                description=item.description,
+                reinit=kind == "z" and "z" in acting,
+            )
+
+    def _derivatives(self) -> None:
+        for kind in ("q", "v", "z"):
+            for state in [item for item in self.variables if item.kind == kind]:
+                rate = {"": "", "1": "1/s"}.get(state.unit, f"{state.unit}/s" if state.unit else "")
+                rate = "" if kind == "q" and not state.unit else _per_second(rate)
+                self._add(
+                    f"der({state.name})",
+                    f"der_{kind}",
+                    state.index,
+                    "local",
+                    "continuous",
+                    initial="calculated",
+                    unit=rate,
+                    derivative=state.reference,
+                )
+
+    def _results(self, modes: Sequence[int], chosen: Collection[str], options: Options) -> None:
+        program, place = self.program, 0
+        for item in program.outputs:
+            for component in range(item.size):
+                name = item.name if item.size == 1 else f"{item.name}[{component}]"
+                self._add(
+                    name,
+                    "output",
+                    place,
+                    "output",
+                    "continuous",
+                    initial="calculated",
+                    unit=item.unit,
+                    description=item.description,
+                )
+                place += 1
+        for index, parameter in enumerate(modes):
+            item = program.parameters[parameter]
+            self._add(
+                item.name,
+                "mode",
+                index,
+                "local",
+                "discrete",
+                initial="exact",
+                start=item.value,
+                unit=item.unit,
+                description=item.description,
+            )
+        for index, given in enumerate(self.described.inputs):
+            if given.name not in chosen:
+                self._add(
+                    given.name,
+                    "formula",
+                    index,
+                    "local",
+                    "continuous",
+                    initial="calculated",
+                    unit=given.unit,
+                    description=given.description,
+                )
+        if options.version == 3 and "me" in options.types:
+            for index, row in enumerate(event_rows(program)):
+                text = row["description"] or f"its roots are the event {row['name']}"
+                name = f"event.{row['name']}"
+                self._add(
+                    name, "indicator", index, "local", "continuous", initial="calculated", description=text
+                )
+
+
+class _Structure:
+    """The model structure: unknowns with their dependencies."""
+
+    def __init__(
+        self, program: Program, variables: Sequence[Variable], places: Mapping[tuple[str, int], int]
+    ) -> None:
+        self.places = places
+        self.dependencies = Dependencies(program)
+        self.constrained = bool(program.sizes["lam"])
+        self.outputs = tuple(self._unknown(item) for item in variables if item.kind == "output")
+        rates = [item for item in variables if item.derivative is not None]
+        self.derivatives = tuple(self._unknown(item) for item in rates)
+        self.indicators = tuple(Unknown(item.reference) for item in variables if item.kind == "indicator")
+        initial = [item for item in variables if item.causality == "output" or item.derivative is not None]
+        initial += [item for item in variables if item.kind in ("q", "v") and item.initial == "approx"]
+        self.initial_unknowns = tuple(
+            self._unknown(item, initial=True) for item in sorted(initial, key=lambda item: item.reference)
+        )
+
+    def _unknown(self, item: Variable, *, initial: bool = False) -> Unknown:
+        if initial and self.constrained:
+            return Unknown(item.reference)
+        known = self.dependencies.of(item.kind, item.index)
+        if known is None:
+            return Unknown(item.reference)
+        linear, others = known
+        kinds = ["parameter", "input", "q", "v", "z", *(("sampled", "mode") if initial else ())]
+        found = {self.places[place] for place in others if place[0] in kinds and place in self.places}
+        if not initial:
+            found -= {self.places[place] for place in others if place[0] == "parameter" and place in self.places}
+        constant = {self.places[place] for place in linear if place in self.places} - found
+        every = sorted(found | constant)
+        return Unknown(
+            item.reference, tuple(every), tuple("constant" if one in constant else "dependent" for one in every)
+        )
+
+
+def _normal(end: float | None) -> float | None:
+    """Return the end of a range; the next normal number for tiny ones, which readers of numbers may refuse."""
+    if end is None or end == 0.0 or abs(end) >= sys.float_info.min:
+        return end
+    return math.copysign(sys.float_info.min, end)
+
+
+def _per_second(text: str) -> str:
+    """Return the unit of a rate in one fraction: m/s^2 for m/s/s."""
+    if text.endswith("/s/s"):
+        return f"{text[:-4]}/s^2"
+    return text
+
+
+def _held_states(program: Program) -> set[int]:
+    """Return the internal states that controllers set: signals, values and memory."""
+    controllers = program.method.get("samples", {}).get("controllers", ())
+    names = ("signal_states", "value_states", "memory_states")
+    return {int(state) for item in controllers for name in names for state in item[name]}
+
+
+def _alternatives(kind: str, name: str) -> Iterator[str]:
+    """Yield names for a variable with a name that another variable has."""
+    yield f"{kind}.{name}"
+    number = 2
+    while True:
+        yield f"{kind}{number}.{name}"
+        number += 1
+
+
+def _start_of(given: Input, described: Description) -> float:
+    """Return the value of an input at the start: of its formula at t = 0, or 0."""
+    result = sum(amplitude * math.cos(phase) for amplitude, _, phase in given.harmonics)
+    if given.formula is None:
+        return result
+    values = {("parameter", name, 0): value for name, value in described.values({}).items()}
+    values["time", "", 0] = 0.0
+    try:
+        result += evaluate(given.formula, lambda symbol: values[symbol.kind, symbol.name, symbol.index])
+    except (ArithmeticError, KeyError, ValueError, EomgenError):
+        return 0.0
+    return result if math.isfinite(result) else 0.0
+
+
+def with_token(interface: Interface, token: str) -> Interface:
+    """Return the interface with the token that binds model description and binary."""
+    return replace(interface, token=token)

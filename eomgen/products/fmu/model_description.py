@@ -1,0 +1,249 @@
+"""The files modelDescription.xml of FMI 2.0 and 3.0, and buildDescription.xml.
+
+FMI 2.0.5 numbers variables from 1 in dependencies and in ``derivative``; FMI 3.0.2 has value references there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from xml.etree import ElementTree as ET
+
+from eomgen.base.data import dataclass
+from eomgen.base.version import __version__
+from eomgen.codegen.targets.c.printer import number
+from eomgen.products.fmu.interface import Interface, Unknown, Variable
+from eomgen.products.fmu.units import FmuUnit
+
+#: Categories of messages, with descriptions.
+CATEGORIES: Mapping[str, str] = {
+    "logStatusError": "why a call failed",
+    "logStatusWarning": "values that are replaced, and calls without effect",
+    "logEvents": "events of the scene, samples of controllers, corrections of states",
+}
+_XSI = "http://www.w3.org/2001/XMLSchema-instance"
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Defaults of a simulation, s; ``tolerance`` None if there is none."""
+
+    stop: float
+    step: float
+    tolerance: float | None = None
+
+
+def model_description(
+    interface: Interface, experiment: Experiment, sources: Sequence[str], flags: Mapping[str, str]
+) -> str:
+    """Return modelDescription.xml.
+
+    Parameters
+    ----------
+    sources : files to compile, which FMI 2.0 lists here
+    flags : further attributes of co-simulation
+    """
+    write = _written_2 if interface.version == 2 else _written_3
+    return write(interface, experiment, sources, flags)
+
+
+def build_description(interface: Interface, sources: Sequence[str], language: str = "C99") -> str:
+    """Return buildDescription.xml of FMI 3.0.
+
+    Functions have a prefix for static linking unless FMI3_OVERRIDE_FUNCTION_PREFIX is defined; builders of shared
+    libraries define it, and builders that do not know the prefix take the definition from here.
+    """
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=interface.identifier)
+    files = ET.SubElement(configuration, "SourceFileSet", language=language)
+    for name in sources:
+        ET.SubElement(files, "SourceFile", name=name)
+    ET.SubElement(
+        files,
+        "PreprocessorDefinition",
+        name="FMI3_OVERRIDE_FUNCTION_PREFIX",
+        value="1",
+        optional="true",
+        description="for shared libraries; without it functions have the prefix of the model, for static linking",
+    )
+    return _text(root)
+
+
+def _text(root: ET.Element) -> str:
+    ET.indent(root)
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'
+
+
+def _root(interface: Interface, version: str, token: str) -> ET.Element:
+    attributes = {"fmiVersion": version, "modelName": interface.name, token: interface.token}
+    return ET.Element(
+        "fmiModelDescription",
+        {
+            **attributes,
+            "description": described(interface),
+            "generationTool": f"eomgen {__version__}",
+            "variableNamingConvention": "structured" if interface.structured else "flat",
+        },
+    )
+
+
+def described(interface: Interface) -> str:
+    """Return the description of the model, with the form of its equations in model exchange."""
+    text = " ".join(interface.description.split())
+    if interface.exchange and interface.program.sizes["lam"]:
+        form = "accelerations and multipliers of index 1, with projection of positions and velocities at completed steps"
+        text = f"{text}{'. ' if text else ''}Model exchange: constraints by {form}"
+    return text
+
+
+def _experiment(root: ET.Element, experiment: Experiment) -> None:
+    attributes = {"startTime": "0", "stopTime": number(experiment.stop), "stepSize": number(experiment.step)}
+    if experiment.tolerance is not None:
+        attributes["tolerance"] = number(experiment.tolerance)
+    ET.SubElement(root, "DefaultExperiment", attributes)
+
+
+def _units(root: ET.Element, units: Sequence[FmuUnit]) -> None:
+    if not units:
+        return
+    parent = ET.SubElement(root, "UnitDefinitions")
+    for unit in units:
+        item = ET.SubElement(parent, "Unit", name=unit.name)
+        base = {name: str(power) for name, power in unit.exponents.items()}
+        if unit.factor != 1.0:
+            base["factor"] = number(unit.factor)
+        ET.SubElement(item, "BaseUnit", base)
+        for name, factor in unit.displayed:
+            ET.SubElement(item, "DisplayUnit", name=name, factor=number(factor))
+
+
+def _categories(root: ET.Element) -> None:
+    parent = ET.SubElement(root, "LogCategories")
+    for name, text in CATEGORIES.items():
+        ET.SubElement(parent, "Category", name=name, description=text)
+
+
+def _value_attributes(item: Variable) -> dict[str, str]:
+    """Return the attributes of numbers that both versions have."""
+    result = {} if item.kind == "time" or not item.unit else {"unit": item.unit}
+    if item.kind == "time":
+        result["unit"] = item.unit
+    for name, value in (("min", item.lower), ("max", item.upper), ("start", item.start)):
+        if value is not None:
+            result[name] = number(value)
+    return result
+
+
+def _head(item: Variable) -> dict[str, str]:
+    result = {"name": item.name, "valueReference": str(item.reference)}
+    if item.description:
+        result["description"] = " ".join(item.description.split())
+    result |= {"causality": item.causality, "variability": item.variability}
+    if item.initial:
+        result["initial"] = item.initial
+    return result
+
+
+# -- FMI 3.0 ---------------------------------------------------------------------------------------------------------
+
+
+def _written_3(
+    interface: Interface, experiment: Experiment, sources: Sequence[str], flags: Mapping[str, str]
+) -> str:
+    root = _root(interface, "3.0", "instantiationToken")
+    common = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+    if interface.provides_derivatives:
+        common |= {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
+    identity = {"modelIdentifier": interface.identifier}
+    if interface.exchange:
+        completed = {"needsCompletedIntegratorStep": "true"} if interface.projects else {}
+        ET.SubElement(root, "ModelExchange", {**identity, **common, **completed})
+    if interface.simulation:
+        ET.SubElement(root, "CoSimulation", {**identity, **common, **flags})
+    _units(root, interface.units)
+    _categories(root)
+    _experiment(root, experiment)
+    variables = ET.SubElement(root, "ModelVariables")
+    for item in interface.variables:
+        attributes = {**_head(item), **_value_attributes(item)}
+        if item.derivative is not None:
+            attributes["derivative"] = str(item.derivative)
+        if item.reinit and interface.exchange:
+            attributes["reinit"] = "true"
+        ET.SubElement(variables, "Float64", attributes)
+    structure = ET.SubElement(root, "ModelStructure")
+    for name, unknowns in (
+        ("Output", interface.outputs),
+        ("ContinuousStateDerivative", interface.derivatives),
+        ("InitialUnknown", interface.initial_unknowns),
+        ("EventIndicator", interface.indicators),
+    ):
+        for unknown in unknowns:
+            ET.SubElement(structure, name, {"valueReference": str(unknown.reference), **_dependencies(unknown, 0)})
+    return _text(root)
+
+
+def _dependencies(unknown: Unknown, first: int) -> dict[str, str]:
+    """Return the attributes of dependencies, with the variables counted from ``first``."""
+    if unknown.dependencies is None:
+        return {}
+    return {
+        "dependencies": " ".join(str(reference + first) for reference in unknown.dependencies),
+        "dependenciesKind": " ".join(unknown.kinds),
+    }
+
+
+# -- FMI 2.0 ---------------------------------------------------------------------------------------------------------
+
+
+def _written_2(
+    interface: Interface, experiment: Experiment, sources: Sequence[str], flags: Mapping[str, str]
+) -> str:
+    root = _root(interface, "2.0", "guid")
+    if interface.exchange:
+        root.set("numberOfEventIndicators", str(len(event_names(interface))))
+    common = {"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
+    if interface.provides_derivatives:
+        common |= {"providesDirectionalDerivative": "true"}
+    identity = {"modelIdentifier": interface.identifier}
+    if interface.exchange:
+        completed = {} if interface.projects else {"completedIntegratorStepNotNeeded": "true"}
+        _sources(ET.SubElement(root, "ModelExchange", {**identity, **completed, **common}), sources)
+    if interface.simulation:
+        _sources(ET.SubElement(root, "CoSimulation", {**identity, **common, **flags}), sources)
+    _units(root, interface.units)
+    _categories(root)
+    _experiment(root, experiment)
+    variables = ET.SubElement(root, "ModelVariables")
+    for item in interface.variables:
+        parent = ET.SubElement(variables, "ScalarVariable", _head(item))
+        attributes = _value_attributes(item)
+        if item.derivative is not None:
+            attributes["derivative"] = str(item.derivative + 1)
+        if item.reinit and interface.exchange:
+            attributes["reinit"] = "true"
+        ET.SubElement(parent, "Real", attributes)
+    structure = ET.SubElement(root, "ModelStructure")
+    for name, unknowns in (
+        ("Outputs", interface.outputs),
+        ("Derivatives", interface.derivatives),
+        ("InitialUnknowns", interface.initial_unknowns),
+    ):
+        if unknowns:
+            parent = ET.SubElement(structure, name)
+            for unknown in unknowns:
+                ET.SubElement(
+                    parent, "Unknown", {"index": str(unknown.reference + 1), **_dependencies(unknown, 1)}
+                )
+    return _text(root)
+
+
+def _sources(parent: ET.Element, sources: Sequence[str]) -> None:
+    files = ET.SubElement(parent, "SourceFiles")
+    for name in sources:
+        ET.SubElement(files, "File", name=name)
+
+
+def event_names(interface: Interface) -> list[str]:
+    """Return the names of the events that model exchange has indicators for."""
+    method = interface.program.method
+    return [str(row["name"]) for row in method["events"]["rows"]] if "events" in method else []

@@ -1,0 +1,137 @@
+"""C sources of an FMU: the model and its stepper, and the functions of FMI around them in one file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from eomgen.base.data import replace
+from eomgen.codegen.folder import MANIFEST
+from eomgen.codegen.program import Program
+from eomgen.codegen.targets.c.printer import folded
+from eomgen.codegen.targets.c.target import generate_files
+from eomgen.codegen.targets.c.templates import environment
+from eomgen.products.fmu.dependencies import PATTERNS
+from eomgen.products.fmu.interface import Interface, event_rows, mode_parameters
+
+#: Highest order of a derivative of forces with jumps at which model exchange asks for an event.
+_ROUGHEST = 2
+#: Before every source, so that all compilers leave products and sums apart.
+_EXACT = """\
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize("fp-contract=off")
+#endif
+
+"""
+
+
+def source_files(interface: Interface, derivatives: Mapping[str, Any] | None = None) -> dict[str, str]:
+    """Return the sources by name; ``wrapper_name`` gives the file that has the functions of FMI.
+
+    This file includes the stepper, which therefore is a header, and no source by itself.
+
+    Parameters
+    ----------
+    derivatives : of ``derivative_data``; None: the FMU gives no derivatives
+    """
+    program = interface.program
+    kept = program.functions if derivatives is not None else _without_derivatives(program)
+    written = generate_files(replace(program, functions=kept, uniform=True))
+    files = {name: text for name, text in written.items() if name not in ("main.c", "README.md", MANIFEST)}
+    names = _context(interface, replace(program, functions=kept), derivatives)
+    text = environment().get_template(f"fmu/fmi{interface.version}.c.jinja").render(**names)
+    files[wrapper_name(interface)] = folded(text)
+    files[f"{interface.identifier}_step.h"] = files.pop(f"{interface.identifier}_step.c")
+    return {name: _EXACT + text if name.endswith(".c") else text for name, text in files.items()}
+
+
+def wrapper_name(interface: Interface) -> str:
+    """Return the name of the source with the functions of FMI."""
+    return f"{interface.identifier}_fmi{interface.version}.c"
+
+
+def compiled_sources(interface: Interface, files: Mapping[str, str]) -> list[str]:
+    """Return the sources that are compiled, that with the functions of FMI first."""
+    first = wrapper_name(interface)
+    return [first, *sorted(name for name in files if name.endswith(".c") and name != first)]
+
+
+def _without_derivatives(program: Program) -> tuple[Any, ...]:
+    """Return the functions without those that give dependencies alone."""
+    return tuple(function for function in program.functions if function.name not in PATTERNS)
+
+
+def _context(interface: Interface, program: Program, derivatives: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the names of the templates."""
+    explicit = not program.sizes["lam"] and "forward_dynamics" in program.function_names
+    sizes = program.sizes
+    rotations = [factor for factor in program.factors if factor["group"] != "R"]
+    continuous = [item.index for item in interface.of("z")]
+    inputs = [item.index for item in interface.of("input")]
+    given = "inputs" in program.function_names
+    jumps = [item for item in program.discontinuities if item["order"] <= _ROUGHEST]
+    method = program.method
+    return {
+        "program": program,
+        "interface": interface,
+        "method": method,
+        "P": program.prefix,
+        "N": program.prefix.upper(),
+        "nq": sizes["q"],
+        "nv": sizes["v"],
+        "nz": sizes["z"],
+        "nu": sizes["u"],
+        "nl": sizes["lam"],
+        "nh": sizes["holonomic"],
+        "ny": sum(item.size for item in program.outputs),
+        "states": interface.states,
+        "nx": len(interface.states),
+        "rotations": rotations,
+        "continuous": continuous,
+        "inputs": inputs,
+        "formulas": sorted(set(range(sizes["u"])) - set(inputs)),
+        "given": given,
+        "follows_not_a_number": "jumps" in method or method["own_steps"] or method["inputs"] == "series",
+        "linear": method["inputs"] == "sampled",
+        "events": event_rows(program),
+        "modes": mode_parameters(program),
+        "samples": method.get("samples"),
+        "once": sorted({item["time"] for item in jumps if not item["period"]}),
+        "periodic": list(dict.fromkeys((item["time"], item["period"]) for item in jumps if item["period"])),
+        "places": _places(interface),
+        "explicit": explicit,
+        "solved": not explicit or derivatives is not None,
+        "scratch": () if derivatives is None else derivatives["scratch"],
+        "adaptive": any(item["name"] == "tolerance" for item in method["settings"]),
+        "derivatives": derivatives,
+    }
+
+
+def _places(interface: Interface) -> list[str]:
+    """Return the place of each variable's number in the memory of an instance, by value references."""
+    program, rate, result = interface.program, 0, list[str]()
+    arrays = {
+        "input": "input",
+        "formula": "u",
+        "q": "run.state.q",
+        "turns": "run.state.q",
+        "v": "run.state.v",
+        "z": "run.state.z",
+        "sampled": "run.state.z",
+        "output": "y",
+        "mode": "run.state.event_state.mode",
+        "indicator": "indicator",
+    }
+    for item in interface.variables:
+        if item.kind == "time":
+            result.append("run.state.t")
+        elif item.kind == "parameter":
+            result.append(f"run.parameters.{program.parameters[item.index].member}")
+        elif item.derivative is not None:
+            result.append(f"dx[{rate}]")
+            rate += 1
+        else:
+            result.append(f"{arrays[item.kind]}[{item.index}]")
+    return result
