@@ -27,8 +27,10 @@ def token_of(texts: Mapping[str, str]) -> str:
 
 def documents(interface: Interface, **names: Any) -> dict[str, str]:
     """Return the documentation by path: a page, and the licence of the sources."""
-    page = environment().get_template("fmu/index.html.jinja").render(
-        interface=interface, program=interface.program, **names
+    page = (
+        environment()
+        .get_template("fmu/index.html.jinja")
+        .render(interface=interface, program=interface.program, **names)
     )
     licence = (template_folder() / "fmu" / "LICENSE.txt").read_text(encoding="utf-8")
     name = "license.txt" if interface.version == 3 else "eomgen.txt"

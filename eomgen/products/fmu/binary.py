@@ -33,7 +33,7 @@ def headers(version: int) -> dict[str, str]:
 
 
 def built(interface: Interface, files: Mapping[str, str], profile: str = "reproducible") -> bytes:
-    """Return the library of sources, from the cache if it was compiled before.
+    """Return the library of sources, from the cache if compiled before.
 
     Parameters
     ----------

@@ -59,9 +59,9 @@ def fmu(
 
     Co-simulation steps with the scene's method and gives the bits of eomgen simulate --profile reproducible. In model
     exchange the importer integrates positions, velocities and internal states; scenes with loops are brought back onto
-    their constraints at completed steps. --set NAME=VALUE makes values the start values of parameters.
+    the constraints at completed steps. --set NAME=VALUE makes values the start values of parameters.
     """
-    from eomgen.pipeline import pipeline  # noqa: PLC0415  # SymPy comes with it
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imports SymPy
     from eomgen.products.fmu import export  # noqa: PLC0415
 
     described = pipeline.load_scene(scene, **reading)
@@ -86,4 +86,4 @@ def fmu(
         print_json({"file": str(path), "version": int(version), "bytes": path.stat().st_size})
     else:
         click.echo(str(path))
-    say(f"{path.stat().st_size} bytes; documentation/index.html there says how to compile and to use it")
+    say(f"{path.stat().st_size} bytes; documentation/index.html there says how to compile and use the sources")

@@ -11,7 +11,7 @@ from eomgen.codegen.program import Program
 from eomgen.system.sparsity import unpacked_places
 from eomgen.system.terms import ARGUMENTS
 
-#: Kind of a known, and its place in the array of the kind.
+#: Kind of a known, and the place in the array of the kind.
 Known = tuple[str, int]
 #: Terms whose nonzeros give dependencies.
 PATTERNS = (
@@ -42,7 +42,7 @@ class Dependencies:
         self._sampled = {int(row["state"]) for row in rows}
 
     def of(self, kind: str, index: int) -> tuple[set[Known], set[Known]] | None:
-        """Return the knowns with constant derivatives, and the others, of an unknown; None if they are not known."""
+        """Return the knowns of an unknown, with constant derivatives and all further ones; None without patterns."""
         if kind == "der_q":
             return self._of_rate(index)
         if kind == "der_v":
@@ -93,14 +93,14 @@ class Dependencies:
             return None
         result = []
         for row in rows:
-            found = self._plain(row)
+            knowns = self._plain(row)
             through = [index for block, index in row if block == "a"]
             multipliers = any(block == "lam" for block, _ in row)
             if (through or multipliers) and self.accelerations is None:
                 return None
             for index in through or ([0] if multipliers else []):
-                found |= (self.accelerations or [])[index]
-            result.append(found)
+                knowns |= (self.accelerations or [])[index]
+            result.append(knowns)
         return result
 
     def _rows(self, name: str) -> list[list[tuple[str, int]]] | None:
@@ -139,14 +139,14 @@ class Dependencies:
 
     def _plain(self, row: list[tuple[str, int]]) -> set[Known]:
         """Return the knowns of arguments other than accelerations and multipliers."""
-        found: set[Known] = set()
+        knowns: set[Known] = set()
         for block, index in row:
             if block == "q":
-                found |= {("q", component) for component in self._components[index]}
+                knowns |= {("q", component) for component in self._components[index]}
             elif block == "p" and index in self._modes:
-                found.add(("mode", self._modes[index]))
+                knowns.add(("mode", self._modes[index]))
             elif block == "z" and index in self._sampled:
-                found.add(("sampled", index))
+                knowns.add(("sampled", index))
             elif block in _KINDS:
-                found.add((_KINDS[block], index))
-        return found
+                knowns.add((_KINDS[block], index))
+        return knowns

@@ -6,7 +6,7 @@ import csv
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass
@@ -62,7 +62,7 @@ def fmu(
     version : int
         Of FMI, 2 or 3.
     types : sequence of str
-        ``me`` (model exchange) and ``cs`` (co-simulation), or one of them.
+        ``me`` (model exchange) and ``cs`` (co-simulation), or one of both.
     method : str
         Method of co-simulation; the scene's by default.
     inputs : sequence of str
@@ -84,7 +84,7 @@ def fmu(
     Raises
     ------
     UsageError, DescriptionError, ModelError, ToolchainError, FileError
-        ModelError names what an FMU cannot have: functions in Python, controllers of the caller, motions of the caller.
+        ModelError for parts that an FMU cannot have: functions in Python, controllers and motions of the caller.
 
     Examples
     --------
@@ -92,8 +92,15 @@ def fmu(
     'pendulum.fmu'
     """
     made = fmu_files(
-        scene, version=version, types=types, method=method, inputs=inputs, parameters=parameters, binary=binary,
-        reference=reference, profile=profile,
+        scene,
+        version=version,
+        types=types,
+        method=method,
+        inputs=inputs,
+        parameters=parameters,
+        binary=binary,
+        reference=reference,
+        profile=profile,
     )
     path = Path(f"{made.interface.name}.fmu" if file is None else file)
     check_writable(path)
@@ -103,7 +110,7 @@ def fmu(
 
 @dataclass(frozen=True)
 class FmuFiles:
-    """An FMU before it is packed: its interface, and files by path in the archive."""
+    """An FMU before packing: the interface, and files by path in the archive."""
 
     interface: Interface
     files: Mapping[str, str | bytes]
@@ -122,7 +129,7 @@ def fmu_files(
     profile: str = "reproducible",
 ) -> FmuFiles:
     """Return the files of an FMU; see ``fmu``."""
-    from eomgen.pipeline import pipeline  # noqa: PLC0415  # SymPy comes with it
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imports SymPy
 
     options = _checked(version, types, inputs)
     document = pipeline.load_scene(scene)
@@ -189,9 +196,7 @@ def _program(scene: Scene, method: str | None, parameters: Mapping[str, float | 
     constrained = bool(scene.constraints) or scene.coordinates == "absolute"
     called = terms_of(name, constrained, bool(scene.states))
     wanted = [*PURPOSES["run"], *PURPOSES["accelerations"], "inverse_dynamics", *called, *PATTERNS]
-    return pipeline.exported_program(
-        document, front_end, C, list(dict.fromkeys(wanted)), method, parameters=parameters
-    )
+    return pipeline.exported_program(document, front_end, C, list(dict.fromkeys(wanted)), method, parameters=parameters)
 
 
 def _flags(program: Program, options: Options, step: float) -> dict[str, str]:

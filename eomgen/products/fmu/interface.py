@@ -1,4 +1,4 @@
-"""Variables of an FMU and their dependencies, from a Program: what model descriptions and C have in common."""
+"""Variables of an FMU with dependencies, from a Program: the data that model descriptions and C have in common."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Options:
-    """What is exported.
+    """Options of the exported interface.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ class Interface:
 
     @property
     def states(self) -> tuple[Variable, ...]:
-        """Continuous states, in the order of their derivatives."""
+        """Continuous states, in the order of the derivatives."""
         return (*self.of("q"), *self.of("v"), *self.of("z"))
 
     @property
@@ -194,7 +194,7 @@ def interface_of(program: Program, described: Description, options: Options) -> 
 
 
 class _Variables:
-    """Variables in the order of their value references."""
+    """Variables in the order of the value references."""
 
     def __init__(self, program: Program, described: Description, options: Options) -> None:
         self.program, self.described = program, described
@@ -370,19 +370,15 @@ class _Variables:
                 )
         if options.version == 3 and "me" in options.types:
             for index, row in enumerate(event_rows(program)):
-                text = row["description"] or f"its roots are the event {row['name']}"
+                text = row["description"] or f"roots are the event {row['name']}"
                 name = f"event.{row['name']}"
-                self._add(
-                    name, "indicator", index, "local", "continuous", initial="calculated", description=text
-                )
+                self._add(name, "indicator", index, "local", "continuous", initial="calculated", description=text)
 
 
 class _Structure:
-    """The model structure: unknowns with their dependencies."""
+    """The model structure: unknowns with dependencies."""
 
-    def __init__(
-        self, program: Program, variables: Sequence[Variable], places: Mapping[tuple[str, int], int]
-    ) -> None:
+    def __init__(self, program: Program, variables: Sequence[Variable], places: Mapping[tuple[str, int], int]) -> None:
         self.places = places
         self.dependencies = Dependencies(program)
         self.constrained = bool(program.sizes["lam"])
@@ -404,11 +400,11 @@ class _Structure:
             return Unknown(item.reference)
         linear, others = known
         kinds = ["parameter", "input", "q", "v", "z", *(("sampled", "mode") if initial else ())]
-        found = {self.places[place] for place in others if place[0] in kinds and place in self.places}
+        known_by = {self.places[place] for place in others if place[0] in kinds and place in self.places}
         if not initial:
-            found -= {self.places[place] for place in others if place[0] == "parameter" and place in self.places}
-        constant = {self.places[place] for place in linear if place in self.places} - found
-        every = sorted(found | constant)
+            known_by -= {self.places[place] for place in others if place[0] == "parameter" and place in self.places}
+        constant = {self.places[place] for place in linear if place in self.places} - known_by
+        every = sorted(known_by | constant)
         return Unknown(
             item.reference, tuple(every), tuple("constant" if one in constant else "dependent" for one in every)
         )
@@ -445,7 +441,7 @@ def _alternatives(kind: str, name: str) -> Iterator[str]:
 
 
 def _start_of(given: Input, described: Description) -> float:
-    """Return the value of an input at the start: of its formula at t = 0, or 0."""
+    """Return the value of an input at the start: of the formula at t = 0, or 0."""
     result = sum(amplitude * math.cos(phase) for amplitude, _, phase in given.harmonics)
     if given.formula is None:
         return result

@@ -50,7 +50,7 @@ def build_description(interface: Interface, sources: Sequence[str], language: st
     """Return buildDescription.xml of FMI 3.0.
 
     Functions have a prefix for static linking unless FMI3_OVERRIDE_FUNCTION_PREFIX is defined; builders of shared
-    libraries define it, and builders that do not know the prefix take the definition from here.
+    libraries define this macro, and builders that do not know the prefix take the definition from here.
     """
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=interface.identifier)
@@ -63,7 +63,7 @@ def build_description(interface: Interface, sources: Sequence[str], language: st
         name="FMI3_OVERRIDE_FUNCTION_PREFIX",
         value="1",
         optional="true",
-        description="for shared libraries; without it functions have the prefix of the model, for static linking",
+        description="for shared libraries; otherwise functions have the prefix of the model, for static linking",
     )
     return _text(root)
 
@@ -87,10 +87,12 @@ def _root(interface: Interface, version: str, token: str) -> ET.Element:
 
 
 def described(interface: Interface) -> str:
-    """Return the description of the model, with the form of its equations in model exchange."""
+    """Return the description of the model, with the form of the equations in model exchange."""
     text = " ".join(interface.description.split())
     if interface.exchange and interface.program.sizes["lam"]:
-        form = "accelerations and multipliers of index 1, with projection of positions and velocities at completed steps"
+        form = (
+            "accelerations and multipliers of index 1, with projection of positions and velocities at completed steps"
+        )
         text = f"{text}{'. ' if text else ''}Model exchange: constraints by {form}"
     return text
 
@@ -146,9 +148,7 @@ def _head(item: Variable) -> dict[str, str]:
 # -- FMI 3.0 ---------------------------------------------------------------------------------------------------------
 
 
-def _written_3(
-    interface: Interface, experiment: Experiment, sources: Sequence[str], flags: Mapping[str, str]
-) -> str:
+def _written_3(interface: Interface, experiment: Experiment, sources: Sequence[str], flags: Mapping[str, str]) -> str:
     root = _root(interface, "3.0", "instantiationToken")
     common = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
     if interface.provides_derivatives:
@@ -195,9 +195,7 @@ def _dependencies(unknown: Unknown, first: int) -> dict[str, str]:
 # -- FMI 2.0 ---------------------------------------------------------------------------------------------------------
 
 
-def _written_2(
-    interface: Interface, experiment: Experiment, sources: Sequence[str], flags: Mapping[str, str]
-) -> str:
+def _written_2(interface: Interface, experiment: Experiment, sources: Sequence[str], flags: Mapping[str, str]) -> str:
     root = _root(interface, "2.0", "guid")
     if interface.exchange:
         root.set("numberOfEventIndicators", str(len(event_names(interface))))
@@ -231,9 +229,7 @@ def _written_2(
         if unknowns:
             parent = ET.SubElement(structure, name)
             for unknown in unknowns:
-                ET.SubElement(
-                    parent, "Unknown", {"index": str(unknown.reference + 1), **_dependencies(unknown, 1)}
-                )
+                ET.SubElement(parent, "Unknown", {"index": str(unknown.reference + 1), **_dependencies(unknown, 1)})
     return _text(root)
 
 

@@ -1,4 +1,4 @@
-"""C sources of an FMU: the model and its stepper, and the functions of FMI around them in one file."""
+"""C sources of an FMU: the model and the stepper, and the functions of FMI in one file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eomgen.products.fmu.interface import Interface, event_rows, mode_parameters
 
 #: Highest order of a derivative of forces with jumps at which model exchange asks for an event.
 _ROUGHEST = 2
-#: Before every source, so that all compilers leave products and sums apart.
+#: Before every source, so that no compiler fuses products with sums.
 _EXACT = """\
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
@@ -30,7 +30,7 @@ _EXACT = """\
 def source_files(interface: Interface, derivatives: Mapping[str, Any] | None = None) -> dict[str, str]:
     """Return the sources by name; ``wrapper_name`` gives the file that has the functions of FMI.
 
-    This file includes the stepper, which therefore is a header, and no source by itself.
+    This file includes the stepper, which therefore is a header, not a source.
 
     Parameters
     ----------
@@ -53,13 +53,13 @@ def wrapper_name(interface: Interface) -> str:
 
 
 def compiled_sources(interface: Interface, files: Mapping[str, str]) -> list[str]:
-    """Return the sources that are compiled, that with the functions of FMI first."""
+    """Return the names of the sources that are compiled, first the file with the functions of FMI."""
     first = wrapper_name(interface)
     return [first, *sorted(name for name in files if name.endswith(".c") and name != first)]
 
 
 def _without_derivatives(program: Program) -> tuple[Any, ...]:
-    """Return the functions without those that give dependencies alone."""
+    """Return the functions but derivatives, which give dependencies alone."""
     return tuple(function for function in program.functions if function.name not in PATTERNS)
 
 

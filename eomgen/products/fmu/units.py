@@ -17,7 +17,7 @@ _BASE = {
     "[temperature]": "K",
     "[angle]": "rad",
 }
-#: Units for display, with the number of them in a unit.
+#: Units for display, with the number in a unit.
 _DISPLAYED: Mapping[str, tuple[tuple[str, float], ...]] = {
     "rad": (("deg", 57.29577951308232),),
     "rad/s": (("deg/s", 57.29577951308232), ("rpm", 9.549296585513721)),
@@ -45,8 +45,8 @@ class FmuUnit:
 
 @cache
 def unit_of(label: str) -> FmuUnit | None:
-    """Return the unit of a label, None for a number without a unit and for labels that are no units."""
-    from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # pint comes with it
+    """Return the unit of a label, None for a number without a unit and for labels without such a unit."""
+    from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # imports pint
 
     if label.strip() in ("", "1"):
         return None
