@@ -34,6 +34,10 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("cli('sample', 'field.toml')", "eomgen: there is no verb 'sample'"),
         ("eomgen.load('hamiltonian.toml')", "hamiltonian.toml:2 (kind): there is no kind of file 'hamiltonian'"),
     ),
+    "fmu": (
+        ("eomgen.fmu", "module 'eomgen' has no attribute 'fmu'"),
+        ("cli('fmu', 'pendulum.toml')", "eomgen: there is no verb 'fmu'"),
+    ),
     "laws": (
         ("cli('info', 'laws.toml')", "laws.toml:51 (laws): the section 'laws' is unknown"),
         ("cli('info', 'law.toml')", "law.toml:52 (outputs.height.formula[0]): unknown quantity 'law'"),

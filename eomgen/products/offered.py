@@ -7,6 +7,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "derivatives": ("sensitivities",),
     "ensembles": ("ensemble", "simulate_many"),
     "fields": ("fields", "hamiltonian", "sample", "sampling"),
+    "fmu": ("fmu",),
     "laws": ("law", "laws"),
     "maps": ("map", "maps"),
     "optimisers": ("acados", "casadi", "jax", "torch"),

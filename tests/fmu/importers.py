@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -10,6 +11,8 @@ from typing import Any
 
 import fmpy
 import numpy as np
+from fmu_manipulation_toolbox.checker import get_checkers
+from fmu_manipulation_toolbox.operations import FMU
 from numpy.typing import NDArray
 
 import eomgen
@@ -57,3 +60,19 @@ def columns(solution: eomgen.Solution, names: Sequence[str]) -> Rows:
         labels = [name] if values.ndim == 1 else [f"{name}[{k}]" for k in range(len(parts))]
         table |= dict(zip(labels, parts, strict=True))
     return {name: table[name] for name in names if name in table}
+
+
+def toolbox_findings(file: Path) -> list[str]:
+    """Return the errors that the checkers of the FMU manipulation toolbox report."""
+    errors: list[str] = []
+    handler = logging.Handler(logging.ERROR)
+    handler.emit = lambda record: errors.append(record.getMessage())  # type: ignore[method-assign]
+    logger = logging.getLogger("fmu_manipulation_toolbox")
+    logger.addHandler(handler)
+    try:
+        with FMU(str(file)) as archive:
+            for checker in get_checkers():
+                archive.apply_operation(checker())
+    finally:
+        logger.removeHandler(handler)
+    return errors

@@ -64,6 +64,7 @@ def test_model_exchange_meets_a_refined_run(version: int) -> None:
 
 def test_inputs_of_the_importer_are_held_over_steps() -> None:
     """A push of 0.3 N m from 0.05 s on: the same bits as in a run whose caller steps."""
+
     def stepped(changed: Callable[[float], float]) -> np.ndarray[Any, Any]:
         simulator = model().start(step=STEP)
         rows = [simulator.q[0]]
@@ -171,4 +172,4 @@ def test_names_units_and_start_values_are_those_of_the_scene() -> None:
 def test_mistakes_in_options_are_named(options: dict[str, Any], message: str) -> None:
     with pytest.raises(eomgen.UsageError) as caught:
         fmu_files(pendulum(), **options)
-    assert str(caught.value).startswith(message[:40])
+    assert message in str(caught.value)

@@ -8,12 +8,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass
 from eomgen.base.files import check_writable, write_bytes
 from eomgen.base.messages import nearest, shown
 from eomgen.codegen.targets.c.target import C
 from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.integrators.families.register import terms_of
+from eomgen.pipeline import pipeline
 from eomgen.products.fmu.archive import documents, packed, token_of
 from eomgen.products.fmu.binary import binary_path, built
 from eomgen.products.fmu.dependencies import PATTERNS
@@ -129,8 +133,6 @@ def fmu_files(
     profile: str = "reproducible",
 ) -> FmuFiles:
     """Return the files of an FMU; see ``fmu``."""
-    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imports SymPy
-
     options = _checked(version, types, inputs)
     document = pipeline.load_scene(scene)
     described = pipeline.as_document(document)[1].describe(document)
@@ -188,9 +190,6 @@ def _check_exported(scene: Scene, described: Description, options: Options) -> N
 
 
 def _program(scene: Scene, method: str | None, parameters: Mapping[str, float | str] | None) -> tuple[Program, str]:
-    from eomgen.integrators.families.register import terms_of  # noqa: PLC0415
-    from eomgen.pipeline import pipeline  # noqa: PLC0415
-
     document, front_end = pipeline.as_document(scene)
     name = pipeline.method_of(scene, method)
     constrained = bool(scene.constraints) or scene.coordinates == "absolute"
@@ -214,9 +213,6 @@ def _reference(
     scene: Scene, interface: Interface, method: str | None, parameters: Mapping[str, float | str] | None
 ) -> dict[str, str]:
     """Return the table of the motion by ``simulate``, states and outputs, as a file of reference results."""
-    import numpy as np  # noqa: PLC0415  # with the run
-
-    from eomgen.pipeline import pipeline  # noqa: PLC0415
 
     model = pipeline.built_for_run(scene, method, None, "reproducible")
     steps = scene.simulation.duration / scene.simulation.step

@@ -257,59 +257,38 @@ class _Variables:
         )
 
     def _states(self) -> None:
-        program = self.program
+        program, rows = self.program, event_rows(self.program)
         sampled = {int(row["state"]) for row in program.method.get("samples", {}).get("rows", ())}
-        held = _held_states(program)
-        rows = event_rows(program)
-        projected = bool(program.sizes["lam"]) or any(factor["group"] != "R" for factor in program.factors)
+        sampled |= _held_states(program)
         acting = {item["block"] for row in rows for item in row["assignments"]}
         acting |= {"v"} if any(row["action"] == "impact" for row in rows) else set()
-        guessed = "approx" if program.sizes["lam"] else "exact"
+        constrained = bool(program.sizes["lam"])
+        corrected = constrained or any(factor["group"] != "R" for factor in program.factors)
         turns = program.sizes["q"] - len(program.angles)
         for index, item in enumerate(program.coordinates):
             kind = "q" if index < turns else "turns"
-            variability = "continuous" if kind == "q" else "discrete"
-            reinit = kind == "q" and (projected or "q" in acting)
-            self._add(
-                item.name,
-                kind,
-                index,
-                "local",
-                variability,
-                initial=guessed if kind == "q" else "exact",
-                start=item.value,
-                unit=item.unit,
-                description=item.description,
-                reinit=reinit,
-            )
+            self._state(kind, index, item, item.value, corrected or "q" in acting)
         for index, item in enumerate(program.velocities):
-            reinit = bool(program.sizes["lam"]) or "v" in acting
-            self._add(
-                item.name,
-                "v",
-                index,
-                "local",
-                "continuous",
-                initial=guessed,
-                start=item.value,
-                unit=item.unit,
-                description=item.description,
-                reinit=reinit,
-            )
+            self._state("v", index, item, item.value, constrained or "v" in acting)
         for index, (item, start) in enumerate(zip(program.states, program.initial_z, strict=True)):
-            kind = "sampled" if index in sampled or index in held else "z"
-            self._add(
-                item.name,
-                kind,
-                index,
-                "local",
-                "continuous" if kind == "z" else "discrete",
-                initial="exact",
-                start=start,
-                unit=item.unit,
-                description=item.description,
-                reinit=kind == "z" and "z" in acting,
-            )
+            self._state("sampled" if index in sampled else "z", index, item, start, "z" in acting)
+
+    def _state(self, kind: str, index: int, item: Quantity, start: float, reinit: bool) -> None:
+        """Add a state; positions and velocities of constrained scenes are guesses that the start corrects."""
+        guessed = bool(self.program.sizes["lam"]) and kind in ("q", "v")
+        continuous = kind in ("q", "v", "z")
+        self._add(
+            item.name,
+            kind,
+            index,
+            "local",
+            "continuous" if continuous else "discrete",
+            initial="approx" if guessed else "exact",
+            start=start,
+            unit=item.unit,
+            description=item.description,
+            reinit=reinit and continuous,
+        )
 
     def _derivatives(self) -> None:
         for kind in ("q", "v", "z"):

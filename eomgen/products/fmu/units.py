@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from functools import cache
 
 from eomgen.base.data import dataclass
+from eomgen.formula.units.conversion import measure
 from eomgen.formula.units.parser import UnitError, read_unit
 
 #: Attributes of base units by dimensions.
@@ -46,8 +47,6 @@ class FmuUnit:
 @cache
 def unit_of(label: str) -> FmuUnit | None:
     """Return the unit of a label, None for a number without a unit and for labels without such a unit."""
-    from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # imports pint
-
     if label.strip() in ("", "1"):
         return None
     try:

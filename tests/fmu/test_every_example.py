@@ -1,0 +1,60 @@
+"""FMUs of every example, in both versions: no findings of validators, the bits of ``simulate`` in co-simulation, and
+model exchange against refined runs."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+
+import eomgen
+from tests.fmu.importers import columns, recorded, run, toolbox_findings, written
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SCENES = sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob("*/scene.toml"))
+SCENES += ["pi_servo/sampled.toml", "heavy_top/joint_coordinates.toml", "heavy_top/r3xso3.toml", "heavy_top/se3.toml"]
+#: Steps of the scene in a run of co-simulation.
+STEPS = 40
+#: Tolerance of model exchange by CVode, relative to the largest magnitude of a column, and at least 1.
+CLOSE = 1e-8
+
+
+@cache
+def scene_of(name: str) -> eomgen.Scene:
+    return eomgen.load(EXAMPLES / name)
+
+
+@cache
+def model_of(name: str) -> eomgen.Model:
+    return eomgen.build(scene_of(name))
+
+
+@cache
+def file_of(name: str, version: int) -> Path:
+    return written(scene_of(name), version)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("version", [2, 3])
+def test_validators_have_no_findings(name: str, version: int) -> None:
+    file = file_of(name, version)
+    assert validate_fmu(str(file)) == []
+    assert toolbox_findings(file) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("version", [2, 3])
+def test_co_simulation_has_the_bits_of_simulate(name: str, version: int) -> None:
+    simulation = scene_of(name).simulation
+    end = min(simulation.duration, STEPS * simulation.step)
+    rows = run(file_of(name, version), "CoSimulation", end, simulation.step)
+    solution = model_of(name).simulate(end, record_every=1, error_estimate=False)
+    known = columns(solution, recorded(file_of(name, version)))
+    assert known
+    for column, values in known.items():
+        assert np.array_equal(rows[column][: len(values)], values), column
