@@ -16,7 +16,7 @@ import numpy as np
 
 import eomgen
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parent / "scenes"
 END = 2.0
 #: Communication steps, s.
 STEPS = (8e-3, 4e-3, 2e-3, 1e-3, 5e-4)
@@ -88,15 +88,16 @@ def errors() -> list[tuple[float, float, float]]:
     angle = reference.outputs["angle"]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        parts = [
-            Part(eomgen.fmu(HERE / f"{part}.toml", folder / f"{part}.fmu", version=2, types="cs", reference=False), folder)
+        files = [
+            eomgen.fmu(HERE / f"{part}.toml", folder / f"{part}.fmu", version=2, types="cs", reference=False)
             for part in ("plant", "controller")
         ]
+        parts = [Part(file, folder) for file in files]
         rows = []
         for length in STEPS:
             every = round(length / 1e-4)
             runs = [coupled(*parts, length, linear=linear) for linear in (False, True)]
-            held, line = (float(np.max(np.abs(run - angle[:: every][: len(run)]))) for run in runs)
+            held, line = (float(np.max(np.abs(run - angle[::every][: len(run)]))) for run in runs)
             rows.append((length, held, line))
         for part in parts:
             part.fmu.terminate()
@@ -104,8 +105,25 @@ def errors() -> list[tuple[float, float, float]]:
     return rows
 
 
+def draw(rows: list[tuple[float, float, float]], file: Path) -> None:
+    """Draw the errors over the communication step."""
+    from matplotlib.figure import Figure
+
+    steps, held, line = np.array(rows).T
+    figure = Figure(figsize=(6, 4), layout="constrained")
+    axes = figure.add_subplot()
+    axes.loglog(1e3 * steps, held, "o-", label="held inputs, order 1")
+    axes.loglog(1e3 * steps, line, "s-", label="linear inputs, order 2")
+    axes.set_xlabel("communication step, ms")
+    axes.set_ylabel("largest error of the motor's angle, rad")
+    axes.grid(True, which="both", alpha=0.3)
+    axes.legend()
+    figure.savefig(file, dpi=120)
+
+
 def main() -> None:
     rows = errors()
+    draw(rows, Path(__file__).with_name("coupled_fmus.png"))
     print("communication step   held inputs   linear inputs     (largest error of the motor's angle, rad)")
     for length, held, line in rows:
         print(f"{length * 1e3:15.1f} ms {held:13.2e} {line:15.2e}")

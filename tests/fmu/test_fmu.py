@@ -165,8 +165,8 @@ def test_names_units_and_start_values_are_those_of_the_scene() -> None:
     ("options", "message"),
     [
         ({"version": 1}, "version: there is no version '1' of FMI here; try: 2 or 3"),
-        ({"types": ["ce"]}, "types: there is no type 'ce'; try: me, cs"),
-        ({"inputs": ["pull"]}, "inputs: the scene has no input 'pull'; try: push"),
+        ({"types": ["ce"]}, "types: there is no type 'ce'; try: one of me, cs"),
+        ({"inputs": ["pull"]}, "inputs: the scene has no input 'pull'; try: one of torque, push"),
     ],
 )
 def test_mistakes_in_options_are_named(options: dict[str, Any], message: str) -> None:
