@@ -72,10 +72,10 @@ def test_a_run_whose_last_state_is_read_costs_few_calls(name: str, method: str, 
 @pytest.mark.parametrize(
     ("name", "method", "success", "message", "with_estimate"),
     [
-        ("symmetric_top", "taylor", 317, 682, 1732),
-        ("symmetric_top", "rk4", 344, 978, 3608),
-        ("robot_arm", "generalized_alpha", 340, 890, 3300),
-        ("four_bar", "generalized_alpha", 490, 889, 4864),
+        ("symmetric_top", "taylor", 317, 682, 1600),
+        ("symmetric_top", "rk4", 344, 978, 3350),
+        ("robot_arm", "generalized_alpha", 340, 890, 3030),
+        ("four_bar", "generalized_alpha", 490, 889, 4540),
     ],
 )
 def test_the_judgement_of_a_run_costs_few_calls(

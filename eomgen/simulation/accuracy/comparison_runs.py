@@ -23,6 +23,7 @@ from eomgen.simulation.accuracy.motion_size import Kinds, MotionSize, difference
 from eomgen.simulation.stepping.chunks import run_chunks
 from eomgen.simulation.stepping.events import acting, parameters_over, table_of
 from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.states import states_of
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import step_parts, time_grid
 from eomgen.toolchain.library import Library
@@ -298,19 +299,12 @@ class ComparisonRuns:
         if self._at_rows is not None:
             energies = self._at_rows("energy")
         else:
-            t, q, v, a, z = self.span.rows[:, 0], *self._states(self.span.rows)
+            t, q, v, a, _, z = states_of(self.span.rows, model)
             u = run.signals.rows(t) if run.takes_rows else None
             with np.errstate(all="ignore"):
                 energies = model.energy(q, v, a, t, u, z=z, parameters=self.span.parameters)
         at_work = float(np.max(energies["kinetic"]) + np.ptp(energies["potential"]))
         return at_work if math.isfinite(at_work) else 0.0
-
-    def _states(self, rows: Array) -> tuple[Array, Array, Array, Array]:
-        """Return q, v, a and z of rows."""
-        model = self.run.model
-        ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
-        _, q, v, a, _, z = np.split(rows, ends, axis=1)
-        return q, v, a, z
 
     def _motion(self, rows: Array, outputs: Mapping[str, Array], events: Events | None) -> ComparedMotion:
         return ComparedMotion(rows, outputs, "", events, acting(events, self._library.layout))
@@ -321,12 +315,11 @@ class ComparisonRuns:
             return {}
         if not len(rows):  # a run that does not get through its first step
             return {name: values[:0] for name, values in self.own.outputs.items()}
-        ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
-        t, q, v, a, multipliers, z = np.split(rows, ends, axis=1)
+        t, q, v, a, multipliers, z = states_of(rows, model)
         held = {"multipliers": multipliers} if model.multipliers else {}
-        u = run.signals.rows(t[:, 0]) if run.takes_rows else None
+        u = run.signals.rows(t) if run.takes_rows else None
         with np.errstate(all="ignore"):
-            return model.outputs(q, v, a, t[:, 0], u, z=z, parameters=parameters, **held)
+            return model.outputs(q, v, a, t, u, z=z, parameters=parameters, **held)
 
 
 def _near(times: Array, others: Array, slack: float) -> NDArray[np.bool_]:

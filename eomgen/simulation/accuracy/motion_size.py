@@ -19,6 +19,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 from eomgen.lie import product
+from eomgen.simulation.stepping.states import states_of
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -66,9 +67,7 @@ def whole_turns(run: Run, rows: Array, parameters: Array) -> NDArray[np.bool_]:
 def _equations(run: Run, rows: Array, parameters: Array, place: int, shift: float) -> list[Array]:
     """Return forces, rates and constraints at rows with one number of q shifted, (n, size) each."""
     model = run.model
-    ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
-    times, q, v, a, _, z = np.split(rows, ends, axis=1)
-    t, q = times[:, 0], q.copy()
+    t, q, v, a, _, z = states_of(rows, model)
     q[:, place] += shift
     u = None
     if model.nu:
@@ -140,9 +139,8 @@ class MotionSize:
 
 def columns_of(model: CompiledModel, rows: Array) -> Kinds:
     """Return rows (n, width) of the record as arrays by kind."""
-    ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
-    _, q, v, _, multipliers, z = np.split(rows, ends, axis=1)
-    return {"q": q, "v": v, "multipliers": multipliers, "z": z}
+    states = states_of(rows, model)
+    return {"q": states.q, "v": states.v, "multipliers": states.multipliers, "z": states.z}
 
 
 def differences(

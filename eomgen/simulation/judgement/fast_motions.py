@@ -26,7 +26,7 @@ from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.motion_size import reach_of
 from eomgen.simulation.stepping.events import parameters_over, parameters_with
 from eomgen.simulation.stepping.run import Run
-from eomgen.simulation.stepping.states import States
+from eomgen.simulation.stepping.states import States, states_of
 
 if TYPE_CHECKING:
     from eomgen.results.events import Events
@@ -114,9 +114,8 @@ def _sentence(words: str, swing: _Swing, run: Run, step: float) -> str:
 
 def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: Array) -> list[_ExaminedState]:
     model = run.model
-    ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
-    t, q, v, _, _, z = np.split(rows, ends, axis=1)
-    times, result = t[:, 0], []
+    times, q, v, _, _, z = states_of(rows, model)
+    result: list[_ExaminedState] = []
     if times[0] == run.grid.start:
         result.append(_ExaminedState("the start", float(times[0]), q[0], v[0], z[0], run.parameters))
     if events is not None:

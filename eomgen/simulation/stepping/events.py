@@ -13,6 +13,7 @@ from eomgen.integrators.events import ACCUMULATED, AT_EVENTS, NO_VALUE, STOPPED
 from eomgen.lie import product
 from eomgen.results.events import Events
 from eomgen.simulation.stepping.chunks import Trajectory
+from eomgen.simulation.stepping.states import states_of
 from eomgen.simulation.stepping.stepper import Stepper, entry_type
 from eomgen.system.events import mode_parameter
 
@@ -84,8 +85,7 @@ def without_value(run: Run, rows: Array, events: Events | None) -> list[str]:
     events : of the run; the step continues from the last event if this event is later than the last row
     """
     model, p, step = run.model, run.parameters, run.settings["step"]
-    ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
-    (t,), q, v, a, multipliers, z = np.split(rows[-1], ends)
+    t, q, v, a, multipliers, z = (part[0] for part in states_of(rows[-1:], model))
     if events is not None and len(events) and events.t[-1] > t:
         *_, event = events
         t, q, v, z, p = event.t, event.q, event.v, event.z, parameters_with(events, model, p, event.modes)
