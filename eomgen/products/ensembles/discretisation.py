@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Sequence
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +36,56 @@ _TIE = 1e-6
 _OF_ERROR = "discretisation_error"
 #: Attributes of a solution that an estimate has under the same name.
 _STATES = ("q", "v", "z", "multipliers")
+
+
+class EnsembleJudgement:
+    """Estimated errors and notes of an ensemble, evaluated when they are read for the first time, since samples with
+    estimates cost more than thousands of short runs in lanes."""
+
+    def __init__(
+        self,
+        work: SampleRunner,
+        nominal: Solution,
+        *,
+        estimates: bool,
+        interrupted: bool,
+        notes: Sequence[str] = (),
+        last: Sequence[str] = (),
+    ) -> None:
+        """Take the run without variations, whether estimates are wanted, and notes before and after all others."""
+        self._asked = work, nominal, estimates, interrupted
+        self._around = notes, last
+
+    @cached_property
+    def _found(self) -> tuple[SampleErrors, tuple[str, ...]]:
+        work, nominal, estimates, interrupted = self._asked
+        errors, of_samples = sample_errors(work, nominal, examined=estimates and not interrupted)
+        given = work.options.common.get("inputs") or {}
+        unresolved = unresolved_processes(work.model, nominal, given) if estimates else []
+        before, after = self._around
+        return errors, tuple(filter(None, (*before, *unresolved, _doubts(nominal), *of_samples, *after)))
+
+    @property
+    def error(self) -> SampleErrors:
+        """Estimated errors of the run without variations and of a few samples over the design."""
+        return self._found[0]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes on the design, the starts, the processes that steps do not resolve, and on doubtful samples."""
+        return self._found[1]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the results alone, since another process has no compiled model."""
+        return {"_found": self._found}
+
+
+def _doubts(nominal: Solution) -> str:
+    """Return the warnings of the run without variations; empty without warnings."""
+    if not nominal.success:
+        return f"the run without variations fails: {nominal.message}"
+    warnings = "; ".join(str(finding) for finding in nominal.findings if finding.severity == WARNING)
+    return f"the run without variations: {warnings}" if warnings else ""
 
 
 def sample_errors(work: SampleRunner, nominal: Solution, *, examined: bool) -> tuple[SampleErrors, list[str]]:

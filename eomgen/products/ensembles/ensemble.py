@@ -19,6 +19,7 @@ from eomgen.base.json_text import json_text
 from eomgen.base.messages import nearest, shown
 from eomgen.compiled.arguments import count_of, numbers
 from eomgen.errors import Problem, UsageError
+from eomgen.products.ensembles.discretisation import EnsembleJudgement
 from eomgen.products.ensembles.journal import BlockJournal
 from eomgen.products.ensembles.samples import EXTREMES, FailedSample
 from eomgen.products.ensembles.statistics import Ranking, Reduction, ranking
@@ -53,8 +54,7 @@ class Ensemble:
     seconds : duration of the ensemble
     how : the way samples were run by this call, ``side by side: 4 lanes``, or ``one after the other:`` and the reason;
         empty if all samples were read from the folder
-    notes : further notes
-    error : estimated discretisation errors of the run without variations and of a few samples over the design
+    judgement : estimated errors and notes, on demand
     """
 
     scene: str
@@ -71,9 +71,19 @@ class Ensemble:
     seconds: float
     reduction: Reduction = field(repr=False)
     journal: BlockJournal = field(repr=False)
+    judgement: EnsembleJudgement = field(repr=False)
     how: str = ""
-    notes: tuple[str, ...] = ()
-    error: SampleErrors = field(default_factory=SampleErrors)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Further notes."""
+        return self.judgement.notes
+
+    @property
+    def error(self) -> SampleErrors:
+        """Estimated discretisation errors of the run without variations and of a few samples over the design; the runs
+        for them are made when they are read for the first time."""
+        return self.judgement.error
 
     def __repr__(self) -> str:
         return f"<Ensemble of {self.scene}: {self.done} of {self.asked} samples, {len(self.failed)} failed>"

@@ -37,7 +37,7 @@ from eomgen.products.ensembles.designs import (
     table_design,
     unbalanced,
 )
-from eomgen.products.ensembles.discretisation import sample_errors, unresolved_processes
+from eomgen.products.ensembles.discretisation import EnsembleJudgement
 from eomgen.products.ensembles.distributions import Distribution
 from eomgen.products.ensembles.ensemble import Ensemble
 from eomgen.products.ensembles.journal import BlockJournal
@@ -52,7 +52,6 @@ from eomgen.products.ensembles.variations import (
     starts_of_several_turns,
     with_scenes_laws,
 )
-from eomgen.results.finding import WARNING
 from eomgen.results.solution import Solution
 from eomgen.simulation.option_types import EnsembleOptions
 from eomgen.simulation.simulate import simulate
@@ -210,8 +209,6 @@ def simulate_many(
             interrupted = _reduced(blocks, journal, reduction, drawn.samples, reported)
     how = work.how if machines is None else "; ".join(sorted(machines.how))
     units, notes = pilot.units(), () if machines is None else machines.notes
-    errors, of_samples = sample_errors(work, pilot, examined=error_estimate and not interrupted)
-    unresolved = unresolved_processes(model, pilot, options.get("inputs") or {}) if error_estimate else []
     return Ensemble(
         scene=model.name,
         design=name,
@@ -228,21 +225,14 @@ def simulate_many(
         journal=journal,
         method=str(pilot.metadata["method"]),
         how=how,
-        notes=tuple(
-            filter(
-                None,
-                (
-                    unbalanced(name, samples),
-                    *starts_of_several_turns(items, vary),
-                    *unresolved,
-                    _doubts(pilot),
-                    *of_samples,
-                    *journal.notes,
-                    *notes,
-                ),
-            )
+        judgement=EnsembleJudgement(
+            work,
+            pilot,
+            estimates=error_estimate,
+            interrupted=interrupted,
+            notes=(unbalanced(name, samples), *starts_of_several_turns(items, vary)),
+            last=(*journal.notes, *notes),
         ),
-        error=errors,
     )
 
 
@@ -252,14 +242,6 @@ def _block(samples: int, work: int, numbers: int) -> int:
     worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), _LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK // numbers)
     shared = worth if samples <= worth else min(worth, -(-samples // _FEW_BLOCKS))
     return max(1, shared, min(_LARGEST_BLOCK, -(-samples // _BLOCKS)))
-
-
-def _doubts(pilot: Solution) -> str:
-    """Return the warnings of the run without variations; empty without warnings."""
-    if not pilot.success:
-        return f"the run without variations fails: {pilot.message}"
-    warnings = "; ".join(str(finding) for finding in pilot.findings if finding.severity == WARNING)
-    return f"the run without variations: {warnings}" if warnings else ""
 
 
 @contextmanager
