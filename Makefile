@@ -33,7 +33,7 @@ $(VENV)/installed-test: $(VENV)/made pyproject.toml
 	@touch $@ $(VENV)/installed
 
 $(VENV)/installed-all: $(VENV)/made pyproject.toml
-	$(INSTALL) '.[test,dev,notebook]'
+	$(INSTALL) '.[test,dev,notebook,compiler]'
 	@touch $@ $(VENV)/installed-test $(VENV)/installed
 
 demo: $(VENV)/installed

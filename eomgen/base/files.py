@@ -1,5 +1,5 @@
 """Files that eomgen writes, whole or not at all: texts, bytes, archives of arrays (``.npz``); hints of names for files
-that are missing; digests of the files that a reading took, and the folder of templates."""
+that are missing; digests of the files that a reading took, and the folders of templates and examples."""
 
 from __future__ import annotations
 
@@ -278,11 +278,20 @@ def digests_of_files() -> Iterator[dict[str, str]]:
 
 def template_folder() -> Path:
     """Return the folder of the templates, which has one folder for each kind of generated text."""
+    return _data_folder("templates", "c")
+
+
+def example_folder() -> Path:
+    """Return the folder of the examples, each a folder with a ``README.md`` and scenes or a program."""
+    return _data_folder("examples", "four_bar")
+
+
+def _data_folder(name: str, part: str) -> Path:
+    """Return a folder of data, which has this part: of an installed package inside, of a checkout next to it."""
     package = Path(__file__).resolve().parents[1]
-    for folder in (package / "_templates", package.parent / "templates"):
-        if (folder / "c").is_dir():
+    for folder in (package / f"_{name}", package.parent / name):
+        if (folder / part).is_dir():
             return folder
     raise FileError(
-        f"the templates are neither in {package / '_templates'} nor in {package.parent / 'templates'}",
-        "reinstall eomgen",
+        f"the {name} are neither in {package / f'_{name}'} nor in {package.parent / name}", "reinstall eomgen"
     )

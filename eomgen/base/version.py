@@ -15,7 +15,7 @@ def checkout_stamp() -> str:
 
     package = Path(__file__).resolve().parents[1]
     templates = package.parent / "templates"
-    if not templates.is_dir():
+    if not templates.is_dir() or (package / "_templates").is_dir():
         return ""
     files, folders = [], [str(package), str(templates)]
     while folders:

@@ -288,7 +288,7 @@ def fast_laws(run: Run, nodes: Array, ends: Array, states: States, parameters: A
     parameters : (np,), or (rows, np), at the rows
     """
     try:
-        known = [law for law in (*_inputs(run, nodes, ends, states), *_forces(run, ends, states, parameters)) if law]
+        known = [*_inputs(run, nodes, ends, states), *_forces(run, ends, states, parameters)]
     except UsageError:  # a function of the caller that has no value between steps
         return None
     laws = [law for law in known if law.unseen]
