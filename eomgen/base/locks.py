@@ -1,20 +1,28 @@
 """Advisory file locks of processes: on cache entries under construction, and on folders to which one run writes.
 
-The kernel releases a lock when its process ends. Without file locks (by the file system or the operating system),
-processes build independently: slower, but correct.
+The kernel releases a lock when its process ends. Windows locks files, not folders. Without locks (by the file system or
+the operating system), processes build independently: slower, but correct.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
+import time
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 try:
     import fcntl
 except ImportError:  # pragma: no cover  # not on Windows
     fcntl = None  # type: ignore[assignment]  # its absence is asked for below
+
+#: Locks of Windows.
+_windows: Any = import_module("msvcrt") if os.name == "nt" else None
+#: Seconds between two tries, since Windows gives up after ten.
+_PAUSE = 0.05
 
 
 @contextlib.contextmanager
@@ -79,12 +87,15 @@ def _taken(file: Path) -> int | None:
 
 
 def _locked(path: Path, flags: int, *, wait: bool) -> int | None:
-    if fcntl is None:
+    if fcntl is None and _windows is None:
         return None
     descriptor = -1
     try:
         descriptor = os.open(path, flags, 0o666)
-        fcntl.flock(descriptor, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if fcntl is not None:
+            fcntl.flock(descriptor, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+        else:
+            _lock_on_windows(descriptor, wait=wait)
     except OSError:
         if descriptor >= 0:
             os.close(descriptor)
@@ -93,3 +104,15 @@ def _locked(path: Path, flags: int, *, wait: bool) -> int | None:
         os.close(descriptor)
         raise
     return descriptor
+
+
+def _lock_on_windows(descriptor: int, *, wait: bool) -> None:
+    """Lock the first byte of a file. Raises OSError if another process holds the lock and the caller does not wait."""
+    while True:
+        try:
+            _windows.locking(descriptor, _windows.LK_NBLCK, 1)
+            return
+        except PermissionError:  # held by another process
+            if not wait:
+                raise
+            time.sleep(_PAUSE)

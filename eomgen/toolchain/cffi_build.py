@@ -27,7 +27,10 @@ _ABI_FLAGS = getattr(sys, "abiflags", "")  # not on Windows
 
 
 def python_headers() -> Path | None:
-    """Return the folder of Python.h, or None."""
+    """Return the folder of Python.h, or None; None on Windows, whose extension modules are linked with a library of
+    Python."""
+    if sys.platform == "win32":
+        return None
     usual = Path(sys.base_prefix, "include", f"python{sys.version_info.major}.{sys.version_info.minor}{_ABI_FLAGS}")
     if (usual / "Python.h").is_file():
         return usual

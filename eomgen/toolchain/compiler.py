@@ -7,6 +7,7 @@ import atexit
 import contextlib
 import hashlib
 import importlib.machinery
+import importlib.util
 import os
 import platform
 import re
@@ -31,7 +32,14 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
     from queue import PriorityQueue
 
+#: Names of compilers on the path, in the order of the search; the compiler of the package ziglang comes after these.
 CANDIDATES = ("cc", "gcc", "clang")
+#: The package with the compiler zig, which the extra ``eomgen[compiler]`` installs.
+ZIG_PACKAGE = "ziglang"
+#: Installs a compiler without the rights of an administrator.
+PIP_INSTALL = 'pip install "eomgen[compiler]"'
+#: Without optimisation zig adds checks that end the process at any wrapped integer; generated C wraps none.
+_OF_ZIG = ("-fno-sanitize=undefined",)
 DEFAULT_TIMEOUT = 900.0
 
 #: Messages of compilers, assemblers and linkers if a disk, a quota or a limit of file sizes is exhausted.
@@ -40,13 +48,13 @@ _COLOURS = r"\x1b\[[0-9;?]*[ -/]*[@-~]"
 _WIDEST = 400
 #: Compilers that run at once; each may take some 200 MB.
 _MOST_COMPILERS = 8
-_FAULT = r"(?m)^([^\s:]+):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$"
+_FAULT = r"(?m)^((?:[A-Za-z]:)?[^\s:]+):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$"
 #: Of GNU linkers: a function in two files.
 _TWICE = r"([^\s/:]+):\([^)]*\): multiple definition of [`'‘](\w+)"
 _C_HINT = "C99, and int NAME(double t, const double *signals, double *values, double *memory)"
 #: Priority of compilers in the background, as of ``nice``.
 _NICE = 5
-_COMMON = ("-std=c99", "-fPIC", "-fvisibility=hidden", "-Wno-psabi")
+_COMMON = ("-std=c99", *(() if sys.platform == "win32" else ("-fPIC",)), "-fvisibility=hidden", "-Wno-psabi")
 
 
 @dataclass(frozen=True)
@@ -55,6 +63,11 @@ class Compiler:
 
     command: tuple[str, ...]
     path: Path
+
+    @property
+    def is_zig(self) -> bool:
+        """Whether this is the C compiler of zig, which makes its C library at the first use."""
+        return any(Path(word).stem in ("zig", ZIG_PACKAGE) for word in self.command)
 
     @property
     def identity(self) -> str:
@@ -86,7 +99,8 @@ class Compiler:
 
 
 def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
-    """Return the compiler that ``CC`` names, else the first of cc, gcc, clang on the path.
+    """Return the compiler that ``CC`` names, else the first of cc, gcc, clang on the path, else the one of the package
+    ziglang.
 
     Raises
     ------
@@ -96,7 +110,7 @@ def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
     environ = os.environ if environ is None else environ
     path = environ.get("PATH", "")
     try:
-        chosen = shlex.split(environ.get("CC", ""))
+        chosen = _words(environ.get("CC", ""))
     except ValueError as error:
         where = "environment variable CC"
         raise ToolchainError(Problem(where, f"{environ['CC']!r} cannot be read: {error}", "CC=gcc")) from None
@@ -110,27 +124,50 @@ def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
                     "unset CC, or name one that is installed",
                 )
             )
-        return Compiler(tuple(chosen), Path(program))
+        named = Compiler(tuple(chosen), Path(program))
+        return Compiler((*named.command, *_OF_ZIG), named.path) if named.is_zig else named
     for candidate in CANDIDATES:
         program = shutil.which(candidate, path=path)
         if program is not None:
             return Compiler((program,), Path(program))
+    if (zig := zig_program()) is not None:
+        return Compiler((str(zig), "cc", *_OF_ZIG), zig)
     raise ToolchainError(
-        f"no C compiler found: looked for {', '.join(CANDIDATES)} on the path and in CC", install_hint()
+        f"no C compiler found: looked for {', '.join(CANDIDATES)} on the path, in CC, and for the package"
+        f" {ZIG_PACKAGE}",
+        ", or ".join(filter(None, (_system_command(), PIP_INSTALL))),
     )
 
 
-def install_hint() -> str:
-    """Return the command that installs a compiler on this system."""
+def _words(text: str) -> list[str]:
+    """Return the words of a command; of Windows, in which a backslash stands between folders."""
+    if os.name == "posix":
+        return shlex.split(text)
+    return [word.strip('"') for word in shlex.split(text, posix=False)]
+
+
+def zig_program() -> Path | None:
+    """Return the program zig of the package ziglang, None without the package."""
+    spec = importlib.util.find_spec(ZIG_PACKAGE)
+    folders = (spec.submodule_search_locations or ()) if spec is not None else ()
+    programs = (Path(folder, "zig.exe" if sys.platform == "win32" else "zig") for folder in folders)
+    return next((program for program in programs if program.is_file()), None)
+
+
+def install_command() -> str:
+    """Return the command that installs a compiler: of this system's own packages, else for this Python alone."""
+    return _system_command() or f"{shlex.quote(sys.executable)} -m {PIP_INSTALL}"
+
+
+def _system_command() -> str:
+    """Return the command of this system that installs a compiler, empty if none is known."""
     if sys.platform == "darwin":
         return "xcode-select --install"
-    if sys.platform == "win32":
-        return "a MinGW-w64 gcc on the path"
     tools = {"apt-get": "apt-get install -y gcc libc6-dev", "dnf": "dnf install -y gcc", "apk": "apk add gcc musl-dev"}
     for tool, command in tools.items():
         if shutil.which(tool):
             return as_root(command)
-    return "the package of your system that holds gcc or clang"
+    return ""
 
 
 def as_root(command: str) -> str:
@@ -376,7 +413,7 @@ def preprocessed(compiler: Compiler, files: Mapping[str, str], name: str) -> str
 def _link_flags() -> list[str]:
     if sys.platform == "darwin":
         return ["-bundle", "-undefined", "dynamic_lookup"]
-    return ["-shared", "-Wl,-Bsymbolic"]
+    return ["-shared"] if sys.platform == "win32" else ["-shared", "-Wl,-Bsymbolic"]
 
 
 def printable(text: str) -> str:
@@ -401,10 +438,10 @@ def faults_in(output: str, written: Mapping[str, str]) -> list[Problem]:
     """
     result: dict[tuple[str, str], Problem] = {}
     for name, shown_as in written.items():
-        if f"/{name} " not in output:  # the command was for another file
+        if not re.search(rf"[/\\]{re.escape(name)} ", output):  # the command was for another file
             continue
         for file, line, fault in re.findall(_FAULT, output):
-            if file.rpartition("/")[2] == shown_as:
+            if re.split(r"[/\\]", file)[-1] == shown_as:
                 problem = Problem(f"{shown_as}:{line}", f"the C compiler finds {fault}", _C_HINT)
                 result.setdefault((shown_as, line), problem)
     for name, function in re.findall(_TWICE, output):
@@ -457,7 +494,13 @@ def _end(process: subprocess.Popen[str]) -> None:
             os.killpg(process.pid, signal.SIGKILL)
 
 
-def _run(command: Sequence[str], made: Path, deadline: float, running: RunningCompilers | None = None) -> None:
+def run_compiler(command: Sequence[str], made: Path) -> str:
+    """Run a compiler in the folder of the file that the command makes, and return the warnings. Raises ToolchainError
+    or FileError."""
+    return _run(command, made, time.monotonic() + DEFAULT_TIMEOUT)
+
+
+def _run(command: Sequence[str], made: Path, deadline: float, running: RunningCompilers | None = None) -> str:
     import subprocess  # noqa: PLC0415  # a library of the cache needs no process
 
     where = f"C compiler, sources kept in {made.parent}"
@@ -491,12 +534,12 @@ def _run(command: Sequence[str], made: Path, deadline: float, running: RunningCo
         ) from error
     except OSError as error:
         raise ToolchainError(
-            Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_hint())
+            Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_command())
         ) from error
     printed = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
     if process.returncode in _NOT_RUN:
         fault = f"{shlex.join(command)} does not run: {printed.rpartition(': ')[2]}"
-        raise ToolchainError(Problem(where, fault, install_hint()))
+        raise ToolchainError(Problem(where, fault, install_command()))
     if process.returncode != 0 and (full := next((word for word in _FULL if word in complaints), None)):
         import tempfile  # noqa: PLC0415  # for a fault only
 
@@ -514,3 +557,4 @@ def _run(command: Sequence[str], made: Path, deadline: float, running: RunningCo
                 "eomgen doctor; if the compiler is sound, report this with the folder",
             )
         )
+    return str(complaints)

@@ -9,6 +9,7 @@ import shlex
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -17,7 +18,7 @@ from eomgen.base.data import dataclass
 from eomgen.errors import EomgenError, FileError
 from eomgen.toolchain.cache import default_folder, refusal, writable_by_others
 from eomgen.toolchain.cffi_build import python_headers
-from eomgen.toolchain.compiler import as_root, compile_library, find_compiler, install_hint, library_suffix
+from eomgen.toolchain.compiler import as_root, compile_library, find_compiler, install_command, library_suffix
 
 PACKAGES = (
     "sympy",
@@ -34,6 +35,8 @@ PACKAGES = (
 )
 #: Bytes that should be free for compiled models.
 ROOM = 50_000_000
+#: Seconds by which the first build with zig is longer if zig makes its C library.
+_PREPARING = 2.0
 _PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n"
 
 
@@ -84,7 +87,9 @@ def _temporary() -> ToolchainCheck:
 def _compiler() -> ToolchainCheck:
     try:
         compiler = find_compiler()
-        return ToolchainCheck("compiler", True, f"{compiler.version} ({compiler.path})")
+        reason = "named by CC" if os.environ.get("CC") else "the first of cc, gcc, clang and the package ziglang"
+        kind = "zig, " if compiler.is_zig else ""
+        return ToolchainCheck("compiler", True, f"{kind}{compiler.version} ({compiler.path}), {reason}")
     except EomgenError as error:
         return ToolchainCheck("compiler", False, error.problems[0].what, _other_compiler())
 
@@ -93,28 +98,45 @@ def _other_compiler() -> str:
     """Return the command that puts another compiler in the place of one that is of no use."""
     if os.environ.get("CC"):
         return "unset CC"
-    return install_hint()
+    return install_command()
 
 
 def _compiles() -> ToolchainCheck:
+    try:
+        zig = find_compiler().is_zig
+        first = _seconds_of_build()
+        later = _seconds_of_build() if zig else first
+    except FileError as error:
+        return ToolchainCheck(
+            "compiles", False, error.problems[0].what, 'mkdir -p "$HOME/tmp" && export TMPDIR="$HOME/tmp"'
+        )
+    except EomgenError as error:
+        return ToolchainCheck("compiles", False, error.problems[0].what, _other_compiler())
+    result = f"a small library builds and links in {later:.2g} s"
+    if first > later + _PREPARING:
+        result += f"; zig took {first:.2g} s to make its C library for this machine, once"
+    return ToolchainCheck("compiles", True, result)
+
+
+def _seconds_of_build() -> float:
+    """Return the time in which a small library is compiled and linked. Raises ToolchainError or FileError."""
     with tempfile.TemporaryDirectory(prefix="eomgen-doctor-") as folder:
         source = Path(folder) / "probe.c"
         source.write_text(_PROBE, encoding="ascii")
-        try:
-            compile_library(find_compiler(), [source], Path(folder) / f"probe{library_suffix()}", ("-O0",), timeout=60)
-        except FileError as error:
-            return ToolchainCheck(
-                "compiles", False, error.problems[0].what, 'mkdir -p "$HOME/tmp" && export TMPDIR="$HOME/tmp"'
-            )
-        except EomgenError as error:
-            return ToolchainCheck("compiles", False, error.problems[0].what, _other_compiler())
-    return ToolchainCheck("compiles", True, "a small library builds and links")
+        began = time.perf_counter()
+        compiler, output = find_compiler(), Path(folder) / f"probe{library_suffix()}"
+        compile_library(compiler, [source], output, ("-O0",), timeout=900 if compiler.is_zig else 60)
+        return time.perf_counter() - began
 
 
 def _headers() -> ToolchainCheck:
     folder = python_headers()
     if folder is not None:
         return ToolchainCheck("Python.h", True, str(folder), needed=False)
+    if sys.platform == "win32":
+        return ToolchainCheck(
+            "Python.h", True, "not used on Windows, whose models are loaded in ABI mode", needed=False
+        )
     result = "missing; models are loaded in ABI mode, with a slower call"
     if shutil.which("apt-get") and sys.base_prefix == "/usr":
         return ToolchainCheck("Python.h", False, result, as_root("apt-get install -y python3-dev"), needed=False)

@@ -8,10 +8,12 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import platformdirs
 import pytest
 
+from eomgen.base import locks
 from eomgen.toolchain.cache import Cache, default_folder
 
 
@@ -205,3 +207,21 @@ def test_clearing_counts_entries(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "one" / "entry.json").read_text(encoding="utf-8"))["files"].keys() == {"data.txt"}
     assert cache.clear() == 2
     assert cache.get("one") is None
+
+
+def test_locks_of_windows_are_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a stand-in for the module of Windows, which gives the lock at the third try."""
+    tries: list[int] = []
+
+    def locking(descriptor: int, mode: int, count: int) -> None:
+        tries.append(mode)
+        if len(tries) < 3:
+            raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(locks, "fcntl", None)
+    monkeypatch.setattr(locks, "_windows", SimpleNamespace(locking=locking, LK_NBLCK=2))
+    with locks.claimed(tmp_path / "claim"):
+        assert tries == [2, 2, 2] and (tmp_path / "claim").is_file()
+    assert not (tmp_path / "claim").exists()
+    tries.clear()
+    assert locks.hold(tmp_path) is None and tries == [2]  # held by another process

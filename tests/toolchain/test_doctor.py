@@ -75,9 +75,12 @@ def test_no_compiler_at_all(tmp_path: Path) -> None:
     manager = shutil.which("apt-get")
     (tools / "apt-get").symlink_to(manager or "/bin/true")
     where = {name: text for name, text in environment(tmp_path, PATH=str(tools)).items() if name != "CC"}
+    (tmp_path / "sitecustomize.py").write_text('import sys\nsys.modules["ziglang"] = None\n', encoding="utf-8")
+    where["PYTHONPATH"] = f"{tmp_path}{os.pathsep}{where['PYTHONPATH']}"
     ill = told("", where)["compiler"]
     install = "apt-get install -y gcc libc6-dev"
-    assert ill.found == "no C compiler found: looked for cc, gcc, clang on the path and in CC"
+    words = "no C compiler found: looked for cc, gcc, clang on the path, in CC, and for the package ziglang"
+    assert ill.found == words
     assert ill.remedy == (install if os.geteuid() == 0 else f"sudo {install}")
     if manager is not None:
         rehearsal = subprocess.run([*install.split(), "--simulate"], capture_output=True, text=True, check=False)

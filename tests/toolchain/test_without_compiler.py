@@ -35,6 +35,7 @@ method = "rk4"
 """
 RUN = """
 import json, sys
+sys.modules["ziglang"] = None
 import eomgen
 {before}
 try:
@@ -114,8 +115,8 @@ def test_what_has_to_be_compiled_says_so(change: str, shipped: Path, tmp_path: P
     found = ran(folder, **({"method": "generalized_alpha"} if change == "method" else {}))
     assert found["kind"] == "ToolchainError"
     assert str(found["error"]).startswith(
-        "toolchain error: no C compiler found: looked for cc, gcc, clang on the path and in CC, and the cache"
-        f" {folder / 'cache'} has no library of this model with these terms, this method and"
+        "toolchain error: no C compiler found: looked for cc, gcc, clang on the path, in CC, and for the package"
+        f" ziglang, and the cache {folder / 'cache'} has no library of this model with these terms, this method and"
         " profile reproducible for this machine; try: "
     )
 

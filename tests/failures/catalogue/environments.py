@@ -23,9 +23,9 @@ FAILURES = [
     Failure(
         "No compiler at all",
         5,
-        "toolchain error: no C compiler found: looked for cc, gcc, clang on the path and in CC, and the cache {folder}"
-        " has no library of this model with these terms, this method and profile fast for this machine; try: the"
-        " package of your system that holds gcc or clang",
+        "toolchain error: no C compiler found: looked for cc, gcc, clang on the path, in CC, and for the package"
+        " ziglang, and the cache {folder} has no library of this model with these terms, this method and profile fast"
+        ' for this machine; try: pip install "eomgen[compiler]"',
         command="simulate scene.toml --out out --t-end 0.01 --no-plots --profile fast",
         environment={"CC": None, "PATH": "{folder}", "EOMGEN_CACHE": "{folder}"},
     ),

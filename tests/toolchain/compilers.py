@@ -1,0 +1,181 @@
+"""Digits of all examples by compiler, in the profile ``reproducible``: ``python -m tests.toolchain.compilers
+docs/compilers.md`` writes the table, with every compiler of this machine.
+
+Each example is stepped 200 times from its start by the library of each compiler, and by the stand-alone program
+compiled to WebAssembly, which node runs.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import eomgen
+from eomgen.toolchain.compiler import find_compiler, zig_program
+
+ROOT = Path(__file__).parents[2]
+STEPS = 200
+#: Files that are no scenes of their own, or are sampled rather than stepped.
+_LEFT_OUT = ("sea_arm/links.toml", "density_field/system/density_field.toml")
+Motion = Mapping[str, np.ndarray[Any, np.dtype[np.float64]]]
+#: Runs a program of WebAssembly with the arguments that follow its name.
+NODE_SCRIPT = """
+const { WASI } = require('wasi'), fs = require('fs');
+const wasi = new WASI({ version: 'preview1', args: process.argv.slice(1), env: {} });
+const module_ = new WebAssembly.Module(fs.readFileSync(process.argv[1]));
+wasi.start(new WebAssembly.Instance(module_, wasi.getImportObject()));
+"""
+NODE = ("node", "--no-warnings", "-e", NODE_SCRIPT)
+
+
+def examples() -> list[str]:
+    """Return the scenes and Hamiltonian systems of all examples, below ``examples``."""
+    files = (path.relative_to(ROOT / "examples").as_posix() for path in sorted((ROOT / "examples").rglob("*.toml")))
+    return [name for name in files if name not in _LEFT_OUT]
+
+
+def compilers() -> dict[str, str]:
+    """Return the compilers of this machine as values of ``CC``, by name."""
+    there = {name: path for name in ("gcc", "clang") if (path := shutil.which(name))}
+    zig = zig_program()
+    return there | ({} if zig is None else {"zig": f"{zig} cc"})
+
+
+def motion(example: str) -> Motion:
+    """Return the rows of the first steps of an example, by the compiler that ``CC`` names."""
+    model = eomgen.build(ROOT / "examples" / example, profile="reproducible")
+    settings = getattr(model, "description", model).simulation
+    solution: Any = model.simulate(
+        min(settings.duration, STEPS * settings.step), settings.step, error_estimate=False, record_every=1
+    )
+    columns = {name: getattr(solution, name, None) for name in ("t", "q", "v", "p", "z")}
+    return {name: np.asarray(value) for name, value in columns.items() if value is not None}
+
+
+def motions(names: Iterable[str], compiler: str, folder: Path) -> dict[str, Motion | str]:
+    """Return the motions of examples by a compiler, each from a process of its own, with a cache in a folder; the last
+    line of its message if a process fails."""
+    result: dict[str, Motion | str] = {}
+    environment = {**os.environ, "CC": compiler, "EOMGEN_CACHE": str(folder / "cache"), "PYTHONPATH": str(ROOT)}
+    for name in names:
+        file = folder / "motion.npz"
+        code = (
+            "import sys, numpy; from tests.toolchain.compilers import motion;"
+            " numpy.savez(sys.argv[2], **motion(sys.argv[1]))"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", code, name, str(file)],
+            cwd=ROOT,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if done.returncode:
+            result[name] = (done.stderr.splitlines() or [""])[-1]
+        else:
+            with np.load(file) as archive:
+                result[name] = dict(archive)
+    return result
+
+
+def difference(first: Motion | str, second: Motion | str) -> str:
+    """Return the first difference of two motions, empty if all bits are equal."""
+    if isinstance(first, str) or isinstance(second, str):
+        return first if isinstance(first, str) else str(second)
+    for name, one in first.items():
+        other = second[name]
+        if one.shape != other.shape:
+            return f"{one.shape[0]} rows of {name}, and {other.shape[0]}"
+        apart = np.argwhere(one.view(np.uint64) != other.view(np.uint64))
+        if len(apart):
+            place = tuple(apart[0])
+            return f"{name} in row {place[0]}: {one[place]!r}, {other[place]!r}"
+    return ""
+
+
+def printed(example: str, compiler: str, folder: Path, *, real: Sequence[str] = ()) -> list[str]:
+    """Return the lines that the stand-alone program of a scene prints for the first steps.
+
+    Parameters
+    ----------
+    compiler : command
+    real : program that runs the result of the compiler
+    """
+    made = folder / "c"
+    if not made.is_dir():
+        eomgen.generate(ROOT / "examples" / example, made)
+    command = json.loads((made / "manifest.json").read_text(encoding="utf-8"))["compile"].split()
+    program = made / "program"
+    output = ["-o", str(program), "-lm"]
+    words = [*compiler.split(), *command[1 : command.index("-o")], *output]
+    subprocess.run(words, cwd=made, check=True, capture_output=True)
+    settings = eomgen.load(ROOT / "examples" / example).simulation
+    arguments = [repr(min(settings.duration, STEPS * settings.step)), repr(settings.step), "1"]
+    run = subprocess.run([*real, str(program), *arguments], capture_output=True, text=True, check=False)
+    return run.stdout.splitlines()
+
+
+def wasm_difference(example: str, folder: Path) -> str:
+    """Return the first difference between the stand-alone programs of the first compiler and of WebAssembly."""
+    native = printed(example, find_compiler().command[0], folder)
+    zig = f"{zig_program()} cc -target wasm32-wasi"
+    in_node = printed(example, zig, folder, real=NODE)
+    if native == in_node and len(native) > 1:
+        return ""
+    rows = (number for number, pair in enumerate(zip(native, in_node, strict=False)) if pair[0] != pair[1])
+    row = next(rows, -1)
+    return f"{len(native)} rows, and {len(in_node)}" if row < 0 else f"row {row}: {native[row]}, {in_node[row]}"
+
+
+def table(names: Sequence[str], folder: Path) -> dict[str, dict[str, str]]:
+    """Return the first difference from the first compiler, empty without one, by example and compiler."""
+    there = compilers()
+    made = {kind: motions(names, compiler, folder) for kind, compiler in there.items()}
+    first = next(iter(made))
+    rows = {name: {kind: difference(made[first][name], made[kind][name]) for kind in made} for name in names}
+    for number, name in enumerate(names):
+        own = folder / str(number)
+        own.mkdir()
+        if "zig" in there and shutil.which("node"):
+            try:
+                rows[name]["wasm"] = wasm_difference(name, own)
+            except (eomgen.EomgenError, AttributeError) as error:
+                rows[name]["wasm"] = f"no stand-alone program: {error}"
+        shutil.rmtree(own, ignore_errors=True)
+    return rows
+
+
+#: Lines around the table on the page.
+START, END = (
+    "<!-- digits: made by python -m tests.toolchain.compilers docs/compilers.md -->\n",
+    "<!-- end of digits -->\n",
+)
+
+
+def main(page: str) -> int:
+    """Write the table."""
+    with tempfile.TemporaryDirectory() as folder:
+        rows = table(examples(), Path(folder))
+    kinds = list(dict.fromkeys(kind for row in rows.values() for kind in row))
+    lines = [f"| example | {' | '.join(kinds)} |", "|---|" + "---|" * len(kinds)]
+    for name, row in rows.items():
+        cells = [row[kind].replace("|", "/") or "equal" for kind in kinds]
+        lines.append(f"| {name.removesuffix('.toml')} | {' | '.join(cells)} |")
+    text = Path(page).read_text(encoding="utf-8")
+    before, after = text.partition(START)[0], text.partition(END)[2]
+    Path(page).write_text(before + START + "\n".join(["", *lines, "", ""]) + END + after, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))
