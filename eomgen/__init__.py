@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from eomgen.pipeline.controllers import with_controller
     from eomgen.pipeline.model import Model
     from eomgen.pipeline.pipeline import build, derive, generate, load
+    from eomgen.pipeline.saved_models import load_model
     from eomgen.products import exported
     from eomgen.products.exported import *  # noqa: F403  # a stub with __all__
     from eomgen.results.solution import Solution
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
         "derive",
         "generate",
         "load",
+        "load_model",
         "spectra",
         "with_controller",
     ]
@@ -72,6 +74,7 @@ _HOMES = {
     "SceneBuilder": "eomgen.scene.builder",
     "Scene": "eomgen.scene.scene",
     "System": "eomgen.system.system",
+    "load_model": "eomgen.pipeline.saved_models",
     "with_controller": "eomgen.pipeline.controllers",
     **dict.fromkeys(
         (

@@ -15,6 +15,7 @@ __all__ = [
     "model",
     "prescribed",
     "requirements",
+    "saving",
     "section_loads",
     "state",
     "terms",

@@ -47,7 +47,18 @@ Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 #: Attributes for other rooms, hidden from a user's completion.
 _INTERNALS = frozenset(
-    {"branches", "description", "evaluator", "factors", "functions", "having", "in_complex", "library", "stepper"}
+    {
+        "branches",
+        "description",
+        "evaluator",
+        "factors",
+        "functions",
+        "having",
+        "in_complex",
+        "library",
+        "record",
+        "stepper",
+    }
 )
 
 _OTHER_PARAMETERS = "simulate(..., parameters={...}), or set_parameter of the simulator of start(...)"
@@ -86,6 +97,8 @@ class CompiledModel:
         Builds the library of functions of some terms in complex numbers.
     branches : callable, optional
         Derives the equations once more, and returns the conditions of the branches in these equations.
+    record : callable, optional
+        Returns scene and description as JSON types, for a file of the model.
     """
 
     def __init__(
@@ -102,6 +115,7 @@ class CompiledModel:
         in_lanes: Callable[[Library, str, LaneFiles], LaneLibrary | str] | None = None,
         in_complex: Callable[[Sequence[str]], Library] | None = None,
         branches: Callable[[], Branches] | None = None,
+        record: Callable[[], Sequence[object]] | None = None,
     ) -> None:
         layout = library.layout
         self.description = description
@@ -111,6 +125,7 @@ class CompiledModel:
         self._in_lanes = in_lanes
         self._in_complex = in_complex
         self.branches = branches
+        self.record = record
         self._built = built
         self._gains = gains
         self._every_row = every_row

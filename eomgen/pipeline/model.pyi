@@ -14,6 +14,7 @@ from eomgen.compiled.argument_derivatives import derivatives as _derivatives
 from eomgen.compiled.argument_derivatives import hessian as _hessian
 from eomgen.compiled.argument_derivatives import sparsity as _sparsity
 from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.saving import save as _save
 from eomgen.products.derivatives.linearise import sensitivities as _sensitivities
 from eomgen.products.ensembles.simulate_many import simulate_many as _simulate_many
 from eomgen.simulation.checkpoint import resume as _resume
@@ -35,6 +36,7 @@ class Model(CompiledModel):
     derivatives = _derivatives
     hessian = _hessian
     sparsity = _sparsity
+    save = _save
     sensitivities = _sensitivities
     simulate_many = _simulate_many
     resume = _resume

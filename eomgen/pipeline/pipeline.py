@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from eomgen.base.calls import checked_call
-from eomgen.base.data import replace, without_garbage_collection
+from eomgen.base.data import dataclass, replace, without_garbage_collection
 from eomgen.base.extensions import extensions, loaded
 from eomgen.base.messages import Log, shown
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
 from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, is_scene, other_document
-from eomgen.pipeline.readings import StoredScene, record_of, store, stored_scene
+from eomgen.pipeline.readings import StoredScene, record_of, record_of_document, store, stored_scene
 from eomgen.pipeline.scenes import SCENES, opened
 from eomgen.system.terms import TERMS, UNRESISTED, Selection, nearest_term
 from eomgen.toolchain.profiles import COMPILED_PROFILE, STANDARD_PROFILE
@@ -40,6 +40,16 @@ if TYPE_CHECKING:
     Described = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
 
 _LOG = Log(__name__)
+
+
+@dataclass(frozen=True)
+class Stored:
+    """Libraries of a file, by selection and method, and the call that loads the file."""
+
+    library: Callable[[Selection, str], Library | None]
+    again: partial[Model]
+
+
 #: Options of ``load`` as ``build`` reads a file.
 _DEFAULTS: Mapping[str, Any] = {"strict": False, "coordinates": None, "task_frames": ()}
 #: Endings of files of code, which folders have not.
@@ -441,6 +451,7 @@ def built_in(
     *,
     start: str = "",
     steps: float | None = None,
+    stored: Stored | None = None,
 ) -> Model:
     """Return the compiled model of a scene as ``build`` does, with libraries kept in this folder, the user's cache by
     default.
@@ -449,6 +460,7 @@ def built_in(
     ----------
     start : as of ``Selection``, if the model is built for runs alone
     steps : as of ``built_for_run``
+    stored : libraries of the file from which the model is loaded
     """
     _check_terms(terms)
     from eomgen.integrators.families.family import LinearPasses  # noqa: PLC0415
@@ -465,7 +477,13 @@ def built_in(
 
     builder = Builder(profile=profile, real=real, cache=None if cache is None else Cache(cache))
     own = _method_name(described, method)
-    library = _library(document, front_end, _selected(terms, start), own, builder, steps)
+
+    def of_method(name: str, selection: Selection, steps: float | None = None) -> Library:
+        """Return the library with the stepper of a method, stored or made."""
+        ready = None if stored is None else stored.library(selection, name)
+        return ready or _library(document, front_end, selection, name, builder, steps)
+
+    library = of_method(own, _selected(terms, start), steps)
     constrained = bool(library.layout["multipliers"])  # all rows of a scene may follow from its joints
     there = [function["name"] for function in library.layout["functions"]]
     mass = "mass" in there and not library.layout["facts"]["ill_scaled"]
@@ -475,10 +493,10 @@ def built_in(
         """Return a library with a method's stepper: of these functions, else of the functions that the stepper calls;
         of long trees without their dense partials."""
         if selection is not None:
-            return _library(document, front_end, selection, other, builder)
+            return of_method(other, selection)
         needed = terms_of(other, constrained, bool(described.states), mass)
         wanted = [("iteration" if long and term == "partials" else term) for term in needed]
-        return _library(document, front_end, _selected(wanted), other, builder)
+        return of_method(other, _selected(wanted))
 
     def in_lanes(library: Library, cdef: str, files_of: LaneFiles) -> LaneLibrary | str:
         """Return the stepper of a library for several trajectories side by side, or why there is none."""
@@ -513,6 +531,8 @@ def built_in(
     every_row = None if front_end.every_row is None else functools.cache(partial(front_end.every_row, document))
     gains = front_end.gains(document, _reproducible)
     again = partial(built_in, None, document, terms, method, profile, real, start=start)
+    if stored is not None:
+        again = stored.again
     return Model(
         described,
         library,
@@ -526,6 +546,7 @@ def built_in(
         in_lanes,
         in_complex,
         functools.cache(branches),
+        partial(record_of_document, document, front_end),
     )
 
 

@@ -24,7 +24,8 @@ import numpy as np
 from eomgen.base.data import dataclass, fields, is_dataclass, replace
 from eomgen.base.files import ABSENT, digest_of_file, temporary_file
 from eomgen.base.version import __version__, checkout_stamp
-from eomgen.errors import FileError
+from eomgen.errors import FileError, ModelError, Problem
+from eomgen.pipeline.front_end import FrontEnd, is_scene
 from eomgen.toolchain.cache import READINGS, default_folder, writable_by_others
 
 if TYPE_CHECKING:
@@ -106,13 +107,13 @@ def stored_scene(path: object, options: Mapping[str, Any]) -> StoredScene | None
         data = _place(path, options).read_bytes()
         if hashlib.sha256(data[64:]).hexdigest().encode() != data[:64]:
             return None
-        files, content, description, plain, text, elements = json.loads(data[64:])
+        files, *record = json.loads(data[64:])
         for file, digest in files.items():
             if digest == ABSENT and not os.path.lexists(file):
                 continue
             if digest_of_file(Path(file).read_bytes()) != digest:
                 return None
-        return StoredScene(bytes.fromhex(content), from_text(description), plain, text, elements)
+        return from_record(record)
     except (NoRecordError, OSError, ValueError, TypeError, AttributeError):
         return None
 
@@ -135,15 +136,12 @@ def store(
         return
     if len(scene.bodies) * _OF_BODY > _LARGEST:
         return
-    if any(joint.of_another_distribution for joint in scene.joints):  # the type may change
-        return
     try:
         place = _place(path, options)
-        text, elements = to_text(replace(scene, elements=())), to_text(scene.elements)
-        if len(text) + len(elements) > _LARGEST or not _same(scene, _scene_of(text, elements)):
+        record = to_record(scene, description)
+        if sum(map(len, record[3:])) > _LARGEST:
             return
-        plain = scene.coordinates == "joint" and not any(item.calibration for item in scene.feedback)
-        data = json.dumps([files, scene.digest.hex(), to_text(description), plain, text, elements]).encode()
+        data = json.dumps([files, *record]).encode()
         place.parent.mkdir(parents=True, exist_ok=True)
         with temporary_file(place) as stream:
             stream.write(hashlib.sha256(data).hexdigest().encode() + data)
@@ -151,6 +149,44 @@ def store(
         _remove_oldest(place.parent)
     except (NoRecordError, OSError, ValueError, TypeError):  # the next process reads the file again
         return
+
+
+#: Data of a record as JSON types: digest of the scene, description, whether the scene is plain, scene without force
+#: elements, force elements.
+Record = tuple[str, str, bool, str, str]
+
+
+def to_record(scene: Scene, description: Description) -> Record:
+    """Return the data of a record. Raises NoRecordError for a scene with parts that a record cannot hold."""
+    for joint in scene.joints:
+        if joint.of_another_distribution:  # the type may change
+            raise NoRecordError(f"the type of the joint {joint.name}")
+    text, elements = to_text(replace(scene, elements=())), to_text(scene.elements)
+    if not _same(scene, _scene_of(text, elements)):
+        raise NoRecordError("a value that JSON does not keep")
+    plain = scene.coordinates == "joint" and not any(item.calibration for item in scene.feedback)
+    return scene.digest.hex(), to_text(description), plain, text, elements
+
+
+def record_of_document(document: Any, front_end: FrontEnd) -> Record:
+    """Return the data of the scene of a model. Raises ModelError for a document or a scene that a file cannot hold."""
+    described = front_end.describe(document)
+    hint = "eomgen.build(scene) on the other machine"
+    if isinstance(document, StoredScene):
+        document = document.scene
+    elif not is_scene(document):
+        raise ModelError(Problem("save", f"{described.name} was not made from a scene", hint))
+    try:
+        return to_record(document, described)
+    except NoRecordError as error:
+        fault = f"{described.name} has parts of another distribution, which a file cannot hold: {error}"
+        raise ModelError(Problem("save", fault, hint)) from None
+
+
+def from_record(record: Record) -> StoredScene:
+    """Return the scene of a record. Raises NoRecordError, ValueError or TypeError if this version has no such data."""
+    content, description, plain, text, elements = record
+    return StoredScene(bytes.fromhex(content), from_text(description), plain, text, elements)
 
 
 def _place(path: str | os.PathLike[str], options: Mapping[str, Any]) -> Path:

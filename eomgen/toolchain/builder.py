@@ -12,7 +12,7 @@ import platform
 import re
 import shutil
 import time
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import cache, partial
 from pathlib import Path
@@ -259,7 +259,7 @@ class Builder:
         layout: Mapping[str, Any],
         written: Mapping[str, str] | None = None,
         running: RunningCompilers | None = None,
-        straight: Container[str] = (),
+        straight: Collection[str] = (),
     ) -> Library:
         """Compile files, keep the library under these content bytes, and load the library.
 
@@ -297,6 +297,7 @@ class Builder:
             keys: dict[Path, str] = {}
             jobs = None if running is None else 0
             title = f"compiling {layout.get('prefix', 'a model')}"
+            title += " by zig, which makes its C library at the first use" if self.compiler.is_zig else ""
             with (
                 counted_units(title) if running is None else nullcontext() as progress,
                 Compilation(
@@ -361,7 +362,7 @@ class Builder:
         _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
         return self._load(entry, self.mode)
 
-    def _flags_for(self, name: str, text: str, straight: Container[str]) -> tuple[str, ...]:
+    def _flags_for(self, name: str, text: str, straight: Collection[str]) -> tuple[str, ...]:
         if name == _ENGINE:
             return (*ENGINE_FLAGS, *_REALS[self.real])
         if name in straight:
@@ -491,13 +492,38 @@ class Builder:
             entry = self.cache.get(key) or self.cache.put(key, fill)
         return [entry.file("wrapper.o")]
 
+    def loaded(self, files: Mapping[str, bytes], mode: str) -> Library:
+        """Return the library of files of ``library_files``, which are kept in the cache.
+
+        Raises
+        ------
+        ToolchainError
+            The library cannot be loaded here.
+        KeyError, ValueError, TypeError
+            A file is missing, or is none of a library.
+        FileError
+            The files cannot be kept.
+        """
+        digest = hashlib.sha256(b"given\0" + mode.encode())
+        for name in (_LIBRARY, _LAYOUT, _CDEF):
+            digest.update(hashlib.sha256(files[name]).digest())
+
+        def fill(folder: Path) -> None:
+            for name in (_LIBRARY, _LAYOUT, _CDEF):
+                place = folder / (name + library_suffix() if name == _LIBRARY else name)
+                place.write_bytes(files[name])
+
+        key = digest.hexdigest()
+        return self._load(self.cache.get(key) or self.cache.put(key, fill), mode)
+
     def _load(self, entry: Entry, mode: str) -> Library:
         layout = json.loads(entry.text(_LAYOUT))
         path = entry.file(_LIBRARY + library_suffix())
         ffi, lib = load_api(path) if mode == "api" else load_abi(path, entry.text(_CDEF))
         library = Library(ffi, lib, layout, mode, path)
         library.profile = self.profile.name
-        if self.real == "double" and self._compiler is not None and not self.profile.on_tape:
+        sources = any(name.endswith(".c") for name in entry.files)
+        if self.real == "double" and self._compiler is not None and not self.profile.on_tape and sources:
             library.companion = partial(self._companion, entry.folder, library.layout)
         return library
 
@@ -524,6 +550,13 @@ class Builder:
         own = {**layout, "stack": _MOST_LANES * int(layout.get("stack", 0))}
         with builder.claim(content):
             return builder.build(content, files, cdef, own, running=running)
+
+
+def library_files(library: Library) -> dict[str, bytes]:
+    """Return the files by which another process loads a library, by names that are the same on all machines."""
+    suffix = {_LIBRARY: library_suffix()}
+    names = (_LIBRARY, _LAYOUT, _CDEF)
+    return {name: (library.folder / f"{name}{suffix.get(name, '')}").read_bytes() for name in names}
 
 
 def _sources(folder: Path) -> Iterator[Path]:

@@ -1,0 +1,80 @@
+"""Models from files of ``model.save``, without a compiler."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_call
+from eomgen.base.files import read_arrays
+from eomgen.compiled.saving import OF_PYTHON, check_machine, name_of
+from eomgen.errors import FileError, Problem
+from eomgen.pipeline.pipeline import Stored, built_in
+from eomgen.pipeline.readings import NoRecordError, from_record
+from eomgen.system.terms import Selection
+from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.compiler import library_suffix
+from eomgen.toolchain.library import Library
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+
+_NOUN, _HINT = "compiled model", "a file of model.save"
+
+
+@checked_call("the path of a file of model.save")
+def load_model(path: str | os.PathLike[str]) -> Model:
+    """Return the model that ``model.save`` wrote to a file; no compiler is needed.
+
+    Terms and methods that the file lacks are compiled when a call asks for them, if there is a compiler. The file holds
+    machine code, which is run: open files from trusted people only.
+
+    Parameters
+    ----------
+    path : path
+        Of the file.
+
+    Returns
+    -------
+    Model
+
+    Raises
+    ------
+    FileError
+        The file cannot be read, or is damaged.
+    ToolchainError
+        The model was compiled for another machine, or by another version of eomgen; names the differences.
+
+    Examples
+    --------
+    >>> file = eomgen.build("examples/four_bar/scene.toml").save("four_bar.eomgen")
+    >>> eomgen.load_model(file).nq
+    3
+    """
+    arrays, metadata = read_arrays(Path(path), _NOUN, _HINT)
+    try:
+        profile, real = str(metadata["profile"]), str(metadata["real"])
+        check_machine(path, metadata, profile)
+        record = from_record(metadata["record"])
+        builder = Builder(profile=profile, real=real)
+        mode = metadata["mode"] if metadata["made for"][OF_PYTHON] == library_suffix() else "abi"
+        names = [(Selection.from_data(selection), str(method)) for selection, method in metadata["libraries"]]
+        libraries = dict(zip(names, _libraries(arrays, builder, mode, len(names)), strict=True))
+    except (KeyError, TypeError, ValueError, AttributeError, NoRecordError) as error:
+        fault = f"this is not a {_NOUN} written by eomgen: {error}"
+        raise FileError(Problem(str(path), fault, _HINT)) from None
+    own = names[0][0]
+    stored = Stored(lambda selection, method: libraries.get((selection, method)), partial(load_model, path))
+    return built_in(None, record.lean, own.terms, metadata["method"], profile, real, start=own.start, stored=stored)
+
+
+def _libraries(arrays: Mapping[str, Array], builder: Builder, mode: str, count: int) -> Iterator[Library]:
+    """Yield the libraries of a file."""
+    for number in range(count):
+        start = name_of(number, "")
+        files = {name.removeprefix(start): data.tobytes() for name, data in arrays.items() if name.startswith(start)}
+        yield builder.loaded(files, mode)
