@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -20,9 +20,20 @@ from eomgen.cli.options import (
     set_option,
     terms_option,
 )
-from eomgen.cli.printing import print_json, say
+from eomgen.cli.printing import print_json, print_table, say
 from eomgen.cli.running import say_notes, say_stand_in
+from eomgen.errors import Problem, UsageError
 from eomgen.scene.sources.register import all_options, source_of
+
+if TYPE_CHECKING:
+    from eomgen.scene.scene import Scene
+
+
+def _machines(context: click.Context, parameter: click.Parameter, start: str) -> list[str]:
+    """Return the names of machines that begin so."""
+    from eomgen.toolchain.cross import TARGETS  # noqa: PLC0415  # in a shell's completion only
+
+    return [name for name in TARGETS if name.startswith(start)]
 
 
 @click.command()
@@ -49,6 +60,15 @@ from eomgen.scene.sources.register import all_options, source_of
     is_flag=True,
     help="Write all functions and steps with one signature, too, which a program can call for every model.",
 )
+@click.option(
+    "--for",
+    "machines",
+    multiple=True,
+    metavar="MACHINE",
+    shell_complete=_machines,
+    help="Make a program or an object for this machine, too: aarch64-linux, riscv64-linux, x86_64-linux,"
+    " x86_64-windows, arm64-macos, wasm32 or cortex-m4; may be repeated. Needs eomgen[compiler].",
+)
 @set_option
 @scene_options
 @json_option
@@ -62,6 +82,7 @@ def generate(
     real: str | None,
     only: str | None,
     uniform: bool,
+    machines: Sequence[str],
     parameters: Sequence[str],
     as_json: bool,
     **reading: Any,
@@ -76,6 +97,7 @@ def generate(
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # SymPy comes with it
     from eomgen.scene.scene import Scene  # noqa: PLC0415
 
+    _check_machines(machines, target)
     described = pipeline.load(scene, **reading)
     values: Mapping[str, float | str] = assignments("--set", parameters)
     if isinstance(described, Scene):
@@ -87,9 +109,67 @@ def generate(
     files = pipeline.generate(
         described, folder, terms, method, target=target, real=real, parameters=values, only=only, uniform=uniform
     )
-    if as_json:
+    if machines:
+        step = _work_of_step(described, method) if only is None and isinstance(described, Scene) else {}
+        _print_machines(Path(folder), machines, step, [str(file) for file in files], as_json=as_json)
+    elif as_json:
         print_json([str(file) for file in files])
     else:
         for file in files:
             click.echo(str(file))
     say(f"{counted(len(files), 'file')}; README.md there says how to compile them")
+
+
+def _check_machines(machines: Sequence[str], target: str) -> None:
+    """Raise UsageError for an unknown machine, or for a language that is not C; ToolchainError without zig."""
+    if not machines:
+        return
+    from eomgen.toolchain.cross import cross_target, zig  # noqa: PLC0415  # few folders are for other machines
+
+    for name in machines:
+        cross_target(name)
+    if target != "c":
+        raise UsageError(Problem("--for", f"programs are made of C, not of {target}", "--target c"))
+    zig()
+
+
+def _work_of_step(scene: Scene, method: str | None) -> dict[str, Any]:
+    """Return the operations of a step of a method, or of calls of its functions if steps differ."""
+    from eomgen.pipeline.pipeline import method_of  # noqa: PLC0415
+    from eomgen.pipeline.step_operations import operations_of_calls, operations_of_step  # noqa: PLC0415
+
+    name = method_of(scene, method)
+    try:
+        return operations_of_step(scene, name)
+    except UsageError:
+        return operations_of_calls(scene, name)
+
+
+def _print_machines(
+    folder: Path, machines: Sequence[str], step: Mapping[str, Any], files: Sequence[str], *, as_json: bool
+) -> None:
+    """Make the files for other machines, and print their sizes and the work of a step."""
+    from eomgen.toolchain.cross import cross_build, cross_target  # noqa: PLC0415  # few folders are for other machines
+
+    made = [cross_build(folder, name) for name in dict.fromkeys(machines)]
+    if as_json:
+        print_json(
+            {"files": files, "machines": [item._asdict() | {"file": str(item.file)} for item in made], "step": step}
+        )
+        return
+    rows = [
+        (item.target, item.file.name, item.size, item.code, item.stack, " ".join(cross_target(item.target).runner))
+        for item in made
+    ]
+    header = ("machine", "file", "bytes", "code of the model", "deepest stack", "runs elsewhere by")
+    print_table("Files for other machines, bytes", header, rows, numeric=(2, 3, 4))
+    if "total" in step:
+        total = step["total"]
+        each = ", ".join(f"{total[key]} {key}" for key in _COUNTED)
+        say(f"a step of {step['method']}: {each}, the same in every step")
+    elif step:
+        calls = [f"{part['what']} {sum(part[key] for key in _COUNTED)}" for part in step["parts"]]
+        say(f"operations of each function that steps of {step['method']} call: {', '.join(calls)}")
+
+
+_COUNTED = ("additions", "multiplications", "divisions", "functions")

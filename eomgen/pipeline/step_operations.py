@@ -49,6 +49,24 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
     return {"method": name, "parts": parts, "total": {**total, "flops": flops}}
 
 
+def operations_of_calls(scene: Scene, method: str) -> dict[str, Any]:
+    """Return the operations of one call of each function of the model that steps of a method call, JSON types.
+
+    How often a step calls a function may depend on iterations and errors.
+
+    Parameters
+    ----------
+    method : name of the method
+    """
+    facts = derive(scene, []).facts
+    system = derive(scene, list(terms_of(method, facts.constraints, facts.internal_states, not facts.ill_scaled)))
+    parts = [
+        {"what": name, **{key: int(getattr(system.counts[name], key)) for key in _OPERATIONS}}
+        for name in system.functions
+    ]
+    return {"method": method, "parts": parts}
+
+
 def joined_coordinates(system: System) -> list[list[str]]:
     """Return the groups of coordinates that relative springs and dampers join. Steps with one factorization eliminate
     the equations of a group without subtraction (``row_sums``)."""

@@ -1,0 +1,117 @@
+"""Files for other machines: the same digits under emulators, sizes of code, stacks; and refusals."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.toolchain import cross
+from eomgen.toolchain.compiler import find_compiler, zig_program
+from eomgen.toolchain.cross import TARGETS, code_bytes, cross_build, cross_target
+
+ROOT = Path(__file__).parents[2]
+GENERATED = ROOT / "generated" / "spherical_pendulum"
+needs_zig = pytest.mark.skipif(zig_program() is None, reason="the package ziglang is not installed")
+#: Starts of files by machine: ELF with class and processor, MZ, Mach-O of 64 bits for arm64, WebAssembly 1.
+STARTS = {
+    "x86_64-linux": {0: b"\x7fELF\x02", 18: b"\x3e"},
+    "aarch64-linux": {0: b"\x7fELF\x02", 18: b"\xb7"},
+    "riscv64-linux": {0: b"\x7fELF\x02", 18: b"\xf3"},
+    "x86_64-windows": {0: b"MZ"},
+    "arm64-macos": {0: b"\xcf\xfa\xed\xfe\x0c\x00\x00\x01"},
+    "wasm32": {0: b"\0asm\x01"},
+    "cortex-m4": {0: b"\x7fELF\x01", 16: b"\x01\x00\x28"},
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(GENERATED, tmp_path / "c"))
+
+
+def native(folder: Path) -> str:
+    """Return the output of the program that the first compiler makes of a folder, by the command of its manifest."""
+    command = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))["compile"].split()
+    subprocess.run([*find_compiler().command, *command[1:]], cwd=folder, check=True)
+    return subprocess.run([folder / "spherical_pendulum"], check=True, capture_output=True, text=True).stdout
+
+
+def test_an_unknown_machine_is_named_with_the_known_ones() -> None:
+    with pytest.raises(
+        eomgen.UsageError, match=r"--for: no machine is called 'aarch64'; try: .*known are x86_64-linux"
+    ):
+        cross_target("aarch64")
+
+
+def test_without_zig_the_remedy_is_one_command(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    monkeypatch.setattr(cross, "zig_program", lambda: None)
+    with pytest.raises(eomgen.ToolchainError) as caught:
+        cross_build(folder, "wasm32")
+    assert "made by the package ziglang, which is not installed; try: " in str(caught.value)
+    assert str(caught.value).endswith('try: pip install "eomgen[compiler]"')
+
+
+def test_the_command_refuses_before_it_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = str(ROOT / "examples" / "four_bar" / "scene.toml")
+    assert main(["generate", scene, "--out", str(tmp_path / "c"), "--for", "pdp11"]) == 2
+    assert "no machine is called 'pdp11'" in capsys.readouterr().err
+    assert main(["generate", scene, "--out", str(tmp_path / "c"), "--for", "wasm32", "--target", "casadi"]) == 2
+    assert "--for: programs are made of C, not of casadi; try: --target c" in capsys.readouterr().err
+    assert not (tmp_path / "c").exists()
+
+
+@pytest.mark.skipif(shutil.which("size") is None, reason="binutils are not installed")
+def test_code_is_counted_as_binutils_count_it(folder: Path) -> None:
+    subprocess.run([*find_compiler().command, "-O2", "-c", "spherical_pendulum_step.c"], cwd=folder, check=True)
+    data = (folder / "spherical_pendulum_step.o").read_bytes()
+    listing = subprocess.run(
+        ["size", "-A", "spherical_pendulum_step.o"], cwd=folder, check=True, capture_output=True, text=True
+    ).stdout
+    lines = [line.split() for line in listing.splitlines() if line.startswith(".text")]
+    assert code_bytes(data) == sum(int(words[1]) for words in lines) > 1000
+    with pytest.raises(ValueError, match="unknown format"):
+        code_bytes(b"no object")
+
+
+@needs_zig
+@pytest.mark.slow
+@pytest.mark.parametrize("name", TARGETS)
+def test_a_file_is_for_its_machine_and_prints_the_same_digits(name: str, folder: Path) -> None:
+    made = cross_build(folder, name)
+    data = made.file.read_bytes()
+    assert made.file.parent == folder.resolve() and made.size == len(data)
+    assert all(data[place : place + len(text)] == text for place, text in STARTS[name].items())
+    assert 5_000 < made.code < 60_000 and 200 < made.stack < 10_000
+    target = cross_target(name)
+    runner = [*target.runner] if target.runner and shutil.which(target.runner[0]) else []
+    if name == "wasm32" and not runner and shutil.which("node"):
+        from tests.toolchain.compilers import NODE  # of one target
+
+        runner = [*NODE]
+    if runner:
+        done = subprocess.run([*runner, str(made.file)], capture_output=True, text=True, check=True)
+        assert done.stdout.replace("\r\n", "\n") == native(folder)
+
+
+@needs_zig
+@pytest.mark.slow
+def test_the_command_reports_code_stack_and_the_work_of_a_step(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = str(ROOT / "examples" / "shear_frame_with_pendulum" / "scene.toml")
+    words = ["generate", scene, "--out", str(tmp_path / "c"), "--for", "cortex-m4", "--for", "wasm32"]
+    assert main([*words, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert [item["target"] for item in data["machines"]] == ["cortex-m4", "wasm32"]
+    assert all(Path(item["file"]).stat().st_size == item["size"] for item in data["machines"])
+    assert data["step"]["method"] == "rosenbrock" and data["step"]["total"]["multiplications"] > 0
+    assert main([*words, "--method", "rk4"]) == 0
+    told = capsys.readouterr()
+    assert "cortex-m4" in told.out and "deepest stack" in told.out
+    assert "operations of each function that steps of rk4 call: " in told.err
