@@ -95,7 +95,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("eigenvalues", "modes", "poles", "frequencies"), "linearize().modes()"),
         **dict.fromkeys(("A", "B", "state_space", "ss"), "linearize().state_space()"),
         **dict.fromkeys(("plot", "animate"), "simulate(...).plot() or .animate(path)"),
-        **dict.fromkeys(("save", "export"), "simulate(...).save(path), or eomgen.generate(scene, folder) for C"),
+        "export": "save(path), simulate(...).save(path), or eomgen.generate(scene, folder) for C",
         **dict.fromkeys(("generate", "to_c", "codegen"), "eomgen.generate(scene, folder)"),
     },
     "Solution": {

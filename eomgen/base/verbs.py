@@ -87,6 +87,8 @@ class Verb:
 Verb.__module__ = "eomgen.verbs"  # the name from which other distributions import it
 
 CORE: tuple[Verb, ...] = (
+    Verb("new", "Make a folder with a first scene, or with an example.", "eomgen.cli.first_steps:new"),
+    Verb("examples", "List the examples, or copy one.", "eomgen.cli.first_steps:examples"),
     Verb("info", "Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info:info"),
     Verb("generate", "Write the model and its stepper as a folder of C.", "eomgen.cli.generate:generate"),
     Verb(
@@ -125,6 +127,9 @@ CORE: tuple[Verb, ...] = (
     Verb("animate", "Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate:animate"),
     Verb("schema", "Print the JSON Schema of scene files.", "eomgen.cli.schema:schema"),
     Verb("doctor", "Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.doctor:doctor"),
+    Verb("cite", "Print BibTeX of eomgen and of the papers of a method.", "eomgen.cli.cite:cite"),
+    Verb("completion", "Print the script by which a shell completes words.", "eomgen.cli.first_steps:completion"),
+    Verb("save", methods=("eomgen.compiled.saving:save",)),
     Verb("steady_motion", methods=("eomgen.analysis.steady_motion:steady_motion",)),
     Verb("floquet", methods=("eomgen.simulation.floquet:floquet",)),
     Verb("base_parameters", methods=("eomgen.analysis.base_parameters:base_parameters",)),

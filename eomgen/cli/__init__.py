@@ -72,18 +72,28 @@ def _verb_named(name: str) -> Verb | None:
     return _every_verb().get(name)
 
 
-_FIRST_STEPS = """First steps: eomgen info scene.toml, eomgen simulate scene.toml --out out, eomgen animate
-out/solution.npz --out out/motion.html. Options of a verb: eomgen simulate --help."""
+_FIRST_STEPS = """First steps: eomgen new pendulum, eomgen info scene.toml, eomgen simulate scene.toml --out out,
+eomgen animate out/solution.npz --out out/motion.html. Options of a verb: eomgen simulate --help."""
 
 
-@click.group(cls=_Verbs, epilog=_FIRST_STEPS, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=_Verbs,
+    epilog=_FIRST_STEPS,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    invoke_without_command=True,
+)
 @click.version_option(__version__, "--version", message="%(prog)s %(version)s")
 @debug_option
-def commands() -> None:
+@click.pass_context
+def commands(context: click.Context) -> None:
     """Equations of motion in separated form, as readable C, from the description of a mechanical scene.
 
     Exit codes: 0 fine, 2 usage, 3 description, 4 model, 5 toolchain, 6 numerical, 7 input and output, 130 interrupted.
     """
+    if context.invoked_subcommand is None:
+        from eomgen.cli.first_steps import welcome  # noqa: PLC0415  # without a verb only
+
+        click.echo(welcome())
 
 
 def _called(words: Sequence[str]) -> object:
@@ -115,9 +125,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.showwarning = _show_warning
             result = _called(words)
         return result if isinstance(result, int) else 0
-    except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message(), err=True)
-        return error.exit_code
     except click.UsageError as error:
         from eomgen.cli.mistakes import of_usage, what_of_usage  # noqa: PLC0415  # for a mistake only
 

@@ -22,6 +22,8 @@ from eomgen.scene.sources.source import Option, Source
 from eomgen.toolchain.profiles import PROFILES, STANDARD_PROFILE
 
 if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
     from eomgen.scene.scene import Scene
     from eomgen.system.signals import Input, Output, Parameter, State
 
@@ -158,6 +160,13 @@ def debug_option(command: Command) -> Command:
     return command
 
 
+def completed_files(context: click.Context, parameter: click.Parameter, start: str) -> list[CompletionItem]:
+    """Return the mark by which a shell completes names of files."""
+    from click.shell_completion import CompletionItem  # noqa: PLC0415  # in a shell's completion only
+
+    return [CompletionItem(start, type="file")]
+
+
 def scene_options(command: Command) -> Command:
     """Add the scene's path and the options for reading the scene."""
     for decorate in (
@@ -169,7 +178,7 @@ def scene_options(command: Command) -> Command:
             help="Joint or absolute coordinates; the scene's by default.",
         ),
         click.option("--strict", is_flag=True, help="Refuse elements that an importer would leave out with a note."),
-        click.argument("scene", metavar="SCENE"),
+        click.argument("scene", metavar="SCENE", shell_complete=completed_files),
     ):
         command = decorate(command)
     return command

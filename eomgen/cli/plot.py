@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from eomgen.cli.options import debug_option, json_option
+from eomgen.cli.options import completed_files, debug_option, json_option
 from eomgen.cli.printing import print_json, say
 from eomgen.errors import Problem, UsageError
 
@@ -20,7 +20,7 @@ from eomgen.errors import Problem, UsageError
     metavar="DIR",
     help="Folder to write to; it is made if it is missing.  [default: the folder of the solution]",
 )
-@click.argument("solution", metavar="SOLUTION")
+@click.argument("solution", metavar="SOLUTION", shell_complete=completed_files)
 @click.argument("names", metavar="[NAME]...", nargs=-1)
 @json_option
 @debug_option

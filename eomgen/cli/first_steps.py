@@ -1,0 +1,189 @@
+"""``eomgen`` alone, ``eomgen new``, ``eomgen examples`` and ``eomgen completion``: the way to a running scene."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+
+import click
+from click.shell_completion import CompletionItem, get_completion_class
+
+from eomgen.base.files import example_folder, make_folder, write_text
+from eomgen.base.messages import nearest, shown
+from eomgen.base.version import __version__
+from eomgen.cli.options import debug_option, json_option
+from eomgen.cli.printing import print_json, print_table, say
+from eomgen.errors import FileError, Problem, UsageError
+
+#: The scene of ``eomgen new`` without an example: the first scene of README.md.
+FIRST_SCENE = Path(__file__).with_name("first_scene.toml")
+_HEADING = re.compile(r"# (.+)")
+_SENTENCE = re.compile(r"(?<=\.)\s")
+_LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
+_SHELLS = ("bash", "zsh", "fish")
+
+
+def welcome() -> str:
+    """Return the text of ``eomgen`` without a verb."""
+    return f"""eomgen {__version__}: equations of motion as readable C, from the description of a mechanical scene.
+
+  eomgen new pendulum                                 a folder with a first scene
+  eomgen simulate pendulum/scene.toml --out out       run it: table, plots, solution
+  eomgen animate out/solution.npz --out out/motion.html
+
+  eomgen examples                                     fifty machines to start from
+  eomgen doctor                                       the tools of this machine
+  eomgen --help                                       all verbs"""
+
+
+def example_names() -> list[str]:
+    """Return the names of the examples, in alphabetical order."""
+    return sorted(path.parent.name for path in example_folder().glob("*/README.md"))
+
+
+def title_and_sentence(name: str) -> tuple[str, str]:
+    """Return the heading of an example and the first sentence of its page, without links."""
+    text = (example_folder() / name / "README.md").read_text(encoding="utf-8")
+    heading = _HEADING.search(text)
+    paragraphs = [part for part in text.split("\n\n")[1:] if part.strip() and part[0].isalnum()]
+    sentence = _SENTENCE.split(" ".join(_LINK.sub(r"\1", (paragraphs or [""])[0]).split()))[0]
+    return heading[1] if heading else name, sentence
+
+
+def scenes_of(folder: Path) -> list[str]:
+    """Return the files of a folder that verbs take, and the programs, below the folder."""
+    files = sorted(path for ending in ("toml", "urdf", "py") for path in folder.rglob(f"*.{ending}"))
+    return [path.relative_to(folder).as_posix() for path in files if "__pycache__" not in path.parts]
+
+
+def _completed(context: click.Context, parameter: click.Parameter, start: str) -> list[CompletionItem]:
+    return [
+        CompletionItem(name, help=title_and_sentence(name)[0]) for name in example_names() if name.startswith(start)
+    ]
+
+
+def copied(name: str, target: Path) -> list[str]:
+    """Copy an example to a new or empty folder, and return the files.
+
+    Raises
+    ------
+    UsageError
+        There is no such example.
+    FileError
+        The folder holds files, or cannot be written.
+    """
+    if name not in example_names():
+        raise UsageError(Problem("", f"there is no example {shown(name)}", nearest(name, example_names())))
+    source = example_folder() / name
+    _check_empty(target)
+    try:
+        shutil.copytree(source, make_folder(target), dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
+    except OSError as error:
+        raise FileError(
+            Problem(str(target), f"cannot be written: {error.strerror or error}", "another folder")
+        ) from None
+    return scenes_of(target)
+
+
+def _check_empty(target: Path) -> None:
+    """Raise FileError for a file, or for a folder with content."""
+    if target.is_dir() and not any(target.iterdir()):
+        return
+    if target.exists():
+        fault = (
+            "this folder is not empty, and all files are kept" if target.is_dir() else "there is a file of this name"
+        )
+        raise FileError(Problem(str(target), fault, "another name"))
+
+
+def _say_next(folder: Path, files: Iterable[str]) -> None:
+    """Say the next command after a folder was made."""
+    scenes = [file for file in files if file.endswith((".toml", ".urdf"))]
+    programs = [file for file in files if file.endswith(".py")]
+    if scenes:
+        say(f"next: eomgen simulate {folder / scenes[0]} --out {folder / 'out'}")
+    elif programs:
+        say(f"next: python {folder / programs[0]}")
+
+
+@click.command()
+@click.argument("name", metavar="NAME")
+@click.option(
+    "--example",
+    default=None,
+    metavar="EXAMPLE",
+    shell_complete=_completed,
+    help="Copy this example of `eomgen examples` in place of a pendulum with two links.",
+)
+@json_option
+@debug_option
+def new(name: str, example: str | None, as_json: bool) -> None:
+    """Make the folder NAME with a scene that runs, and say the next command.
+
+    The folder must not exist or be empty. Without --example the scene is two links on a support that shakes, with a
+    comment at each part.
+    """
+    folder = Path(name)
+    if example is None:
+        word = re.sub(r"\W+", "_", folder.name).strip("_")
+        if not word or word[0].isdigit():
+            raise UsageError(Problem(name, "the name of a scene begins with a letter", "eomgen new pendulum"))
+        _check_empty(folder)
+        text = FIRST_SCENE.read_text(encoding="utf-8")
+        write_text(make_folder(folder) / "scene.toml", re.sub(r'(?m)^name = ".*"', f'name = "{word}"', text, count=1))
+        files = ["scene.toml"]
+    else:
+        files = copied(example, folder)
+    if as_json:
+        print_json({"folder": str(folder), "files": files})
+    _say_next(folder, files)
+
+
+@click.command()
+@click.argument("names", metavar="[NAME]...", nargs=-1, shell_complete=_completed)
+@click.option("--out", "folder", default=None, metavar="DIR", help="Copy to folders below DIR.  [default: this folder]")
+@json_option
+@debug_option
+def examples(names: tuple[str, ...], folder: str | None, as_json: bool) -> None:
+    """List the examples, or copy the named ones, each to a folder of the same name.
+
+    Each example has a README.md with the source of all numbers and an independent reference.
+    """
+    if not names:
+        rows = [(name, *title_and_sentence(name)) for name in example_names()]
+        if as_json:
+            keys = ("name", "title", "sentence")
+            print_json(
+                [{**dict(zip(keys, row, strict=True)), "files": scenes_of(example_folder() / row[0])} for row in rows]
+            )
+        else:
+            print_table("", ("example", "machine"), [row[:2] for row in rows], whole=(0,))
+            say("eomgen examples NAME copies one, eomgen new FOLDER --example NAME, too")
+        return
+    made = []
+    for name in names:
+        target = Path(folder or ".") / name
+        made.append({"folder": str(target), "files": copied(name, target)})
+        if not as_json:
+            click.echo(str(target))
+            _say_next(target, scenes_of(target))
+    if as_json:
+        print_json(made)
+
+
+@click.command()
+@click.argument("shell", type=click.Choice(_SHELLS))
+@debug_option
+def completion(shell: str) -> None:
+    """Print the script that makes a SHELL complete verbs, options, examples and files.
+
+    For bash: eomgen completion bash >> ~/.bashrc. For zsh: the same with ~/.zshrc. For fish: eomgen completion fish >
+    ~/.config/fish/completions/eomgen.fish.
+    """
+    program = click.get_current_context().find_root().command
+    kind = get_completion_class(shell)
+    if kind is None:
+        raise UsageError(Problem("completion", f"click completes no {shell}", ", ".join(_SHELLS)))
+    click.echo(kind(program, {}, "eomgen", "_EOMGEN_COMPLETE").source())

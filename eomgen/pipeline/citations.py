@@ -1,0 +1,36 @@
+"""Papers of methods and of the methods of scenes, for ``eomgen cite``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.integrators.families.literature import Paper, papers_of
+from eomgen.integrators.families.register import AUTO, STANDARD, method_compiled
+from eomgen.pipeline.pipeline import load
+
+#: Endings of scene files.
+_FILES = (".toml", ".urdf")
+
+
+def papers_of_methods(names: Sequence[str]) -> list[Paper]:
+    """Return the papers of methods, each once.
+
+    Parameters
+    ----------
+    names : of methods, or paths of scene files, whose methods are meant
+
+    Raises
+    ------
+    UsageError, DescriptionError, FileError
+        There is no such method, or no such scene.
+    """
+    papers = (paper for name in names for paper in papers_of(method_compiled(_method(name)).source))
+    return list({paper.key: paper for paper in papers}.values())
+
+
+def _method(name: str) -> str:
+    """Return a name, or the method of a scene file."""
+    if not name.endswith(_FILES):
+        return name
+    method = load(name).simulation.method
+    return STANDARD if method == AUTO else method

@@ -1,0 +1,133 @@
+"""The way to a running scene: ``eomgen``, ``eomgen new``, ``eomgen examples``, ``eomgen completion``."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.cli import VERBS, main
+from eomgen.cli.first_steps import FIRST_SCENE, example_names, title_and_sentence
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_eomgen_alone_leads_to_a_running_scene(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0
+    text = capsys.readouterr().out
+    commands = re.findall(r"^  eomgen (\S+)", text, re.MULTILINE)
+    assert text.startswith(f"eomgen {eomgen.__version__}: ")
+    assert [word for word in commands if word != "--help"] == ["new", "simulate", "animate", "examples", "doctor"]
+    assert set(commands) - {"--help"} <= set(VERBS)
+    assert len(example_names()) >= 50  # as the text says
+
+
+def test_the_first_scene_is_the_one_of_the_first_page() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f"```toml\n{FIRST_SCENE.read_text(encoding='utf-8')}```" in readme
+
+
+def test_new_makes_a_scene_of_this_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "my-crane"]) == 0
+    assert capsys.readouterr().err == "next: eomgen simulate my-crane/scene.toml --out my-crane/out\n"
+    assert eomgen.load("my-crane/scene.toml").name == "my_crane"
+    assert main(["new", "my-crane"]) == 7
+    assert capsys.readouterr().err == (
+        "input/output error: my-crane: this folder is not empty, and all files are kept; try: another name\n"
+    )
+    assert main(["new", "2nd"]) == 2
+    assert "the name of a scene begins with a letter; try: eomgen new pendulum" in capsys.readouterr().err
+    assert main(["new", "second", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"folder": "second", "files": ["scene.toml"]}
+
+
+@pytest.mark.slow
+def test_the_said_command_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "first", "--example", "four_bar"]) == 0
+    words = capsys.readouterr().err.removeprefix("next: eomgen ").split()
+    assert words == ["simulate", "first/scene.toml", "--out", "first/out"]
+    assert main([*words, "--t-end", "0.05"]) == 0
+    assert Path("first/out/solution.npz").is_file()
+
+
+def test_examples_are_listed_with_their_files(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["examples"]) == 0
+    printed = capsys.readouterr().out
+    assert all(f"{name} " in printed for name in example_names())
+    assert main(["examples", "--json"]) == 0
+    rows = {row["name"]: row for row in json.loads(capsys.readouterr().out)}
+    assert rows["four_bar"]["title"] == "Four-bar linkage"
+    assert rows["four_bar"]["sentence"].startswith("Links of 0.1, 0.35, 0.3 and 0.4 m:")
+    assert rows["four_bar"]["files"] == ["scene.toml"] and "bar.py" in rows["scalar_wave"]["files"]
+
+
+def test_every_example_has_a_title_a_sentence_and_something_to_run() -> None:
+    for name in example_names():
+        title, sentence = title_and_sentence(name)
+        assert title != name and len(sentence) > 20 and "](" not in sentence, (name, title, sentence)
+
+
+def test_examples_are_copied_whole_or_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["examples", "heavy_top", "scalar_wave", "--out", "mine"]) == 0
+    told = capsys.readouterr()
+    assert told.out.split() == [str(Path("mine/heavy_top")), str(Path("mine/scalar_wave"))]
+    assert "next: eomgen simulate mine/heavy_top/joint_coordinates.toml --out mine/heavy_top/out\n" in told.err
+    copied = {path.name: path.read_bytes() for path in Path("mine/heavy_top").iterdir() if path.is_file()}
+    source = ROOT / "examples" / "heavy_top"
+    assert copied == {path.name: path.read_bytes() for path in source.iterdir() if path.is_file()}
+    assert main(["examples", "heavy_top", "--out", "mine"]) == 7
+    assert "this folder is not empty, and all files are kept" in capsys.readouterr().err
+    assert main(["examples", "heavy_to"]) == 2
+    assert capsys.readouterr().err == "usage error: there is no example 'heavy_to'; try: heavy_top\n"
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_script_of_completion_asks_this_program(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["completion", shell]) == 0
+    assert f"_EOMGEN_COMPLETE={shell}_complete" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("eomgen sim", ["plain,simulate"]),
+        ("eomgen simulate --rho", ["plain,--rho-inf"]),
+        ("eomgen new x --example four", ["plain,four_bar"]),
+        ("eomgen simulate sce", ["file,sce"]),
+    ],
+)
+def test_words_are_completed(words: str, expected: list[str], tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "_EOMGEN_COMPLETE": "bash_complete"}
+    environment |= {"COMP_WORDS": words, "COMP_CWORD": str(len(words.split()) - 1)}
+    done = subprocess.run(
+        [sys.executable, "-m", "eomgen"], env=environment, cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.stdout.split(), done.stderr) == (expected, "")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
+def test_bash_takes_the_script(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["completion", "bash"]) == 0
+    script = tmp_path / "completion.sh"
+    script.write_text(capsys.readouterr().out, encoding="utf-8")
+    done = subprocess.run(
+        ["bash", "-c", f". {script} && complete -p eomgen"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0 and "_eomgen_completion" in done.stdout, done.stderr
