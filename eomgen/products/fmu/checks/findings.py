@@ -1,0 +1,143 @@
+"""The check of an FMU before it is handed over: all rules that a model description and its archive must keep.
+
+It reads the XML alone, and shares no code with the writer, so that a mistake of the writer does not hide itself.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+
+from eomgen.products.fmu.checks.archive import (
+    check_binaries,
+    check_build_description,
+    check_names,
+    check_second_sources,
+    check_source_texts,
+    interfaces,
+    is_c_name,
+)
+from eomgen.products.fmu.checks.document import Element, Malformed, Report, parsed
+from eomgen.products.fmu.checks.grammar import FMI2, FMI3, Standard, check_form, number
+from eomgen.products.fmu.checks.structure import check_structure
+from eomgen.products.fmu.checks.variables import Variables, check_units_and_types, check_variables
+
+_FILE = "modelDescription.xml"
+_VERSIONS: tuple[tuple[re.Pattern[str], Standard], ...] = (
+    (re.compile(r"2\.0"), FMI2),
+    (re.compile(r"3\.0(\.\d+)?"), FMI3),
+)
+
+
+def findings(
+    model_description: str,
+    build_description: str = "",
+    *,
+    names: Collection[str] = (),
+    sources: Mapping[str, str] | None = None,
+) -> list[str]:
+    """Return the faults of a model description, of FMI 2.0 or FMI 3.0, and of the archive around it.
+
+    Parameters
+    ----------
+    model_description : text of ``modelDescription.xml``
+    build_description : text of ``sources/buildDescription.xml``, empty for none
+    names : paths of all files of the archive; empty: files are not checked
+    sources : texts of the files in ``sources``, by their paths there; None: texts are not checked
+
+    Returns
+    -------
+    list of str
+        A sentence for each fault: file, line, element, cause, and the rule of the standard; empty without faults.
+    """
+    try:
+        root = parsed(model_description)
+    except Malformed as fault:
+        return [f"{_FILE}, line {fault.line}: {fault.cause} (XML)"]
+    version = root.attributes.get("fmiVersion", "")
+    standard = next((standard for pattern, standard in _VERSIONS if pattern.fullmatch(version)), None)
+    if root.tag != "fmiModelDescription" or standard is None:
+        cause = f'the root {root.tag} with fmiVersion="{version}" is no model description of FMI 2.0 or FMI 3.0'
+        return [f"{_FILE}, line {root.line}: {cause} (fmiVersion)"]
+    report, variables = Report(_FILE, standard.name), Variables(root, standard)
+    check_form(root, standard, report)
+    _check_interfaces(root, standard, report)
+    _check_experiment(root, report)
+    _check_categories(root, report)
+    check_units_and_types(root, variables, report)
+    check_variables(root, variables, report)
+    check_structure(root, variables, report)
+    of_build = list[str]()
+    if names:
+        check_names(names, report)
+        check_binaries(root, names, report)
+    if not standard.third:
+        check_second_sources(root, names, report) if names else None
+    elif build_description or names:
+        of_build = check_build_description(root, build_description, names, report)
+    if sources is not None:
+        check_source_texts(root, sources, _listed(root, build_description), report)
+    return [*report.findings, *of_build]
+
+
+def _listed(root: Element, build_description: str) -> list[str]:
+    """Return the names of the sources that compilers are given, in their order."""
+    if not build_description:
+        return [x.attributes.get("name", "") for element, _ in root.walk() for x in element.all("File")]
+    try:
+        build = parsed(build_description)
+    except Malformed:
+        return []
+    return [x.attributes.get("name", "") for element, _ in build.walk() for x in element.all("SourceFile")]
+
+
+def _check_interfaces(root: Element, standard: Standard, report: Report) -> None:
+    """Report identifiers that are no names of C, and flags that need others."""
+    if not interfaces(root):
+        report.add(root, "there is neither ModelExchange nor CoSimulation", "types of FMUs")
+    for interface in interfaces(root):
+        flags = interface.attributes
+        identifier = flags.get("modelIdentifier", "")
+        if not is_c_name(identifier):
+            cause = f'modelIdentifier="{identifier}" is no identifier of C'
+            report.add(interface, cause, "modelIdentifier")
+        word = "State" if standard.third else "state"
+        needed = {f"canSerializeFMU{word}": f"canGetAndSetFMU{word}"}
+        if interface.tag == "CoSimulation":
+            needed |= {
+                "canReturnEarlyAfterIntermediateUpdate": "providesIntermediateUpdate",
+                "providesEvaluateDiscreteStates": "hasEventMode",
+            }
+        for flag, other in needed.items():
+            if flags.get(flag) in ("true", "1") and flags.get(other) not in ("true", "1"):
+                report.add(interface, f"{flag} needs {other}", flag)
+        step = flags.get("fixedInternalStepSize")
+        if step is not None and not (number(step) or 0.0) > 0.0:
+            report.add(interface, "the internal step is not positive", "fixedInternalStepSize")
+    indicators = root.attributes.get("numberOfEventIndicators", "0")
+    if indicators not in ("0", "") and root.first("ModelExchange") is None:
+        report.add(root, "event indicators belong to model exchange", "numberOfEventIndicators")
+
+
+def _check_experiment(root: Element, report: Report) -> None:
+    """Report a default experiment that cannot be run."""
+    experiment = root.first("DefaultExperiment")
+    if experiment is None:
+        return
+    keys = ("startTime", "stopTime", "stepSize", "tolerance")
+    start, stop, step, tolerance = (number(experiment.attributes.get(key, "")) for key in keys)
+    if start is not None and stop is not None and not start < stop:
+        report.add(experiment, f"the start {start:g} is not before the stop {stop:g}", "DefaultExperiment")
+    if step is not None and not step > 0.0:
+        report.add(experiment, f"the step {step:g} is not positive", "DefaultExperiment")
+    if start is not None and stop is not None and step is not None and start < stop < start + step:
+        report.add(experiment, f"the step {step:g} is longer than the experiment", "DefaultExperiment")
+    if tolerance is not None and not tolerance > 0.0:
+        report.add(experiment, f"the tolerance {tolerance:g} is not positive", "DefaultExperiment")
+
+
+def _check_categories(root: Element, report: Report) -> None:
+    section = root.first("LogCategories")
+    names = [] if section is None else [x.attributes.get("name", "") for x in section.all("Category")]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        report.add(section, f'the category "{name}" is listed twice', "LogCategories")
