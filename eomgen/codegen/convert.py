@@ -216,7 +216,7 @@ def _is_long(system: System, wanted: Sequence[str]) -> bool:
 def _patterns(system: System, wanted: Sequence[str]) -> dict[str, str]:
     """Return the positions of the nonzeros of matrices, as text, by output of the wanted functions."""
     derivatives = (name for name in wanted if name in TERMS and TERMS[name].differentiated)
-    functions = ("iteration", *NONZEROS.values(), *derivatives)
+    functions = ("iteration", "input_derivatives", *NONZEROS.values(), *derivatives)
     names = {block.name for name in functions if name in wanted for block in system.functions[name].outputs}
     return {name: packed_places(pairs) for name, pairs in system.patterns.items() if name in names}
 

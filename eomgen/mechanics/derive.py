@@ -195,6 +195,7 @@ def _existence_facts(derivation: Derivation) -> set[str]:
         "rigid_tree": not derivation.absolute and derivation.tree.rigid,
         "tunable": any(parameter.tunable for parameter in scene.parameters),
         "tunable_outputs": bool(scene.outputs) and any(parameter.tunable for parameter in scene.parameters),
+        "given_inputs": any(item.given for item in scene.inputs),
         "moving_base": derivation.base.moving,
         "absolute": derivation.absolute,
         "elastic": derivation.tree.elastic,

@@ -33,7 +33,7 @@ class Term:
         Facts of a system of which one must hold; a term without any exists in all systems. Facts: ``constraints``,
         ``unconstrained``, ``states``, ``moving_base``, ``outputs``, ``absolute``, ``elastic``, ``rigid``, ``large``,
         ``exact_beams``, ``events``, ``event_actions``, ``event_impulse``, ``tunable`` (parameters), ``tunable_outputs``
-        (both), ``rigid_tree`` (in joint coordinates).
+        (both), ``rigid_tree`` (in joint coordinates), ``given_inputs``.
     on_request : bool
         Recorded only by request, by name.
     quadratic : bool
@@ -298,6 +298,13 @@ _PLAIN = (
         exists=("tunable_outputs",),
         on_request=True,
         of_motion=True,
+    ),
+    Term(
+        "input_derivatives",
+        ("p", "t"),
+        "nonzeros of the Jacobian of the inputs that the scene gives in p and t",
+        exists=("given_inputs",),
+        on_request=True,
     ),
     Term(
         "second_partials",

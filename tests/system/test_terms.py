@@ -19,15 +19,14 @@ from eomgen.system.system import INPUT_BLOCKS
 from eomgen.system.terms import PURPOSES, TERMS, Term
 
 #: The fact that holds in a scene where another does not.
-_OPPOSITE = {"unconstrained": "constraints", "rigid": "elastic", "rigid_tree": "elastic"}
+_OPPOSITE = {"unconstrained": "constraints", "rigid": "elastic", "rigid_tree": "elastic", "given_inputs": "no_inputs"}
 
 
 @cache
 def scene_with(fact: str) -> Scene:
     """Return a body on a hinge with an input, and what makes one fact of it hold."""
-    builder = SceneBuilder(f"hinge_{fact}", coordinates="absolute" if fact == "absolute" else "joint").input(
-        "torque", "sin(t)"
-    )
+    builder = SceneBuilder(f"hinge_{fact}", coordinates="absolute" if fact == "absolute" else "joint")
+    builder.input("torque", *([] if fact == "no_inputs" else ["sin(t)"]))
     builder.body("link", 2.0, center_of_mass=[0.0, 0.0, 0.5], inertia=[0.2, 0.3, 0.1])
     builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0])
     builder.effort("motor", "hinge", "torque")

@@ -20,6 +20,7 @@ from collections.abc import Mapping, Sequence
 from eomgen.mechanics.dynamics.elimination import solve_tree
 from eomgen.mechanics.dynamics.partials import Change, WorkHessian, base_change
 from eomgen.mechanics.dynamics.separated import inverse_dynamics
+from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.implicit_step import Entries, nonzeros
@@ -56,6 +57,19 @@ def derivative_blocks(derivation: Derivation, name: str, blocks: Sequence[Block]
     block = nonzeros(derivation, name, by_columns, name)
     derivation.patterns[name] = tuple((row, column) for column, row in derivation.patterns[name])
     return [block]
+
+
+def input_derivatives(derivation: Derivation) -> list[Block]:
+    """Return the nonzeros of the Jacobian of the inputs that the scene gives: row by row, tunable parameters, then the
+    time."""
+    tape, scene = derivation.tape, derivation.scene
+    tunable = sum(item.tunable for item in scene.parameters)
+    seeds: Seeds = {InputSymbol("p", k): {k: ONE} for k in range(tunable)} | {InputSymbol("t", 0): {tunable: ONE}}
+    with tape.block("derivatives of the inputs that the scene gives"):
+        values = [input_signal(derivation.quantities, item).ref for item in scene.inputs]
+        tangents = forward_partials(tape, values, seeds)
+    entries = {(row, column): ref for row, tangent in enumerate(tangents) for column, ref in tangent.items()}
+    return [nonzeros(derivation, "input_derivatives", entries, "input_derivatives")]
 
 
 def _implicit(derivation: Derivation) -> bool:

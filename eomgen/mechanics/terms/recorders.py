@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from itertools import pairwise
 
 from eomgen.mechanics.scene_tape import Derivation
+from eomgen.mechanics.terms.argument_derivatives import input_derivatives
 from eomgen.mechanics.terms.centroidal import CENTROIDAL_RECORDERS, momenta
 from eomgen.mechanics.terms.events import event_actions, event_impulse, events, samples
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks
@@ -89,6 +90,7 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "output_partials": output_partials,
     "parameter_partials": parameter_partials,
     "output_parameter_partials": output_parameter_partials,
+    "input_derivatives": input_derivatives,
     "second_partials": second_partials,
     "joint_velocities": joint_velocity_partials,
     "regressor": regressor_blocks,
