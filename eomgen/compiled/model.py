@@ -329,6 +329,7 @@ class CompiledModel:
             "tunable_outputs": bool(self.parameters) and bool(self.library.layout["outputs"]),
             "samples": bool(self.library.layout["sampled"]),
             "moving_base": self.evaluator.moving_base,
+            "given_inputs": "inputs" in self.functions,
             "exact_beams": bool(self.description.exact_beams),
         }
         return frozenset(name for name, holds in facts.items() if holds)

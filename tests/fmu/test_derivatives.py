@@ -1,0 +1,167 @@
+"""Directional and adjoint derivatives of FMUs against complex steps of the model's functions, for all unknowns and knowns
+of all examples."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.lie.product import update
+from eomgen.products.fmu.archive import packed
+from eomgen.products.fmu.export import FmuFiles, fmu_files
+from tests.fmu.oracle import Rates
+from tests.mechanics.test_argument_derivatives import gimbal
+
+fmpy = pytest.importorskip("fmpy")
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SCENES = sorted(path.parent.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("scene.toml"))
+#: Scenes of the first tier: rotations, constraints with an input, parameters and a moving base.
+QUICK = ("double_pendulum_on_shaking_base", "four_bar", "gimbal")
+Array = np.ndarray
+
+
+def scene_of(name: str) -> Any:
+    return gimbal() if name == "gimbal" else EXAMPLES / name / "scene.toml"
+
+
+@cache
+def exported(name: str, version: int) -> FmuFiles:
+    return fmu_files(scene_of(name), version=version, reference=False, profile="quick")
+
+
+@cache
+def model_of(name: str) -> eomgen.Model:
+    return eomgen.build(scene_of(name), profile="quick")
+
+
+class Unit:
+    """An FMU in model exchange, through FMPy."""
+
+    def __init__(self, made: FmuFiles, folder: Path) -> None:
+        self.interface, self.version = made.interface, made.interface.version
+        zipfile.ZipFile(io.BytesIO(packed(made.files))).extractall(folder)
+        described = fmpy.read_model_description(str(folder))
+        exchange = described.modelExchange
+        keys = {"guid": described.guid, "unzipDirectory": str(folder), "modelIdentifier": exchange.modelIdentifier}
+        kind = fmpy.fmi2.FMU2Model if self.version == 2 else fmpy.fmi3.FMU3Model
+        self.unit = kind(**keys, instanceName="one")
+        self.unit.instantiate()
+        if self.version == 2:
+            self.unit.setupExperiment(startTime=0.0)
+        self.unit.enterInitializationMode()
+        self.unit.exitInitializationMode()
+        self.continuous = False
+
+    def at(self, state: dict[str, Any]) -> None:
+        """Go to a state in the mode of continuous time."""
+        unit = self.unit
+        if self.continuous:
+            unit.enterEventMode()
+        self.continuous = True
+        parameters = self.interface.of("parameter")
+        inputs = self.interface.of("input")
+        self.set([item.reference for item in parameters], [state["p"][item.index] for item in parameters])
+        self.set([item.reference for item in inputs], [state["u"][item.index] for item in inputs])
+        unit.enterContinuousTimeMode()
+        unit.setTime(float(state["t"]))
+        x = np.array([state[item.kind][item.index] for item in self.interface.states])
+        pointer = x.ctypes.data_as(fmpy.fmi3.POINTER(fmpy.fmi3.c_double))
+        unit.setContinuousStates(pointer, len(x))
+
+    def set(self, references: list[int], values: list[float]) -> None:
+        """Set numbers by value references."""
+        if references:
+            (self.unit.setReal if self.version == 2 else self.unit.setFloat64)(references, [float(v) for v in values])
+
+    def get(self, references: list[int]) -> Array:
+        """Return numbers by value references."""
+        values = (self.unit.getReal if self.version == 2 else self.unit.getFloat64)(references)
+        return np.array(values)
+
+    def directional(self, unknowns: list[int], knowns: list[int], seed: Array) -> Array:
+        """Return J seed."""
+        seeds = [float(number) for number in seed]
+        if self.version == 2:
+            return np.array(self.unit.getDirectionalDerivative(unknowns, knowns, seeds))
+        return np.array(self.unit.getDirectionalDerivative(unknowns, knowns, seeds, len(unknowns)))
+
+    def adjoint(self, unknowns: list[int], knowns: list[int], seed: Array) -> Array:
+        """Return seed^T J."""
+        return np.array(self.unit.getAdjointDerivative(unknowns, knowns, [float(x) for x in seed], len(knowns)))
+
+
+@pytest.fixture
+def unit_of(tmp_path: Path) -> Iterator[Any]:
+    made: list[Unit] = []
+
+    def unit(name: str, version: int) -> Unit:
+        made.append(Unit(exported(name, version), tmp_path))
+        return made[-1]
+
+    yield unit
+    for one in made:
+        one.unit.terminate()
+        one.unit.freeInstance()
+
+
+def random_state(model: eomgen.Model, rng: np.random.Generator) -> dict[str, Any]:
+    """Return a state near the start; quaternions have other lengths than one."""
+    q = update(model.factors, model.initial_q, rng.uniform(-0.2, 0.2, model.nv))
+    for factor in model.factors:
+        if factor.group != "R":
+            q[factor.q_start : factor.q_start + 4] *= rng.uniform(0.9, 1.1)
+    state = {"q": q, "v": model.initial_v + 0.3 * rng.normal(size=model.nv), "t": np.array(0.3)}
+    state["z"] = model.initial_z + 0.1 * rng.normal(size=model.nz)
+    state["p"] = model.parameter_array() * rng.uniform(0.95, 1.05, len(model.parameters))
+    return {**state, "u": rng.normal(size=model.nu)}
+
+
+def pairs(made: FmuFiles) -> tuple[list[int], list[int], list[tuple[str, int]]]:
+    """Return references of all unknowns and knowns, and the knowns as components of states."""
+    interface = made.interface
+    unknowns = [x.reference for kind in ("der_q", "der_v", "der_z", "output") for x in interface.of(kind)]
+    blocks = {"time": "t", "parameter": "p", "input": "u", "q": "q", "v": "v", "z": "z"}
+    items = [item for kind in blocks for item in interface.of(kind)]
+    return unknowns, [x.reference for x in items], [(blocks[x.kind], x.index) for x in items]
+
+
+CASES = [(name, version) for name in (*SCENES, "gimbal") for version in (2, 3)]
+
+
+@pytest.mark.slow_except(*(f"{name}-3" for name in QUICK))
+@pytest.mark.parametrize(("name", "version"), CASES, ids=[f"{name}-{version}" for name, version in CASES])
+def test_derivatives_are_those_of_complex_steps(
+    name: str, version: int, unit_of: Any, rng: np.random.Generator
+) -> None:
+    unit, model = unit_of(name, version), model_of(name)
+    unknowns, knowns, places = pairs(exported(name, version))
+    rates = Rates(model, [item.index for item in unit.interface.of("input")])
+    continuous = [item.index for item in unit.interface.of("z")]
+    states = sum(factor.q_size for factor in model.factors) + model.nv
+    rows = [*range(states), *(states + index for index in continuous)]
+    for _ in range(2):
+        state = random_state(model, rng)
+        unit.at(state)
+        values, of_outputs = rates(state)
+        expected_values = np.concatenate([values[rows], of_outputs]).real
+        scale = np.max(np.abs(expected_values), initial=1.0)
+        assert np.max(np.abs(unit.get(unknowns) - expected_values)) <= 1e-11 * scale
+        first, second = rates.jacobian(state, places)
+        expected = np.concatenate([first[rows], second])
+        found = np.stack([unit.directional(unknowns, [known], np.ones(1)) for known in knowns], axis=1)
+        assert np.max(np.abs(found - expected)) <= 1e-12 * np.max(np.abs(expected))
+        seed, weights = rng.normal(size=len(knowns)), rng.normal(size=len(unknowns))
+        along = unit.directional(unknowns, knowns, seed)
+        assert np.max(np.abs(along - found @ seed)) <= 1e-12 * np.max(np.abs(expected))
+        if version == 3:
+            back = unit.adjoint(unknowns, knowns, weights)
+            assert abs(back @ seed - weights @ along) <= 1e-13 * (np.abs(weights) @ np.abs(found) @ np.abs(seed))
