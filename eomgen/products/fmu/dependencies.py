@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -13,17 +13,18 @@ from eomgen.system.terms import ARGUMENTS
 
 #: Kind of a known, and the place in the array of the kind.
 Known = tuple[str, int]
-#: Terms whose nonzeros give dependencies.
+#: Terms on request whose nonzeros give dependencies and derivatives.
 PATTERNS = (
-    "inverse_dynamics_derivatives",
     "forward_dynamics_derivatives",
     "residual_derivatives",
+    "constraint_acceleration",
     "constraint_acceleration_derivatives",
     "internal_rate_derivatives",
     "outputs_derivatives",
+    "input_derivatives",
 )
 #: Kinds of knowns by arguments of functions.
-_KINDS = {"q": "q", "v": "v", "z": "z", "u": "input", "p": "parameter"}
+_KINDS = {"q": "q", "v": "v", "z": "z"}
 
 
 class Dependencies:
@@ -32,10 +33,11 @@ class Dependencies:
     Parameters
     ----------
     program : with nonzeros of derivatives, of which absent ones make the dependencies unknown
+    inputs : numbers of the inputs that are set from outside
     """
 
-    def __init__(self, program: Program) -> None:
-        self.program = program
+    def __init__(self, program: Program, inputs: Collection[int]) -> None:
+        self.program, self.inputs = program, inputs
         modes = program.method["events"]["modes"] if "events" in program.method else []
         self._modes = {int(mode["parameter"]): number for number, mode in enumerate(modes)}
         rows = program.method.get("samples", {}).get("rows", ())
@@ -122,6 +124,24 @@ class Dependencies:
             for index in range(size):
                 yield block, index
 
+    def _parameter(self, index: int) -> Known:
+        return ("mode", self._modes[index]) if index in self._modes else ("parameter", index)
+
+    @cached_property
+    def _given(self) -> list[set[Known]]:
+        """Parameters and time on which each input depends that the scene gives."""
+        program, count = self.program, len(self.program.parameters)
+        every: set[Known] = {("time", 0), *(self._parameter(index) for index in range(count))}
+        if "inputs" not in program.function_names:
+            return [set() for _ in program.inputs]
+        if "input_derivatives" not in program.patterns:
+            return [set(every) for _ in program.inputs]
+        result: list[set[Known]] = [set() for _ in program.inputs]
+        rows, columns = unpacked_places(program.patterns["input_derivatives"]).tolist()
+        for row, column in zip(rows, columns, strict=True):
+            result[row].add(("time", 0) if column == count else self._parameter(column))
+        return result
+
     @cached_property
     def _components(self) -> Mapping[int, tuple[int, ...]]:
         """Components of q for each direction."""
@@ -134,7 +154,7 @@ class Dependencies:
             quaternion = tuple(range(q, q + 4))
             result.update({v + k: quaternion for k in range(3)})
             if int(factor["v_size"]) > 3:
-                result.update({v + k: (*quaternion, q + 4, q + 5, q + 6) for k in range(3, 6)})
+                result.update({v + k: (q + 4, q + 5, q + 6) for k in range(3, 6)})
         return result
 
     def _plain(self, row: list[tuple[str, int]]) -> set[Known]:
@@ -143,8 +163,12 @@ class Dependencies:
         for block, index in row:
             if block == "q":
                 knowns |= {("q", component) for component in self._components[index]}
-            elif block == "p" and index in self._modes:
-                knowns.add(("mode", self._modes[index]))
+            elif block == "u":
+                knowns |= {("input", index)} if index in self.inputs else self._given[index]
+            elif block == "t":
+                knowns.add(("time", 0))
+            elif block == "p":
+                knowns.add(self._parameter(index))
             elif block == "z" and index in self._sampled:
                 knowns.add(("sampled", index))
             elif block in _KINDS:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.base.calls import checked_call
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.base.files import check_writable, write_bytes
 from eomgen.base.messages import nearest, shown
 from eomgen.codegen.targets.c.target import C
@@ -20,7 +20,9 @@ from eomgen.integrators.families.register import terms_of
 from eomgen.pipeline import pipeline
 from eomgen.products.fmu.archive import documents, packed, token_of
 from eomgen.products.fmu.binary import binary_path, built
+from eomgen.products.fmu.checks import findings
 from eomgen.products.fmu.dependencies import PATTERNS
+from eomgen.products.fmu.derivatives import derivative_data
 from eomgen.products.fmu.interface import Interface, Options, interface_of, with_token
 from eomgen.products.fmu.model_description import Experiment, build_description, model_description
 from eomgen.products.fmu.sources import compiled_sources, source_files
@@ -145,13 +147,15 @@ def fmu_files(
         fault = "functions of the caller give samples of a controller, and an FMU has no caller's functions"
         raise ModelError(Problem(program.prefix, fault, 'source = "law.c", with the function in C'))
     interface = interface_of(program, described, options)
+    derivatives = derivative_data(program, interface)
+    interface = replace(interface, provides_derivatives=derivatives is not None)
     simulation = described.simulation
     experiment = Experiment(simulation.duration, simulation.step, simulation.tolerance)
     flags = _flags(program, options, simulation.step)
-    texts = source_files(interface)
+    texts = source_files(interface, derivatives)
     listed = compiled_sources(interface, texts)
     interface = with_token(interface, token_of({**texts, "": model_description(interface, experiment, listed, flags)}))
-    texts = source_files(interface)
+    texts = source_files(interface, derivatives)
     files: dict[str, str | bytes] = {f"sources/{name}": text for name, text in texts.items()}
     files["modelDescription.xml"] = model_description(interface, experiment, listed, flags)
     if version == 3:
@@ -161,7 +165,18 @@ def fmu_files(
         files[binary_path(interface)] = built(interface, texts, profile)
     if reference:
         files |= _reference(document, interface, method, parameters)
+    _check(files)
     return FmuFiles(interface, files)
+
+
+def _check(files: Mapping[str, str | bytes]) -> None:
+    """Raise an error if the model description breaks a rule of the standard: a mistake of eomgen."""
+    texts = {name: text for name, text in files.items() if isinstance(text, str)}
+    sources = {name.removeprefix("sources/"): text for name, text in texts.items() if name.endswith((".c", ".h"))}
+    build = texts.get("sources/buildDescription.xml", "")
+    if faults := findings(texts["modelDescription.xml"], build, names=files, sources=sources):
+        more = f" and {len(faults) - 1} more" if len(faults) > 1 else ""
+        raise ModelError(f"the FMU would break its standard: {faults[0]}{more}", "a report to the authors of eomgen")
 
 
 def _checked(version: int, types: Sequence[str] | str, inputs: Sequence[str]) -> Options:

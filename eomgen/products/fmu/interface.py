@@ -13,7 +13,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.codegen.program import Program
 from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import evaluate
-from eomgen.products.fmu.dependencies import Dependencies
+from eomgen.products.fmu.dependencies import Dependencies, Known
 from eomgen.products.fmu.units import FmuUnit, unit_of
 from eomgen.system.description import Description
 from eomgen.system.signals import Input
@@ -178,7 +178,7 @@ def mode_parameters(program: Program) -> list[int]:
 def interface_of(program: Program, described: Description, options: Options) -> Interface:
     """Return the interface of a Program with a method."""
     made = _Variables(program, described, options)
-    structure = _Structure(program, made.variables, made.places)
+    structure = _Structure(program, made.variables, made.places, options.version)
     return Interface(
         program,
         options,
@@ -357,9 +357,11 @@ class _Variables:
 class _Structure:
     """The model structure: unknowns with dependencies."""
 
-    def __init__(self, program: Program, variables: Sequence[Variable], places: Mapping[tuple[str, int], int]) -> None:
-        self.places = places
-        self.dependencies = Dependencies(program)
+    def __init__(
+        self, program: Program, variables: Sequence[Variable], places: Mapping[Known, int], version: int
+    ) -> None:
+        self.places, self.version = places, version
+        self.dependencies = Dependencies(program, [item.index for item in variables if item.kind == "input"])
         self.constrained = bool(program.sizes["lam"])
         self.outputs = tuple(self._unknown(item) for item in variables if item.kind == "output")
         rates = [item for item in variables if item.derivative is not None]
@@ -371,6 +373,11 @@ class _Structure:
             self._unknown(item, initial=True) for item in sorted(initial, key=lambda item: item.reference)
         )
 
+    def _place(self, known: Known) -> Known:
+        """Return the place of a known; internal states that are sampled have a kind of their own."""
+        kind, index = known
+        return known if kind != "z" or known in self.places else ("sampled", index)
+
     def _unknown(self, item: Variable, *, initial: bool = False) -> Unknown:
         if initial and self.constrained:
             return Unknown(item.reference)
@@ -378,10 +385,10 @@ class _Structure:
         if known is None:
             return Unknown(item.reference)
         linear, others = known
-        kinds = ["parameter", "input", "q", "v", "z", *(("sampled", "mode") if initial else ())]
-        known_by = {self.places[place] for place in others if place[0] in kinds and place in self.places}
-        if not initial:
-            known_by -= {self.places[place] for place in others if place[0] == "parameter" and place in self.places}
+        kinds = ("time", "input", "q", "v", "z")
+        if initial or self.version == 3:
+            kinds += ("parameter", "sampled", "mode")
+        known_by = {self.places[place] for place in map(self._place, others) if place[0] in kinds and place in self.places}
         constant = {self.places[place] for place in linear if place in self.places} - known_by
         every = sorted(known_by | constant)
         return Unknown(

@@ -102,7 +102,7 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
         "periodic": list(dict.fromkeys((item["time"], item["period"]) for item in jumps if item["period"])),
         "places": _places(interface),
         "explicit": explicit,
-        "solved": not explicit or derivatives is not None,
+        "solved": not explicit,
         "scratch": () if derivatives is None else derivatives["scratch"],
         "adaptive": any(item["name"] == "tolerance" for item in method["settings"]),
         "derivatives": derivatives,
