@@ -1,5 +1,5 @@
-"""Directional and adjoint derivatives of FMUs against complex steps of the model's functions, for all unknowns and knowns
-of all examples."""
+"""Directional and adjoint derivatives of FMUs against complex steps of the model's functions, for all unknowns and
+knowns of all examples."""
 
 from __future__ import annotations
 

@@ -64,7 +64,8 @@ def input_derivatives(derivation: Derivation) -> list[Block]:
     time."""
     tape, scene = derivation.tape, derivation.scene
     tunable = sum(item.tunable for item in scene.parameters)
-    seeds: Seeds = {InputSymbol("p", k): {k: ONE} for k in range(tunable)} | {InputSymbol("t", 0): {tunable: ONE}}
+    seeds: Seeds = {InputSymbol("t", 0): {tunable: ONE}}
+    seeds |= {InputSymbol("p", k): {k: ONE} for k in range(tunable)}
     with tape.block("derivatives of the inputs that the scene gives"):
         values = [input_signal(derivation.quantities, item).ref for item in scene.inputs]
         tangents = forward_partials(tape, values, seeds)

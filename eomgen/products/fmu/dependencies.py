@@ -105,6 +105,22 @@ class Dependencies:
             result.append(knowns)
         return result
 
+    def direct(self, kind: str, index: int) -> tuple[set[Known], set[Known]] | None:
+        """Return the same of an unknown for given accelerations and multipliers, of which ``algebraic`` is the kind."""
+        nv = self.program.sizes["v"]
+        if kind == "der_v":
+            return {("algebraic", index)}, set()
+        if kind not in ("output", "residual"):
+            return self.of(kind, index)
+        names = ("residual", "constraint_acceleration") if self.program.sizes["lam"] else ("inverse_dynamics",)
+        found = [self._rows(name) for name in (("outputs",) if kind == "output" else names)]
+        if any(rows is None for rows in found):
+            return None
+        row = [row for rows in found if rows is not None for row in rows][index]
+        algebraic: set[Known] = {("algebraic", k) for block, k in row if block == "a"}
+        algebraic |= {("algebraic", nv + k) for block, k in row if block == "lam"}
+        return set(), self._plain(row) | algebraic
+
     def _rows(self, name: str) -> list[list[tuple[str, int]]] | None:
         """Return the arguments of each row of a function, (block, place), with q by directions."""
         program = self.program

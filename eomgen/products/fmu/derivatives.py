@@ -24,8 +24,8 @@ _SUFFIX = "_derivatives"
 _OF_INPUTS = "input_derivatives"
 #: Kinds of knowns and of unknowns, as the C numbers them, by kinds of variables.
 KNOWNS = {"time": "OF_T", "parameter": "OF_P", "input": "OF_U", "q": "OF_Q", "v": "OF_V", "z": "OF_Z"}
-KNOWNS |= {"sampled": "OF_Z"}
-UNKNOWNS = {"der_q": "RATE_Q", "der_v": "RATE_V", "der_z": "RATE_Z", "output": "OUTPUT"}
+KNOWNS |= {"sampled": "OF_Z", "algebraic": "OF_A"}
+UNKNOWNS = {"der_q": "RATE_Q", "der_v": "RATE_V", "der_z": "RATE_Z", "output": "OUTPUT", "residual": "RESIDUAL"}
 
 
 def derivative_data(program: Program, interface: Interface) -> dict[str, Any] | None:
@@ -34,14 +34,19 @@ def derivative_data(program: Program, interface: Interface) -> dict[str, Any] | 
     Returns
     -------
     dict
-        ``functions``: name, number of nonzeros, and their rows and directions; ``firsts``: first direction of each
-        argument; ``kinds`` and ``places`` of the variables by value references; ``scratch``: names and sizes of
-        arrays of doubles in the memory of an instance
+        ``dynamics``, ``equations``: functions of accelerations, and of residuals; ``functions``: name, number of
+        nonzeros, and their rows and directions; ``firsts``: first direction of each argument; ``kinds`` and ``places``
+        of the variables by value references; ``scratch``: names and sizes of arrays of doubles in the memory of an
+        instance
     """
     sizes, known = program.sizes, set(program.function_names)
     explicit = not sizes["lam"] and _EXPLICIT in known
     dynamics = (_EXPLICIT,) if explicit else _CONSTRAINED if sizes["lam"] else (_IMPLICIT,)
-    wanted = [*dynamics, *(["internal_rate"] if sizes["z"] else []), *(["outputs"] if program.outputs else [])]
+    residuals = _CONSTRAINED if sizes["lam"] else (_IMPLICIT,)
+    equations = residuals if interface.options.dae else ()
+    wanted = [*dict.fromkeys((*dynamics, *equations))]
+    wanted += ["internal_rate"] if sizes["z"] else []
+    wanted += ["outputs"] if program.outputs else []
     if not all(f"{name}{_SUFFIX}" in known or f"{name}{_SUFFIX}" in program.patterns for name in wanted):
         return None
     functions = {name: _function(program, name) for name in wanted}
@@ -60,6 +65,7 @@ def derivative_data(program: Program, interface: Interface) -> dict[str, Any] | 
     return {
         "explicit": explicit,
         "dynamics": list(dynamics),
+        "equations": list(equations),
         "functions": functions,
         "firsts": firsts,
         "width": width,

@@ -21,6 +21,7 @@ from eomgen.pipeline import pipeline
 from eomgen.products.fmu.archive import documents, packed, token_of
 from eomgen.products.fmu.binary import binary_path, built
 from eomgen.products.fmu.checks import findings
+from eomgen.products.fmu.dae import MANIFEST, dae_manifest
 from eomgen.products.fmu.dependencies import PATTERNS
 from eomgen.products.fmu.derivatives import derivative_data
 from eomgen.products.fmu.interface import Interface, Options, interface_of, with_token
@@ -53,6 +54,7 @@ def fmu(
     binary: bool = True,
     reference: bool = True,
     profile: str = "reproducible",
+    dae: bool = False,
 ) -> Path:
     """Write a scene as an FMU: model description, sources, this machine's library, documentation, reference results.
 
@@ -79,6 +81,9 @@ def fmu(
         Whether the archive has this machine's library, and not sources alone.
     reference : bool
         Whether the archive has the motion of ``simulate`` as a table.
+    dae : bool
+        Whether importers can take the model as a differential-algebraic system and solve for accelerations and
+        multipliers themselves: FMI-LS-DAE, draft 1.0.0-alpha.1.
     profile : str
         Of the library: ``reproducible`` (the bits of ``simulate`` with this profile), or as of ``build``.
 
@@ -107,6 +112,7 @@ def fmu(
         binary=binary,
         reference=reference,
         profile=profile,
+        dae=dae,
     )
     path = Path(f"{made.interface.name}.fmu" if file is None else file)
     check_writable(path)
@@ -133,13 +139,14 @@ def fmu_files(
     binary: bool = True,
     reference: bool = True,
     profile: str = "reproducible",
+    dae: bool = False,
 ) -> FmuFiles:
     """Return the files of an FMU; see ``fmu``."""
-    options = _checked(version, types, inputs)
+    options = _checked(version, types, inputs, dae)
     document = pipeline.load_scene(scene)
     described = pipeline.as_document(document)[1].describe(document)
     _check_exported(document, described, options)
-    program, refusal = _program(document, method, parameters)
+    program, refusal = _program(document, method, parameters, options)
     if not program.method:
         name = pipeline.method_of(document, method)
         raise ModelError(f"{name} cannot run on this scene: {refusal}", "another method, by --method")
@@ -158,6 +165,8 @@ def fmu_files(
     texts = source_files(interface, derivatives)
     files: dict[str, str | bytes] = {f"sources/{name}": text for name, text in texts.items()}
     files["modelDescription.xml"] = model_description(interface, experiment, listed, flags)
+    if options.dae:
+        files[MANIFEST] = dae_manifest(interface)
     if version == 3:
         files["sources/buildDescription.xml"] = build_description(interface, listed)
     files |= documents(interface, experiment=experiment, types=TYPES, sources=listed)
@@ -173,13 +182,13 @@ def _check(files: Mapping[str, str | bytes]) -> None:
     """Raise an error if the model description breaks a rule of the standard: a mistake of eomgen."""
     texts = {name: text for name, text in files.items() if isinstance(text, str)}
     sources = {name.removeprefix("sources/"): text for name, text in texts.items() if name.endswith((".c", ".h"))}
-    build = texts.get("sources/buildDescription.xml", "")
-    if faults := findings(texts["modelDescription.xml"], build, names=files, sources=sources):
+    build, manifest = (texts.get(name, "") for name in ("sources/buildDescription.xml", MANIFEST))
+    if faults := findings(texts["modelDescription.xml"], build, names=files, sources=sources, manifest=manifest):
         more = f" and {len(faults) - 1} more" if len(faults) > 1 else ""
         raise ModelError(f"the FMU would break its standard: {faults[0]}{more}", "a report to the authors of eomgen")
 
 
-def _checked(version: int, types: Sequence[str] | str, inputs: Sequence[str]) -> Options:
+def _checked(version: int, types: Sequence[str] | str, inputs: Sequence[str], dae: bool) -> Options:
     """Return checked options. Raises UsageError."""
     if version not in (2, 3):
         raise UsageError(Problem("version", f"there is no version {shown(str(version))} of FMI here", "2 or 3"))
@@ -189,7 +198,10 @@ def _checked(version: int, types: Sequence[str] | str, inputs: Sequence[str]) ->
             raise UsageError(Problem("types", f"there is no type {shown(str(name))}", nearest(str(name), TYPES)))
     if not names:
         raise UsageError(Problem("types", "an FMU without model exchange and co-simulation has no use", "me, cs"))
-    return Options(version, tuple(name for name in TYPES if name in names), tuple(inputs))
+    if dae and (version != 3 or "me" not in names):
+        fault = "differential-algebraic systems are a layer over model exchange of FMI 3.0"
+        raise UsageError(Problem("dae", fault, "version 3 with me"))
+    return Options(version, tuple(name for name in TYPES if name in names), tuple(inputs), dae)
 
 
 def _check_exported(scene: Scene, described: Description, options: Options) -> None:
@@ -204,12 +216,15 @@ def _check_exported(scene: Scene, described: Description, options: Options) -> N
         raise ModelError(Problem(scene.name, fault, "a drive with a law of time, or a joint that an input drives"))
 
 
-def _program(scene: Scene, method: str | None, parameters: Mapping[str, float | str] | None) -> tuple[Program, str]:
+def _program(
+    scene: Scene, method: str | None, parameters: Mapping[str, float | str] | None, options: Options
+) -> tuple[Program, str]:
     document, front_end = pipeline.as_document(scene)
     name = pipeline.method_of(scene, method)
     constrained = bool(scene.constraints) or scene.coordinates == "absolute"
     called = terms_of(name, constrained, bool(scene.states))
     wanted = [*PURPOSES["run"], *PURPOSES["accelerations"], "inverse_dynamics", *called, *PATTERNS]
+    wanted += ["inverse_dynamics_derivatives"] if options.dae and not constrained else []
     return pipeline.exported_program(document, front_end, C, list(dict.fromkeys(wanted)), method, parameters=parameters)
 
 

@@ -23,7 +23,7 @@ from eomgen.system.system import Quantity
 _IDENTIFIER = r"[A-Za-z_]\w*(\[\d+(,\d+)*\])?(\.[A-Za-z_]\w*(\[\d+(,\d+)*\])?)*"
 _STRUCTURED = re.compile(rf"(?a:{_IDENTIFIER}|der\({_IDENTIFIER}\))")
 #: Kinds of variables with values that the equations give.
-CALCULATED = ("der_q", "der_v", "der_z", "output", "formula", "indicator")
+CALCULATED = ("der_q", "der_v", "der_z", "output", "formula", "indicator", "residual", "drift")
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,8 @@ class Variable:
     reference : value reference, the place among the variables
     kind : ``time``, ``parameter``, ``input``, ``q``, ``v``, ``z``, ``sampled`` (internal state), ``turns`` (reference
         of an angle over several turns), ``der_q``, ``der_v``, ``der_z``, ``output``, ``mode``, ``formula`` (an input
-        that the scene gives) or ``indicator``
+        that the scene gives) or ``indicator``; with ``dae`` ``switch``, ``algebraic`` (accelerations, then
+        multipliers), ``residual`` and ``drift`` (constraints, then their rates)
     index : place in the array of the kind
     initial : ``exact``, ``approx`` or ``calculated``; empty for inputs and the time
     start : None if the equations give the value
@@ -85,11 +86,13 @@ class Options:
     version : 2 or 3
     types : of ``me`` (model exchange) and ``cs`` (co-simulation)
     inputs : names of inputs with a formula that importers may set
+    dae : whether the FMU can leave accelerations and multipliers to the importer, see ``dae.py``
     """
 
     version: int
     types: tuple[str, ...]
     inputs: tuple[str, ...] = ()
+    dae: bool = False
 
 
 @dataclass(frozen=True)
@@ -152,6 +155,11 @@ class Interface:
     def states(self) -> tuple[Variable, ...]:
         """Continuous states, in the order of the derivatives."""
         return (*self.of("q"), *self.of("v"), *self.of("z"))
+
+    @cached_property
+    def dependencies(self) -> Dependencies:
+        """Dependencies of the unknowns."""
+        return Dependencies(self.program, [item.index for item in self.of("input")])
 
     @property
     def structured(self) -> bool:
@@ -352,6 +360,26 @@ class _Variables:
                 text = row["description"] or f"roots are the event {row['name']}"
                 name = f"event.{row['name']}"
                 self._add(name, "indicator", index, "local", "continuous", initial="calculated", description=text)
+        if options.dae:
+            self._differential_algebraic()
+
+    def _differential_algebraic(self) -> None:
+        """Add the variables of the differential-algebraic system."""
+        program, local = self.program, ("local", "continuous")
+        text = "true: the importer solves for accelerations and multipliers (FMI-LS-DAE)"
+        self._add("dae", "switch", 0, "structuralParameter", "fixed", start=0.0, description=text)
+        velocities = [item.name for item in program.velocities]
+        unknowns = [f"acceleration of {name}" for name in velocities]
+        unknowns += [f"multiplier of {name}" for name in program.multipliers]
+        equations = [f"equation of motion of {name}" for name in velocities]
+        equations += [f"acceleration of the constraint {name}" for name in program.multipliers]
+        holonomic = program.multipliers[: program.sizes["holonomic"]]
+        drifts = [f"constraint {name}" for name in holonomic]
+        drifts += [f"rate of the constraint {name}" for name in program.multipliers]
+        for kind, descriptions in (("algebraic", unknowns), ("residual", equations), ("drift", drifts)):
+            for index, description in enumerate(descriptions):
+                more: Any = {"initial": "calculated", "description": description}
+                self._add(f"dae.{kind}[{index}]", kind, index, *local, **more)
 
 
 class _Structure:
@@ -385,9 +413,8 @@ class _Structure:
         if known is None:
             return Unknown(item.reference)
         linear, others = known
-        kinds = ("time", "input", "q", "v", "z")
-        if initial or self.version == 3:
-            kinds += ("parameter", "sampled", "mode")
+        kinds = ["time", "input", "q", "v", "z"]
+        kinds += ["parameter", "sampled", "mode"] if initial or self.version == 3 else []
         known_by = {self.places[place] for place in map(self._place, others) if place[0] in kinds and place in self.places}
         constant = {self.places[place] for place in linear if place in self.places} - known_by
         every = sorted(known_by | constant)

@@ -165,6 +165,9 @@ def _written_3(interface: Interface, experiment: Experiment, sources: Sequence[s
     variables = ET.SubElement(root, "ModelVariables")
     for item in interface.variables:
         attributes = {**_head(item), **_value_attributes(item)}
+        if item.kind == "switch":
+            ET.SubElement(variables, "Boolean", {**attributes, "start": "false"})
+            continue
         if item.derivative is not None:
             attributes["derivative"] = str(item.derivative)
         if item.reinit and interface.exchange:

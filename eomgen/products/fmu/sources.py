@@ -102,6 +102,7 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
         "periodic": list(dict.fromkeys((item["time"], item["period"]) for item in jumps if item["period"])),
         "places": _places(interface),
         "explicit": explicit,
+        "dae": interface.options.dae,
         "solved": not explicit,
         "scratch": () if derivatives is None else derivatives["scratch"],
         "adaptive": any(item["name"] == "tolerance" for item in method["settings"]),
@@ -123,10 +124,17 @@ def _places(interface: Interface) -> list[str]:
         "output": "y",
         "mode": "run.state.event_state.mode",
         "indicator": "indicator",
+        "residual": "residual",
+        "drift": "drift",
     }
     for item in interface.variables:
         if item.kind == "time":
             result.append("run.state.t")
+        elif item.kind == "switch":
+            result.append("dae")
+        elif item.kind == "algebraic":
+            nv = program.sizes["v"]
+            result.append(f"a[{item.index}]" if item.index < nv else f"lam[{item.index - nv}]")
         elif item.kind == "parameter":
             result.append(f"run.parameters.{program.parameters[item.index].member}")
         elif item.derivative is not None:

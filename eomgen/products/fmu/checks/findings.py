@@ -19,6 +19,7 @@ from eomgen.products.fmu.checks.archive import (
 )
 from eomgen.products.fmu.checks.document import Element, Malformed, Report, parsed
 from eomgen.products.fmu.checks.grammar import FMI2, FMI3, Standard, check_form, number
+from eomgen.products.fmu.checks.manifest import manifest_findings
 from eomgen.products.fmu.checks.structure import check_structure
 from eomgen.products.fmu.checks.variables import Variables, check_units_and_types, check_variables
 
@@ -35,6 +36,7 @@ def findings(
     *,
     names: Collection[str] = (),
     sources: Mapping[str, str] | None = None,
+    manifest: str = "",
 ) -> list[str]:
     """Return the faults of a model description, of FMI 2.0 or FMI 3.0, and of the archive around it.
 
@@ -44,6 +46,7 @@ def findings(
     build_description : text of ``sources/buildDescription.xml``, empty for none
     names : paths of all files of the archive; empty: files are not checked
     sources : texts of the files in ``sources``, by their paths there; None: texts are not checked
+    manifest : text of the manifest of FMI-LS-DAE, empty for none
 
     Returns
     -------
@@ -77,7 +80,8 @@ def findings(
         of_build = check_build_description(root, build_description, names, report)
     if sources is not None:
         check_source_texts(root, sources, _listed(root, build_description), report)
-    return [*report.findings, *of_build]
+    of_manifest = manifest_findings(manifest, variables) if manifest else []
+    return [*report.findings, *of_build, *of_manifest]
 
 
 def _listed(root: Element, build_description: str) -> list[str]:

@@ -8,7 +8,8 @@ from eomgen.products.fmu.checks.document import Element, Report
 from eomgen.products.fmu.checks.grammar import integer
 from eomgen.products.fmu.checks.variables import Variable, Variables
 
-_KINDS = ("dependent", "constant", "fixed", "tunable", "discrete")
+#: Kinds of dependencies.
+KINDS = ("dependent", "constant", "fixed", "tunable", "discrete")
 #: Kinds of dependencies of initial unknowns.
 _INITIAL_KINDS = ("dependent", "constant")
 #: Element and list of FMI 2.0 by the element of FMI 3.0.
@@ -101,15 +102,15 @@ def check_structure(root: Element, variables: Variables, report: Report) -> None
     rule = 'outputs, states and derivatives with initial="approx" or "calculated", and calculated parameters'
     structure.check("InitialUnknown", initial, rule)
     for name in ("Output", "ContinuousStateDerivative"):
-        structure.check_dependencies(name, lambda known: _is_known(known, variables), _KINDS)
-    structure.check_dependencies("InitialUnknown", _is_known_initially, _INITIAL_KINDS if third else _KINDS)
+        structure.check_dependencies(name, lambda known: is_known(known, variables), KINDS)
+    structure.check_dependencies("InitialUnknown", _is_known_initially, _INITIAL_KINDS if third else KINDS)
     if third:
         clocked = [variable for variable in variables.all if "previous" in variable.element.attributes]
         structure.check("ClockedState", clocked, "all variables with previous")
         indicators = [x for x in variables.all if x.floating and x.variability == "continuous"]
         indicators = [x for x in indicators if x.causality in ("local", "output")]
         structure.check("EventIndicator", indicators, "continuous local variables or outputs", complete=False)
-        structure.check_dependencies("EventIndicator", lambda known: _is_known(known, variables), _KINDS)
+        structure.check_dependencies("EventIndicator", lambda known: is_known(known, variables), KINDS)
 
 
 def _initial_unknowns(variables: Variables, rates: Sequence[Variable]) -> list[Variable]:
@@ -128,7 +129,7 @@ def _initial_unknowns(variables: Variables, rates: Sequence[Variable]) -> list[V
     return [variable for variable in variables.all if variable.index in expected]
 
 
-def _is_known(variable: Variable, variables: Variables) -> bool:
+def is_known(variable: Variable, variables: Variables) -> bool:
     """Return whether outputs and derivatives may depend on a variable: inputs, states, the independent variable; in FMI
     3.0 parameters and discrete states, too."""
     if variable.causality in ("input", "independent") or variables.is_state(variable):

@@ -1,0 +1,71 @@
+"""FMI-LS-DAE: an FMU as a differential-algebraic system whose accelerations and multipliers the importer solves for.
+
+Layered standard of the Modelica Association, draft 1.0.0-alpha.1 of 2 September 2026 (modelica/fmi-ls-dae, commit
+78313f4). The FMU is an ordinary one until the importer sets a structural parameter. Then q, v and internal states are
+the differential variables, accelerations a and multipliers lam the algebraic ones, of index 1:
+
+    der(q) = T(q) v,    der(v) = a,    der(z) = f,    0 = M a + h + b + B^T lam - Q,    0 = B a + bias
+
+Constraints and their rates are variables, too, with which an importer can bring a drifted state back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from xml.etree import ElementTree as ET
+
+from eomgen.products.fmu.dependencies import Known
+from eomgen.products.fmu.interface import Interface, Unknown, Variable
+
+#: Version of the draft, and its place in the repository of the standard.
+VERSION, COMMIT = "1.0.0-alpha.1", "78313f4"
+#: Path of the manifest in the archive.
+MANIFEST = "extra/org.fmi-standard.fmi-ls-dae/fmi-ls-manifest.xml"
+_NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
+
+
+def dae_manifest(interface: Interface) -> str:
+    """Return the manifest: switch, algebraic variables, and the structure of the system of index 1."""
+    ET.register_namespace("fmi-ls", _NAMESPACE)
+    names = {"name": "org.fmi-standard.fmi-ls-dae", "version": VERSION}
+    names["description"] = "Layered standard for DAE support in FMI."
+    root = ET.Element("fmiDAEManifest", {f"{{{_NAMESPACE}}}fmi-ls-{key}": text for key, text in names.items()})
+    (switch,) = interface.of("switch")
+    ET.SubElement(root, "EnableDAEParameter", valueReference=str(switch.reference))
+    algebraic = ET.SubElement(root, "AlgebraicVariables")
+    for item in interface.of("algebraic"):
+        ET.SubElement(algebraic, "AlgebraicVariable", valueReference=str(item.reference))
+    structure = ET.SubElement(root, "ModelStructure")
+    rates = [item for item in interface.variables if item.derivative is not None]
+    _add(structure, "Output", _unknowns(interface, interface.of("output")))
+    _add(structure, "ContinuousStateDerivative", _unknowns(interface, rates))
+    _add(structure, "InitialUnknown", interface.initial_unknowns)
+    _add(structure, "EventIndicator", (Unknown(item.reference) for item in interface.of("indicator")))
+    _add(structure, "Residual", _unknowns(interface, interface.of("residual")))
+    ET.indent(root)
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'
+
+
+def _add(parent: ET.Element, name: str, unknowns: Iterable[Unknown]) -> None:
+    for unknown in unknowns:
+        element = ET.SubElement(parent, name, valueReference=str(unknown.reference))
+        if unknown.dependencies is not None:
+            element.set("dependencies", " ".join(map(str, unknown.dependencies)))
+            element.set("dependenciesKind", " ".join(unknown.kinds))
+
+
+def _unknowns(interface: Interface, items: Iterable[Variable]) -> list[Unknown]:
+    """Return unknowns with their dependencies on states, algebraic variables, inputs, parameters and the time."""
+    places: dict[Known, int] = {(item.kind, item.index): item.reference for item in interface.variables}
+    places |= {("z", item.index): item.reference for item in interface.of("sampled")}
+    result = []
+    for item in items:
+        known = interface.dependencies.direct(item.kind, item.index)
+        if known is None:
+            result.append(Unknown(item.reference))
+            continue
+        linear, others = ({places[place] for place in part if place in places} for part in known)
+        every = sorted(linear | others)
+        kinds = tuple("constant" if one in linear - others else "dependent" for one in every)
+        result.append(Unknown(item.reference, tuple(every), kinds))
+    return result
