@@ -415,7 +415,9 @@ class _Structure:
         linear, others = known
         kinds = ["time", "input", "q", "v", "z"]
         kinds += ["parameter", "sampled", "mode"] if initial or self.version == 3 else []
-        known_by = {self.places[place] for place in map(self._place, others) if place[0] in kinds and place in self.places}
+        known_by = {
+            self.places[place] for place in map(self._place, others) if place[0] in kinds and place in self.places
+        }
         constant = {self.places[place] for place in linear if place in self.places} - known_by
         every = sorted(known_by | constant)
         return Unknown(
