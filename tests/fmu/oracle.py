@@ -51,7 +51,6 @@ class Rates:
         """Return the rates of (q, v, z) and the outputs of a state with q, v, z, u, p and t."""
         model, nv, rows = self.model, self.model.nv, len(self.model.multipliers)
         known: dict[str, Any] = {name: np.asarray(value, complex) for name, value in state.items()}
-        known["t"] = complex(known["t"])
         q, v = known["q"], known["v"]
         known["q"] = unit = q.copy()
         for factor in model.factors:
