@@ -185,7 +185,7 @@ def test_residuals_are_the_terms_of_the_model(name: str, rng: np.random.Generato
         names = ("residual", "constraint_acceleration") if model.multipliers else ("inverse_dynamics",)
         functions = model.in_complex(names)
         known = {key: np.asarray(value, complex) for key, value in state.items()}
-        known |= {"a": a.astype(complex), "lam": multipliers.astype(complex), "t": 0.3}
+        known |= {"a": a.astype(complex), "lam": multipliers.astype(complex), "t": np.array(0.3 + 0j)}
         known["p"] = model.parameter_array().astype(complex)
         if "base" in functions:
             known["base"] = functions("base", {key: known[key] for key in functions.inputs("base")})[0]
@@ -224,6 +224,6 @@ def test_ida_integrates_as_the_model_does(name: str, end: float) -> None:
     times = np.linspace(0.0, end, 6)
     solution = solver.solve(times, y, rate)
     assert solution.success, solution.message
-    run = model.simulate(duration=end, step=end / 20_000, record_every=4000, error_estimate=False)
+    run = model.simulate(end, end / 5, method="rk45_partitioned", tolerance=1e-12, error_estimate=False)
     q = run.q[:, : system.size - model.nv - model.nz]
     assert np.max(np.abs(solution.y[:, : q.shape[1]] - q)) <= 1e-7
