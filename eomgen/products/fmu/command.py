@@ -38,6 +38,9 @@ from eomgen.scene.sources.register import all_options, source_of
 )
 @click.option("--binary/--no-binary", default=True, show_default=True, help="Compile this machine's library.")
 @click.option("--reference/--no-reference", default=True, show_default=True, help="Add the motion of simulate.")
+@click.option(
+    "--dae", is_flag=True, help="Importers may solve for accelerations and multipliers: FMI-LS-DAE, 1.0.0-alpha.1."
+)
 @set_option
 @scene_options
 @json_option
@@ -51,6 +54,7 @@ def fmu(
     inputs: Sequence[str],
     binary: bool,
     reference: bool,
+    dae: bool,
     parameters: Sequence[str],
     as_json: bool,
     **reading: Any,
@@ -81,6 +85,7 @@ def fmu(
             parameters=values or None,
             binary=binary,
             reference=reference,
+            dae=dae,
         )
     if as_json:
         print_json({"file": str(path), "version": int(version), "bytes": path.stat().st_size})
