@@ -6,7 +6,7 @@ the differential variables, accelerations a and multipliers lam the algebraic on
 
     der(q) = T(q) v,    der(v) = a,    der(z) = f,    0 = M a + h + b + B^T lam - Q,    0 = B a + bias
 
-Constraints and their rates are variables, too, with which an importer can bring a drifted state back.
+Constraints and the rates of constraints are variables, too, with which an importer can bring a drifted state back.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from xml.etree import ElementTree as ET
 from eomgen.products.fmu.dependencies import Known
 from eomgen.products.fmu.interface import Interface, Unknown, Variable
 
-#: Version of the draft, and its place in the repository of the standard.
+#: Version of the draft, and the commit in the repository of the standard.
 VERSION, COMMIT = "1.0.0-alpha.1", "78313f4"
 #: Path of the manifest in the archive.
 MANIFEST = "extra/org.fmi-standard.fmi-ls-dae/fmi-ls-manifest.xml"
@@ -55,7 +55,7 @@ def _add(parent: ET.Element, name: str, unknowns: Iterable[Unknown]) -> None:
 
 
 def _unknowns(interface: Interface, items: Iterable[Variable]) -> list[Unknown]:
-    """Return unknowns with their dependencies on states, algebraic variables, inputs, parameters and the time."""
+    """Return unknowns with dependencies on states, algebraic variables, inputs, parameters and the time."""
     places: dict[Known, int] = {(item.kind, item.index): item.reference for item in interface.variables}
     places |= {("z", item.index): item.reference for item in interface.of("sampled")}
     result = []

@@ -106,17 +106,17 @@ class Dependencies:
         return result
 
     def direct(self, kind: str, index: int) -> tuple[set[Known], set[Known]] | None:
-        """Return the same of an unknown for given accelerations and multipliers, of which ``algebraic`` is the kind."""
+        """Return the knowns of an unknown at given accelerations and multipliers, which have the kind ``algebraic``."""
         nv = self.program.sizes["v"]
         if kind == "der_v":
             return {("algebraic", index)}, set()
         if kind not in ("output", "residual"):
             return self.of(kind, index)
         names = ("residual", "constraint_acceleration") if self.program.sizes["lam"] else ("inverse_dynamics",)
-        found = [self._rows(name) for name in (("outputs",) if kind == "output" else names)]
-        if any(rows is None for rows in found):
+        parts = [self._rows(name) for name in (("outputs",) if kind == "output" else names)]
+        if any(rows is None for rows in parts):
             return None
-        row = [row for rows in found if rows is not None for row in rows][index]
+        row = [row for rows in parts if rows is not None for row in rows][index]
         algebraic: set[Known] = {("algebraic", k) for block, k in row if block == "a"}
         algebraic |= {("algebraic", nv + k) for block, k in row if block == "lam"}
         return set(), self._plain(row) | algebraic

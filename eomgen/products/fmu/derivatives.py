@@ -1,4 +1,4 @@
-"""Directional and adjoint derivatives of an FMU: the data of their C, from nonzeros of derivatives in all arguments.
+"""Directional and adjoint derivatives of an FMU: data of the C, from nonzeros of derivatives in all arguments.
 
 With x = (q, v, z) and accelerations a and multipliers lam by G(x, a, lam, u, p, t) = 0, the residual and the
 accelerations of constraints, a change d of the arguments changes a and lam by -G_(a, lam)^-1 G_d d; rates and outputs
@@ -17,12 +17,12 @@ from eomgen.products.fmu.interface import Interface
 from eomgen.system.sparsity import unpacked_places
 from eomgen.system.terms import ARGUMENTS
 
-#: Functions of accelerations: without constraints, with them; a system without forward dynamics.
+#: Functions of accelerations: without constraints, with constraints; a system without forward dynamics.
 _EXPLICIT, _IMPLICIT, _CONSTRAINED = "forward_dynamics", "inverse_dynamics", ("residual", "constraint_acceleration")
 _SUFFIX = "_derivatives"
 #: Derivatives of inputs that the scene gives.
 _OF_INPUTS = "input_derivatives"
-#: Kinds of knowns and of unknowns, as the C numbers them, by kinds of variables.
+#: Kinds of knowns and of unknowns, as numbered in the C, by kinds of variables.
 KNOWNS = {"time": "OF_T", "parameter": "OF_P", "input": "OF_U", "q": "OF_Q", "v": "OF_V", "z": "OF_Z"}
 KNOWNS |= {"sampled": "OF_Z", "algebraic": "OF_A"}
 UNKNOWNS = {"der_q": "RATE_Q", "der_v": "RATE_V", "der_z": "RATE_Z", "output": "OUTPUT", "residual": "RESIDUAL"}
@@ -35,7 +35,7 @@ def derivative_data(program: Program, interface: Interface) -> dict[str, Any] | 
     -------
     dict
         ``dynamics``, ``equations``: functions of accelerations, and of residuals; ``functions``: name, number of
-        nonzeros, and their rows and directions; ``firsts``: first direction of each argument; ``kinds`` and ``places``
+        nonzeros, rows and directions; ``firsts``: first direction of each argument; ``kinds`` and ``places``
         of the variables by value references; ``scratch``: names and sizes of arrays of doubles in the memory of an
         instance
     """

@@ -83,7 +83,7 @@ def fmu(
         Whether the archive has the motion of ``simulate`` as a table.
     dae : bool
         Whether importers can take the model as a differential-algebraic system and solve for accelerations and
-        multipliers themselves: FMI-LS-DAE, draft 1.0.0-alpha.1.
+        multipliers: FMI-LS-DAE, draft 1.0.0-alpha.1.
     profile : str
         Of the library: ``reproducible`` (the bits of ``simulate`` with this profile), or as of ``build``.
 
@@ -185,7 +185,7 @@ def _check(files: Mapping[str, str | bytes]) -> None:
     build, manifest = (texts.get(name, "") for name in ("sources/buildDescription.xml", MANIFEST))
     if faults := findings(texts["modelDescription.xml"], build, names=files, sources=sources, manifest=manifest):
         more = f" and {len(faults) - 1} more" if len(faults) > 1 else ""
-        raise ModelError(f"the FMU would break its standard: {faults[0]}{more}", "a report to the authors of eomgen")
+        raise ModelError(f"the FMU would break the standard: {faults[0]}{more}", "a report to the authors of eomgen")
 
 
 def _checked(version: int, types: Sequence[str] | str, inputs: Sequence[str], dae: bool) -> Options:

@@ -36,7 +36,7 @@ class Variable:
     kind : ``time``, ``parameter``, ``input``, ``q``, ``v``, ``z``, ``sampled`` (internal state), ``turns`` (reference
         of an angle over several turns), ``der_q``, ``der_v``, ``der_z``, ``output``, ``mode``, ``formula`` (an input
         that the scene gives) or ``indicator``; with ``dae`` ``switch``, ``algebraic`` (accelerations, then
-        multipliers), ``residual`` and ``drift`` (constraints, then their rates)
+        multipliers), ``residual`` and ``drift`` (constraints, then rates)
     index : place in the array of the kind
     initial : ``exact``, ``approx`` or ``calculated``; empty for inputs and the time
     start : None if the equations give the value
@@ -402,7 +402,7 @@ class _Structure:
         )
 
     def _place(self, known: Known) -> Known:
-        """Return the place of a known; internal states that are sampled have a kind of their own."""
+        """Return the place of a known; sampled internal states are another kind."""
         kind, index = known
         return known if kind != "z" or known in self.places else ("sampled", index)
 

@@ -1,4 +1,4 @@
-"""Rules for the files of an archive: sources and their build description, binaries, and the identity of XML and C."""
+"""Rules for the files of an archive: sources and build description, binaries, and the identity of XML and C."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PLATFORM3 = re.compile(
 _ENDINGS = {"win": ".dll", "windows": ".dll", "linux": ".so", "darwin": ".dylib"}
 _HEADERS = ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h")
 _INTERFACES = ("ModelExchange", "CoSimulation", "ScheduledExecution")
-#: Elements of a build description with their required attributes.
+#: Elements of a build description with the required attributes.
 _BUILD = {
     "fmiBuildDescription": ("fmiVersion",),
     "BuildConfiguration": ("modelIdentifier",),
@@ -62,7 +62,7 @@ def check_names(names: Collection[str], report: Report) -> None:
 
 
 def check_binaries(root: Element, names: Collection[str], report: Report) -> None:
-    """Report folders of binaries whose names are no platforms, and libraries with other names than the model."""
+    """Report folders of binaries that are not named by a platform, and libraries with other names than the model."""
     third = report.standard.startswith("FMI 3")
     identifiers = {element.attributes.get("modelIdentifier", "") for element in interfaces(root)}
     folders = {name.split("/")[1]: set[str]() for name in names if name.startswith("binaries/") and name.count("/") > 1}
@@ -176,7 +176,7 @@ def _check_files(files: Element, names: Collection[str], report: Report) -> None
     for definition in files.all("PreprocessorDefinition"):
         name, value = definition.attributes.get("name", ""), definition.attributes.get("value")
         if not is_c_name(name):
-            report.add(definition, f'"{name}" is no identifier of C', "PreprocessorDefinition")
+            report.add(definition, f'"{name}" is not an identifier of C', "PreprocessorDefinition")
         options = [option.attributes.get("value") for option in definition.all("Option")]
         if options and value not in options:
             report.add(definition, f'the value "{value}" is not one of the options', "PreprocessorDefinition")
@@ -202,13 +202,7 @@ def check_source_texts(root: Element, sources: Mapping[str, str], listed: Collec
     token = root.attributes.get(key, "")
     if not any(f'"{token}"' in text for text in sources.values()):
         report.add(root, f'{key}="{token}" is in no source', f"{key}, which instances are checked against")
-    reached, waiting = set[str](), [name for name in listed if name in sources]
-    while waiting:
-        name = waiting.pop()
-        reached.add(name)
-        folder = posixpath.dirname(name)
-        included = (posixpath.normpath(posixpath.join(folder, x)) for x in _INCLUDED.findall(sources[name]))
-        waiting += [x for x in included if x in sources and x not in reached]
+    reached = _reached(sources, listed)
     for name in sorted(set(sources) - reached):
         if name.endswith((".c", ".h")):
             report.add(None, f"sources/{name} is neither listed nor included", "sources")
@@ -220,3 +214,15 @@ def check_source_texts(root: Element, sources: Mapping[str, str], listed: Collec
     for identifier in sorted({element.attributes.get("modelIdentifier", "") for element in interfaces(root)}):
         if f"{identifier}_" not in defined:
             report.add(root, f"no source defines {macro} as {identifier}_", "prefix of functions")
+
+
+def _reached(sources: Mapping[str, str], listed: Collection[str]) -> set[str]:
+    """Return the names of the sources that compilers read."""
+    reached, waiting = set[str](), [name for name in listed if name in sources]
+    while waiting:
+        name = waiting.pop()
+        reached.add(name)
+        folder = posixpath.dirname(name)
+        included = (posixpath.normpath(posixpath.join(folder, x)) for x in _INCLUDED.findall(sources[name]))
+        waiting += [x for x in included if x in sources and x not in reached]
+    return reached

@@ -1,4 +1,4 @@
-"""XML documents as elements with the lines of their text, and findings with their places.
+"""XML documents as elements with the lines of the text, and findings with places.
 
 Document type definitions are refused: a model description has none, and entities could name other files.
 """
@@ -37,7 +37,7 @@ class Element:
         return next((child for child in self.children if child.tag == tag), None)
 
     def walk(self) -> Iterator[tuple[Element, Element | None]]:
-        """Yield this element and all within, each with its parent, in the order of the text."""
+        """Yield this element and all within, each with the parent, in the order of the text."""
         waiting: list[tuple[Element, Element | None]] = [(self, None)]
         while waiting:
             element, parent = waiting.pop()
@@ -46,7 +46,7 @@ class Element:
 
 
 class Malformed(ValueError):
-    """A text that is no XML document as the standards ask for.
+    """A text that is not an XML document as the standards ask for.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Report:
     Parameters
     ----------
     file : path inside the archive
-    standard : with its version, as ``FMI 3.0``
+    standard : with the version, as ``FMI 3.0``
     """
 
     def __init__(self, file: str, standard: str) -> None:

@@ -1,7 +1,7 @@
 """Elements and attributes of model descriptions, by version of the standard, with the form of each value.
 
-The tables follow the schemas of FMI 2.0 and FMI 3.0: children in their order, attributes with their types, ``!`` after
-a type for a required one.
+The tables follow the schemas of FMI 2.0 and FMI 3.0: children in order, attributes with types, ``!`` after a
+type for a required one.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from eomgen.products.fmu.checks.document import Element, Report
 
 #: Types of variables that may be continuous.
 FLOATS = ("Real", "Float32", "Float64")
-#: Integers with their bits, negative for types with a sign.
+#: Integers with the number of bits, negative for types with a sign.
 _INTEGERS = {"Int8": -8, "UInt8": 8, "Int16": -16, "UInt16": 16, "Int32": -32, "UInt32": 32, "Int64": -64, "UInt64": 64}
 #: Variables of FMI 3.
 KINDS = ("Float32", "Float64", *_INTEGERS, "Boolean", "String", "Binary", "Enumeration", "Clock")
@@ -74,7 +74,7 @@ def _one_of(words: Sequence[str]) -> tuple[Callable[[str], bool], str]:
     return (lambda text: text in words), f"one of {', '.join(words)}"
 
 
-#: For each form of an attribute: the test of its text, and the words of a finding.
+#: For each form of an attribute: the test of a text, and the words of a finding.
 _FORMS: Mapping[str, tuple[Callable[[str], bool], str]] = {
     "text": (lambda _: True, "a text"),
     "words": (lambda text: bool(text.strip()), "a text that is not empty"),
@@ -101,7 +101,7 @@ class Standard:
     ----------
     name : with the version
     attributes : forms of the attributes of each element, of ``parent/element`` if elements share a name
-    children : names of the elements within each element, in their order
+    children : names of the elements within each element, in order
     required : children that an element must have
     """
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
+
 from eomgen.products.fmu.checks.document import Element, Malformed, Report, parsed
 from eomgen.products.fmu.checks.grammar import integer
 from eomgen.products.fmu.checks.structure import KINDS, Structure, is_known
@@ -34,28 +36,34 @@ def manifest_findings(text: str, variables: Variables) -> list[str]:
         if not root.attributes.get(key):
             report.add(root, f"the attribute {key} is missing", "manifests")
     _check_switch(root, variables, report)
+    _check_structure(root, variables, report)
+    return report.findings
+
+
+def _check_structure(root: Element, variables: Variables, report: Report) -> None:
+    """Report lists that are not complete, numbers of residuals and unknowns that differ, and wrong dependencies."""
     algebraic = _algebraic(root, variables, report)
     structure = Structure(root, variables, report)
     outputs = [variable for variable in variables.all if variable.causality == "output"]
     structure.check("Output", outputs, 'all variables with causality="output"')
     rates = [variable for variable in variables.all if variable.derivative is not None]
     structure.check("ContinuousStateDerivative", rates, "derivatives of states", complete=False)
-    others = {variable.index for variable in [*rates, *algebraic]}
-    numbers = [x for x in variables.all if x.floating and x.variability == "continuous" and x.index not in others]
-    residuals = [variable for variable in numbers if variable.causality in ("local", "output")]
+    places, of_rates = {variable.index for variable in algebraic}, {variable.index for variable in rates}
+    numbers = [x for x in variables.all if x.index not in places | of_rates and x.causality in ("local", "output")]
+    residuals = [variable for variable in numbers if variable.floating and variable.variability == "continuous"]
     structure.check("Residual", residuals, "continuous local variables", complete=False)
     implicit = len(rates) - len(structure.entries("ContinuousStateDerivative"))
     count, needed = len(structure.entries("Residual")), len(algebraic) + implicit
     if count != needed:
         report.add(structure.element, f"{count} residuals determine {needed} unknowns", "Residual")
-    places = {variable.index for variable in algebraic}
-    for name in ("Output", "ContinuousStateDerivative", "EventIndicator"):
-        structure.check_dependencies(name, lambda known: known.index in places or is_known(known, variables), KINDS)
-    of_residual = places | {variable.index for variable in rates}
-    structure.check_dependencies(
-        "Residual", lambda known: known.index in of_residual or is_known(known, variables), KINDS
-    )
-    return report.findings
+    for name in ("Output", "ContinuousStateDerivative", "EventIndicator", "Residual"):
+        more = places | of_rates if name == "Residual" else places
+        structure.check_dependencies(name, _known_with(more, variables), KINDS)
+
+
+def _known_with(places: Collection[int], variables: Variables) -> Callable[[Variable], bool]:
+    """Return the test of knowns, of which variables at some places are further ones."""
+    return lambda variable: variable.index in places or is_known(variable, variables)
 
 
 def _check_switch(root: Element, variables: Variables, report: Report) -> None:

@@ -1,4 +1,4 @@
-"""Rules for the model structure: lists that are complete, dependencies that are knowns, and their kinds."""
+"""Rules for the model structure: lists that are complete, dependencies that are knowns, and kinds of dependencies."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ class Structure:
 
     Parameters
     ----------
-    root : of the document, or of a manifest with a structure of its own
+    root : of the document, or of a manifest with another structure
     """
 
     def __init__(self, root: Element, variables: Variables, report: Report) -> None:
         self.element, self.variables, self.report = root.first("ModelStructure"), variables, report
 
     def entries(self, name: str) -> list[tuple[Element, Variable | None]]:
-        """Return the entries of a list, named as in FMI 3.0, with their variables."""
+        """Return the entries of a list, named as in FMI 3.0, with the variables."""
         if self.element is None:
             return []
         key = "valueReference" if self.variables.standard.third else "index"
@@ -71,7 +71,7 @@ class Structure:
                 if target is None:
                     self.report.add(element, f"the dependency {key} names no variable", "dependencies")
                 elif not known(target):
-                    cause = f'the dependency {key}, "{target.name}", is no known of this entry'
+                    cause = f'the dependency {key}, "{target.name}", does not belong to the knowns of this entry'
                     self.report.add(element, cause, f"knowns of {name}")
             if given is not None:
                 self._check_kinds(element, unknown, given.split(), len(numbers), kinds)

@@ -1,13 +1,14 @@
 """Rules for single variables, units and types of a model description.
 
-The table of causality, variability and initial is the one of FMI 2.0 (2.2.7) and of FMI 3.0 (definition of initial);
-they differ in inputs, which have no ``initial`` in FMI 2.0, and in structural parameters.
+The table of causality, variability and initial stands in FMI 2.0 (2.2.7) and in FMI 3.0 (definition of initial);
+both differ in inputs, which have no ``initial`` in FMI 2.0, and in structural parameters.
 """
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 from eomgen.base.data import dataclass
@@ -88,7 +89,7 @@ class Variable:
 
     @cached_property
     def initial(self) -> str | None:
-        """The value of initial, of the table if it is not given."""
+        """The value of initial, by default of the table."""
         given = self.element.attributes.get("initial")
         allowed = _COMBINATIONS.get((self.causality, self.variability), (None,))
         return given if given is not None else allowed[0]
@@ -110,7 +111,7 @@ class Variable:
 
 
 class Variables:
-    """The variables of a model description, with the names that refer to them."""
+    """The variables of a model description, and references to variables."""
 
     def __init__(self, root: Element, standard: Standard) -> None:
         self.standard, listed = standard, root.first("ModelVariables")
@@ -144,7 +145,7 @@ class Variables:
 
 
 def check_variables(root: Element, variables: Variables, report: Report) -> None:
-    """Report variables that break a rule for themselves, their names and references."""
+    """Report variables that break a rule of single variables, names and references."""
     convention = root.attributes.get("variableNamingConvention", "flat")
     names, references = dict[str, Variable](), dict[tuple[str, int], Variable]()
     for variable in variables.all:
@@ -158,7 +159,7 @@ def check_variables(root: Element, variables: Variables, report: Report) -> None
             space = "" if variables.standard.third else variable.kind
             other = references.setdefault((space, variable.reference), variable)
             if other is not variable:
-                cause = f'the value reference {variable.reference} is the one of "{other.name}"'
+                cause = f'the value reference {variable.reference} belongs to "{other.name}"'
                 report.add(variable.element, cause, "unique value references")
         _check_combination(variable, report)
         _check_values(variable, report)
@@ -222,21 +223,25 @@ def _check_values(variable: Variable, report: Report) -> None:
         report.add(element, "the independent variable has a start value", "start")
     elif starts is not None and not settable:
         report.add(element, 'there is a start value, and initial is "calculated"', "start")
+    _check_range(variable, starts or (), report)
+
+
+def _check_range(variable: Variable, starts: Sequence[str], report: Report) -> None:
+    """Report ranges without a value, and start values of another type or out of range."""
+    element = variable.element
     low, high = (number(variable.values.attributes.get(key, "")) for key in ("min", "max"))
     if low is not None and high is not None and low > high:
         report.add(element, f"min {low:g} is above max {high:g}", "min and max")
     if number(variable.values.attributes.get("nominal", "")) == 0.0:
         report.add(element, "the nominal value is zero", "nominal")
-    if starts is None:
-        return
-    if len(starts) != 1 and not variable.is_array:
+    if len(starts) > 1 and not variable.is_array:
         report.add(element, f"a scalar has {len(starts)} start values", "start")
+    lowest, highest = -math.inf if low is None else low, math.inf if high is None else high
     for start in starts:
-        if not of_type(variable.kind, start):
-            report.add(element, f'the start value "{start}" is no finite {variable.kind}', "start")
-            continue
         value = number(start)
-        if value is not None and ((low is not None and value < low) or (high is not None and value > high)):
+        if not of_type(variable.kind, start):
+            report.add(element, f'the start value "{start}" is not a finite {variable.kind}', "start")
+        elif value is not None and not lowest <= value <= highest:
             report.add(element, f"the start value {start} is outside min and max", "start")
 
 
@@ -258,36 +263,38 @@ def _check_references(variable: Variable, variables: Variables, report: Report) 
     for key in variable.element.attributes.get("clocks", "").split():
         target = variables.referred(integer(key))
         if target is None or target.kind != "Clock":
-            report.add(variable.element, f"clocks names {key}, which is no clock", "clocks")
+            report.add(variable.element, f"clocks names {key}, which is not a clock", "clocks")
     previous = variable.element.attributes.get("previous")
     if previous is not None:
         target = variables.referred(integer(previous))
         if target is None or target.kind != variable.kind:
-            cause = f"previous names {previous}, which is no variable of type {variable.kind}"
+            cause = f"previous names {previous}, which is not a variable of type {variable.kind}"
             report.add(variable.element, cause, "previous")
         if variable.variability != "discrete" or "clocks" not in variable.element.attributes:
             report.add(variable.element, "a clocked state is discrete and has clocks", "ClockedState")
 
 
 def _check_derivative(variable: Variable, variables: Variables, convention: str, report: Report) -> None:
-    """Report derivatives of variables that are no states."""
+    """Report derivatives of variables other than states."""
     element, key = variable.element, variable.derivative
     named = _DERIVATIVE.fullmatch(variable.name) if convention == "structured" else None
     by = "value reference" if variable.standard.third else "index"
     if key is None:
         if named is not None:
-            report.add(element, "the name is the one of a derivative, and derivative is missing", "derivative")
+            report.add(element, "the name is a derivative's, and derivative is missing", "derivative")
         if variable.values.attributes.get("reinit") == "true" and not variables.is_state(variable):
-            report.add(element, "reinit belongs to a state, and no variable is its derivative", "reinit")
+            report.add(element, "reinit belongs to a state, and no variable is the derivative", "reinit")
         return
     state = variables.referred(key)
     if state is None or state is variable:
-        report.add(element, f"derivative names the {by} {key}, which is no other variable", "derivative")
+        report.add(element, f"derivative names the {by} {key}, which is not another variable", "derivative")
         return
     if not (state.floating and state.variability == variable.variability == "continuous"):
         report.add(element, f'derivative and "{state.name}" are not both continuous', "derivative")
     if state.causality not in ("local", "output"):
-        report.add(element, f'derivative names "{state.name}", which is no local variable or output', "derivative")
+        report.add(
+            element, f'derivative names "{state.name}", which is neither a local variable nor an output', "derivative"
+        )
     if variables.derivatives[key] is not variable:
         report.add(element, f'"{state.name}" has two derivatives', "derivative")
     if named is not None and (named["order"] or "1") == "1" and named["name"] != state.name:
@@ -299,7 +306,7 @@ def _check_independent(variables: Variables, report: Report) -> None:
     independent = [variable for variable in variables.all if variable.causality == "independent"]
     for variable in independent:
         if not variable.floating:
-            report.add(variable.element, "the independent variable is no floating-point number", "independent")
+            report.add(variable.element, "the independent variable is not a floating-point number", "independent")
     if len(independent) > 1 or (variables.standard.third and not independent):
         element = independent[1].element if independent else None
         most = "exactly one" if variables.standard.third else "at most one"
@@ -316,7 +323,7 @@ class Units:
         self.used: set[str] = set()
 
     def base(self, name: str | None) -> dict[str, float] | None:
-        """Return exponents and factor of a unit, None if they are not given."""
+        """Return exponents and factor of a unit, None without these."""
         unit = self.by_name.get(name) if name is not None else None
         base = None if unit is None else unit.first("BaseUnit")
         if base is None:
@@ -353,10 +360,10 @@ def check_units_and_types(root: Element, variables: Variables, report: Report) -
         own[variable.index] = unit
         _check_unit_of(variable.values, unit, units, report)
     for name in sorted(set(types) - used):
-        report.add(sections[name], f'no variable has the type "{name}"', "eomgen defines only the types that it uses")
+        report.add(sections[name], f'no variable has the type "{name}"', "eomgen defines used types alone")
     for name in sorted(set(units.by_name) - units.used):
         cause = f'no variable has the unit "{name}"'
-        report.add(units.by_name[name], cause, "eomgen defines only the units that it uses")
+        report.add(units.by_name[name], cause, "eomgen defines used units alone")
     for variable in variables.all:
         state = variables.referred(variable.derivative)
         if state is not None:
@@ -419,5 +426,5 @@ def _check_unit_of_rate(
     expected = {**of_state, "s": of_state["s"] - 1}
     if expected != of_rate:
         wrong = ", ".join(key for key in expected if expected[key] != of_rate[key])
-        cause = f"the unit is not the one of its state over a second: other values of {wrong}"
+        cause = f"the unit is not the state's over a second: other values of {wrong}"
         report.add(rate.element, cause, "unit of a derivative")

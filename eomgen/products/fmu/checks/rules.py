@@ -1,6 +1,6 @@
-"""The check of an FMU before it is handed over: all rules that a model description and its archive must keep.
+"""The check of an FMU that is about to be written: all rules that a model description and its archive must keep.
 
-It reads the XML alone, and shares no code with the writer, so that a mistake of the writer does not hide itself.
+The check reads the XML alone, and shares no code with the writer, so that mistakes of the writer stay visible.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ def findings(
     sources: Mapping[str, str] | None = None,
     manifest: str = "",
 ) -> list[str]:
-    """Return the faults of a model description, of FMI 2.0 or FMI 3.0, and of the archive around it.
+    """Return the faults of a model description, of FMI 2.0 or FMI 3.0, and of the archive around.
 
     Parameters
     ----------
     model_description : text of ``modelDescription.xml``
     build_description : text of ``sources/buildDescription.xml``, empty for none
     names : paths of all files of the archive; empty: files are not checked
-    sources : texts of the files in ``sources``, by their paths there; None: texts are not checked
+    sources : texts of the files in ``sources``, by paths there; None: texts are not checked
     manifest : text of the manifest of FMI-LS-DAE, empty for none
 
     Returns
@@ -60,7 +60,7 @@ def findings(
     version = root.attributes.get("fmiVersion", "")
     standard = next((standard for pattern, standard in _VERSIONS if pattern.fullmatch(version)), None)
     if root.tag != "fmiModelDescription" or standard is None:
-        cause = f'the root {root.tag} with fmiVersion="{version}" is no model description of FMI 2.0 or FMI 3.0'
+        cause = f'the root {root.tag} with fmiVersion="{version}" is not a model description of FMI 2.0 or FMI 3.0'
         return [f"{_FILE}, line {root.line}: {cause} (fmiVersion)"]
     report, variables = Report(_FILE, standard.name), Variables(root, standard)
     check_form(root, standard, report)
@@ -85,7 +85,7 @@ def findings(
 
 
 def _listed(root: Element, build_description: str) -> list[str]:
-    """Return the names of the sources that compilers are given, in their order."""
+    """Return the names of the sources that compilers are given, in order."""
     if not build_description:
         return [x.attributes.get("name", "") for element, _ in root.walk() for x in element.all("File")]
     try:
@@ -96,14 +96,14 @@ def _listed(root: Element, build_description: str) -> list[str]:
 
 
 def _check_interfaces(root: Element, standard: Standard, report: Report) -> None:
-    """Report identifiers that are no names of C, and flags that need others."""
+    """Report identifiers that are not names of C, and flags that need others."""
     if not interfaces(root):
         report.add(root, "there is neither ModelExchange nor CoSimulation", "types of FMUs")
     for interface in interfaces(root):
         flags = interface.attributes
         identifier = flags.get("modelIdentifier", "")
         if not is_c_name(identifier):
-            cause = f'modelIdentifier="{identifier}" is no identifier of C'
+            cause = f'modelIdentifier="{identifier}" is not an identifier of C'
             report.add(interface, cause, "modelIdentifier")
         word = "State" if standard.third else "state"
         needed = {f"canSerializeFMU{word}": f"canGetAndSetFMU{word}"}
