@@ -3,6 +3,7 @@
 from eomgen.products import studies
 from eomgen.products.fields import posteriors as fields
 from eomgen.products.fields import sampling
+from eomgen.products.fmu.export import fmu
 from eomgen.products.optimisers.casadi_functions import casadi
 from eomgen.products.optimisers.jax_functions import jax
 from eomgen.products.optimisers.torch_functions import torch
@@ -29,6 +30,7 @@ __all__ = [
     "casadi",
     "extremes",
     "fields",
+    "fmu",
     "identify",
     "jax",
     "random_vibration",

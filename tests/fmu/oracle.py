@@ -16,7 +16,7 @@ import eomgen
 Array = np.ndarray
 #: An imaginary step, the square of which is lost.
 STEP = 1e-40
-TERMS = ("forward_dynamics", "residual", "constraint_bias", "internal_rate", "outputs")
+TERMS = ("forward_dynamics", "residual", "mass", "constraint_jacobian", "constraint_bias", "internal_rate", "outputs")
 
 
 def product(a: Array, b: Array) -> Array:
@@ -84,16 +84,12 @@ class Rates:
         return np.concatenate([qdot, known["a"], zdot]), outputs
 
     def constrained(self, known: dict[str, Any]) -> tuple[Array, Array]:
-        """Return accelerations and multipliers, by columns of the residual."""
+        """Return accelerations and multipliers."""
         nv, rows = self.model.nv, len(self.model.multipliers)
+        mass = self.call("mass", known).reshape(nv, nv)
+        jacobian = self.call("constraint_jacobian", known).reshape(rows, nv)
+        matrix = np.block([[mass, jacobian.T], [jacobian, np.zeros((rows, rows))]])
         start = self.call("residual", known)
-        columns = []
-        for name, size in (("a", nv), ("lam", rows)):
-            for k in range(size):
-                moved = {**known, name: (np.arange(size) == k).astype(complex)}
-                columns.append(self.call("residual", moved) - start)
-        upper = np.stack(columns, axis=1)
-        matrix = np.block([[upper], [upper[:, nv:].T, np.zeros((rows, rows))]])
         right = -np.concatenate([start, self.call("constraint_bias", known)])
         solution = np.linalg.solve(matrix, right)
         return solution[:nv], solution[nv:]
