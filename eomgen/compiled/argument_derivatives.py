@@ -232,6 +232,8 @@ def _rows(functions: Functions, term: str) -> int:
         return sum(int(item["size"]) for item in functions.library.layout["outputs"])
     if term == "frame_poses":
         return _POSE * len(functions.library.layout["frames"])
+    if term == "momenta":
+        return 2 * functions.sizes["v"]
     return functions.sizes[_ROWS.get(term, "v")]
 
 

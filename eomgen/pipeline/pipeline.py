@@ -268,7 +268,8 @@ def generate(
         _check_exported(program)
         program = with_interface(program, front_end.describe(document))
     given = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
-    files = chosen.files(replace(program, defaults={**program.defaults, **given}, uniform=uniform))
+    program = replace(program, defaults={**program.defaults, **given}, uniform=uniform)
+    files = chosen.files(program, method) if chosen.takes_method else chosen.files(program)
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]
 

@@ -446,6 +446,8 @@ class System:
         sizes = {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
         if "frame_poses_hessian" in self.functions:
             sizes["weights"] = max(sizes["weights"], 7 * len(self.frames))
+        if "momenta_hessian" in self.functions:
+            sizes["weights"] = max(sizes["weights"], 2 * self.nv)
         if "second_partials" in self.functions:
             return sizes
         if any(TERMS[name].differentiated for name in self.functions if name in TERMS):

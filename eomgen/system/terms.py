@@ -422,6 +422,7 @@ DIFFERENTIATED: Mapping[str, str] = {
     "constraint_velocity": "w",
     "constraint_acceleration": "B a + g",
     "frame_poses": "the poses of frames",
+    "momenta": "the momenta, and dT/dq + Q",
 }
 #: Arguments of these derivatives, in the order of rows and columns; t is one number.
 ARGUMENTS = ("q", "v", "a", "z", "lam", "u", "p", "t")
@@ -436,7 +437,7 @@ def _derivatives() -> Iterator[Term]:
         first = f"nonzeros of the Jacobian of {symbol} in {arguments}"
         second = f"nonzeros of the lower triangle of the Hessian of weights . {symbol} in {arguments}"
         changes: dict[str, Any] = {"on_request": True, "differentiated": name, "quadratic": False}
-        if name == "residual":  # inverse dynamics without constraints
+        if name in ("residual", "momenta"):  # of steps with constraints; else inverse dynamics
             changes["exists"] = _CONSTRAINED
         if "t" not in term.inputs:  # a moving base follows its law
             term = replace(term, inputs=(*term.inputs, "t"))

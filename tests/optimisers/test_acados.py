@@ -17,6 +17,8 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.scene.builder import SceneBuilder
+from tests.optimisers.test_steps import hung
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ACADOS = Path(sys.prefix) / "acados"
@@ -27,10 +29,41 @@ DOUBLES = ctypes.POINTER(ctypes.c_double)
 needs_acados = pytest.mark.skipif(not (ACADOS / "lib").exists(), reason="acados is missing; try: make acados")
 
 
+def turned() -> eomgen.Scene:
+    """Return a body on a ball joint with a hinge that a motor drives."""
+    builder = SceneBuilder("turned").parameter("drag", 0.3, tunable=True).input("torque")
+    builder.body("bob", 1.0, center_of_mass=[0.0, 0.1, -1.0], inertia=[0.1, 0.2, 0.15])
+    builder.body("arm", 0.3, center_of_mass=[0.0, 0.1, -0.1], inertia=[0.01, 0.02, 0.015])
+    builder.joint("pivot", "spherical", "base", "bob").joint("hinge", "revolute", "bob", "arm", axis=[1, 0, 0])
+    return builder.effort("motor", "hinge", "torque - drag * v.hinge").build()
+
+
+def scene_of(example: str) -> Any:
+    return {"turned": turned, "hung": hung}[example]() if example in ("turned", "hung") else EXAMPLES / example
+
+
 @cache
 def folder(example: str, tmp: Path) -> Path:
-    eomgen.generate(EXAMPLES / example, tmp / "folder", target="acados")
+    eomgen.generate(scene_of(example), tmp / "folder", target="acados")
     return tmp / "folder"
+
+
+def rate_of(factors: Sequence[Any], q: Any, v: Any) -> Any:
+    """Return the rates of the components of q in CasADi's symbols."""
+    parts = []
+    for factor in factors:
+        own = v[factor.v_start : factor.v_start + factor.v_size]
+        if factor.group == "R":
+            parts.append(own)
+            continue
+        turning = q[factor.q_start : factor.q_start + 4]
+        p = turning / ca.sqrt(ca.sumsqr(turning))
+        w, axis = p[0], p[1:]
+        parts += [-0.5 * ca.dot(axis, own[:3]), 0.5 * (w * own[:3] + ca.cross(axis, own[:3]))]
+        if factor.group == "SE3":
+            twice = 2.0 * ca.cross(axis, own[3:])
+            parts.append(own[3:] + w * twice + ca.cross(axis, twice))
+    return ca.vertcat(*parts)
 
 
 class Compiled:
@@ -92,16 +125,16 @@ def numbers(function: Any, *arguments: Array) -> list[Array]:
     return [np.array(result) for result in function.call([ca.DM(argument) for argument in arguments])]
 
 
-def expected(functions: Any, sizes: dict[str, int], family: str) -> dict[str, Any]:
+def expected(functions: Any, factors: Sequence[Any], sizes: dict[str, int], family: str) -> dict[str, Any]:
     """Return the functions of acados by CasADi's derivatives, of functions of the scene for CasADi."""
     names = {name for function in functions.values() for name in function.name_in()}
     timed = "t" in names
     x, u, p = ca.MX.sym("x", sizes["x"]), ca.MX.sym("u", sizes["u"]), ca.MX.sym("p", sizes["p"] + (family == "dyn"))
     xdot, z, lam = ca.MX.sym("xdot", sizes["x"]), ca.MX.sym("z", sizes["z"]), ca.MX.sym("lam", sizes["x"])
     states = functions["internal_rate"].size1_out(0) if "internal_rate" in functions else 0
-    n = (sizes["x"] - states) // 2
-    q, v, s = x[:n], x[n : 2 * n], x[2 * n :]
-    values = {"q": q, "v": v, "z": s, "u": u, "lam": z, "a": xdot[n : 2 * n], "x": x}
+    n, end = sum(factor.q_size for factor in factors), sizes["x"] - states
+    q, v, s = x[:n], x[n:end], x[end:]
+    values = {"q": q, "v": v, "z": s, "u": u, "lam": z, "a": xdot[n:end], "x": x}
     values |= {"p": p[: sizes["p"] - timed], "t": p[sizes["p"] - timed : sizes["p"]], "h": p[sizes["p"] :]}
 
     def of(name: str) -> Any:
@@ -111,7 +144,7 @@ def expected(functions: Any, sizes: dict[str, int], family: str) -> dict[str, An
     if family == "impl":
         equation = of("residual" if sizes["z"] else "inverse_dynamics")
         more = [of("constraint_acceleration")] if sizes["z"] else []
-        f = ca.vertcat(xdot[:n] - v, equation, *(xdot[2 * n :] - part for part in rate), *more)
+        f = ca.vertcat(xdot[:n] - rate_of(factors, q, v), equation, *(xdot[end:] - part for part in rate), *more)
         w, y = ca.MX.sym("w", f.numel()), ca.vertcat(x, xdot, z, u)
         blocks = {"x": x, "xdot": xdot, "u": u, "z": z}
         jacobians = {name: ca.jacobian(f, block) for name, block in blocks.items()}
@@ -121,7 +154,7 @@ def expected(functions: Any, sizes: dict[str, int], family: str) -> dict[str, An
             made[f"impl_dae_fun_jac_{ending}"] = inputs, [f, *(jacobians[name] for name in ending.split("_"))]
         made["impl_dae_hess"] = [x, xdot, u, z, w, p], [ca.hessian(ca.dot(w, f), y)[0]]
     elif family == "expl":
-        f, y = ca.vertcat(v, of("forward_dynamics"), *rate), ca.vertcat(x, u)
+        f, y = ca.vertcat(rate_of(factors, q, v), of("forward_dynamics"), *rate), ca.vertcat(x, u)
         Sx, Su = ca.MX.sym("Sx", x.numel(), x.numel()), ca.MX.sym("Su", x.numel(), u.numel())
         S = ca.vertcat(ca.horzcat(Sx, Su), ca.horzcat(ca.DM(u.numel(), x.numel()), ca.DM.eye(u.numel())))
         A, B, adj = ca.jacobian(f, x), ca.jacobian(f, u), ca.jtimes(f, y, lam, True)
@@ -145,13 +178,19 @@ def expected(functions: Any, sizes: dict[str, int], family: str) -> dict[str, An
 
 
 def compared(example: str, family: str, tmp: Path, rng: np.random.Generator) -> None:
-    scene, compiled = EXAMPLES / example, Compiled(folder(example, tmp), family)
-    terms = ["inverse_dynamics", "forward_dynamics", "residual", "constraint_acceleration", "internal_rate"]
-    functions = eomgen.casadi(scene, terms, profile="quick")
+    scene, compiled = scene_of(example), Compiled(folder(example, tmp), family)
+    functions, system = eomgen.casadi(scene, profile="quick"), eomgen.derive(scene, ["mass"])
     sizes = compiled.manifest["acados"]["sizes"]
-    for name, function in expected(functions, sizes, family).items():
+    for name, function in expected(functions, system.factors, sizes, family).items():
         for _ in range(3):
             point = [rng.normal(size=function.size_in(k)) for k in range(function.n_in())]
+            if family == "dyn" and system.multipliers:  # near the constraints, or the step has no solution
+                point[0] = np.concatenate(
+                    [system.initial_q, 0.1 * rng.normal(size=len(point[0]) - len(system.initial_q))]
+                )
+            for factor in (factor for factor in system.factors if factor.group != "R"):
+                turning = point[0][factor.q_start : factor.q_start + 4]
+                turning /= np.linalg.norm(turning)
             p = point[-1]
             p[: compiled.manifest["sizes"]["p"], 0] = rng.uniform(0.5, 1.5, compiled.manifest["sizes"]["p"])
             if family == "dyn":
@@ -173,7 +212,13 @@ def test_functions_are_those_of_acados_formulas(family: str, tmp_path: Path, rng
 @pytest.mark.parametrize(
     ("example", "family"),
     [
+        ("turned", "expl"),
+        ("turned", "impl"),
+        ("turned", "dyn"),
+        ("hung", "impl"),
+        ("hung", "dyn"),
         ("four_bar/scene.toml", "impl"),
+        ("four_bar/scene.toml", "dyn"),
         ("pi_servo/scene.toml", "expl"),
         ("pi_servo/scene.toml", "impl"),
         ("pi_servo/scene.toml", "dyn"),
@@ -279,6 +324,34 @@ def test_an_integrator_of_acados_follows_a_loop_with_its_multipliers_as_algebrai
 
 @needs_acados
 @pytest.mark.slow
+@pytest.mark.parametrize("kind", ["ERK", "IRK"])
+def test_an_integrator_of_acados_follows_a_rotation(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Quaternions are states; four stages of Runge-Kutta, three of Gauss."""
+    monkeypatch.setenv("ACADOS_SOURCE_DIR", str(ACADOS))
+    monkeypatch.chdir(tmp_path)
+    eomgen.generate(turned(), tmp_path / "folder", target="acados")
+    own = runpy.run_path(str(tmp_path / "folder" / "turned_acados.py"))
+    sim = sys.modules["acados_template"].AcadosSim()
+    sim.model, sim.code_export_directory = own["model"](kind), str(tmp_path / "c")
+    options, step = sim.solver_options, 2e-3
+    options.T, options.integrator_type, options.num_stages = step, kind, 4 if kind == "ERK" else 3
+    options.newton_iter, options.newton_tol = 10, 1e-14
+    integrator = own["integrator"](sim, json_file=str(tmp_path / "sim.json"))
+    model = eomgen.build(turned(), profile="quick")
+    v = [1.0, -2.0, 0.5, 3.0]
+    run = model.simulate(0.2, 1e-4, method="rk4", initial={"v": v}, inputs={"torque": 0.2}, record_every=20)
+    state = np.concatenate([run.q[0], run.v[0]])
+    integrator.set("u", np.array([0.2]))
+    for _ in range(100):
+        integrator.set("x", state)
+        assert integrator.solve() == 0
+        state = integrator.get("x")
+    assert state == pytest.approx(np.concatenate([run.q[-1], run.v[-1]]), abs=1e-8)
+    assert np.linalg.norm(state[:4]) == pytest.approx(1.0, abs=1e-9)
+
+
+@needs_acados
+@pytest.mark.slow
 def test_a_receding_horizon_swings_a_heavier_pole_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ACADOS_SOURCE_DIR", str(ACADOS))
     monkeypatch.chdir(tmp_path)
@@ -295,7 +368,8 @@ def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         eomgen.generate(CART_POLE, tmp_path / "c", ["mass"], target="acados")
     assert str(caught.value) == (
         "usage error: terms: the target acados writes dynamics with derivatives, and 'mass' is of other equations; try:"
-        " one of inverse_dynamics, forward_dynamics, residual, constraint_acceleration, internal_rate"
+        " one of inverse_dynamics, forward_dynamics, residual, constraint_acceleration, internal_rate, momenta,"
+        " constraint, constraint_velocity"
     )
     with pytest.raises(eomgen.UsageError) as empty:
         eomgen.generate(CART_POLE, tmp_path / "c", ["internal_rate"], target="acados")

@@ -98,7 +98,9 @@ def test_what_a_rigid_tree_on_a_base_at_rest_has_no_use_for() -> None:
     of_others = {"internal_rate", "internal_partials", "outputs", "output_partials", "elastic"}
     of_others |= {"parameter_partials", "output_parameter_partials"}
     of_others |= {
-        f"{name}_{kind}" for name in ("residual", "internal_rate", "outputs") for kind in ("derivatives", "hessian")
+        f"{name}_{kind}"
+        for name in ("residual", "momenta", "internal_rate", "outputs")
+        for kind in ("derivatives", "hessian")
     }
     of_others |= {"events", "event_actions", "event_impulse", "samples", "section_loads"}
     of_base = {"base_motion", "base_motion_rates", "base_motion_rates_1"}

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from eomgen.base.data import dataclass
-from eomgen.codegen.program import Program
 
 
 @dataclass(frozen=True)
@@ -42,18 +41,22 @@ class Target:
         For messages and help.
     names : Names
     files : callable
-        ``files(program)``: texts by file name, including the file of ``folder.manifest``.
+        ``files(program)``: texts by file name, including the file of ``folder.manifest``; with ``takes_method``
+        ``files(program, method)``.
     steppers : bool
         Whether a Program with a method can be written. Steppers exist in C; other languages may offer the functions
         alone.
     terms : callable, optional
         ``terms(names)``: the terms that the files need, for the terms that the caller names, or None for no names;
         these themselves by default.
+    takes_method : bool
+        Whether the files depend on the method that the caller names, None for no name.
     """
 
     name: str
     language: str
     names: Names
-    files: Callable[[Program], dict[str, str]]
+    files: Callable[..., dict[str, str]]
     steppers: bool = False
     terms: Callable[[Sequence[str] | None], Sequence[str] | None] = lambda names: names
+    takes_method: bool = False

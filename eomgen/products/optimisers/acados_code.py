@@ -9,7 +9,7 @@ Programming Computation 14 (2022).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -24,22 +24,13 @@ from eomgen.codegen.targets.c.target import fingerprint, generate_files
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.codegen.targets.target import Target
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.products.optimisers.casadi_code import (
-    METHOD,
-    Equations,
-    Exported,
-    Pattern,
-    Step,
-    Texts,
-    dense,
-    exported_functions,
-    rates,
-    turning,
-)
+from eomgen.products.optimisers.casadi_code import Texts, exported_functions
+from eomgen.products.optimisers.discrete_steps import Chain, chain_of
+from eomgen.products.optimisers.functions import Equations, Exported, Pattern, dense, rates
 
 #: Terms of the functions of acados: of scenes without constraints, with constraints.
 _FREE, _CONSTRAINED = ("inverse_dynamics", "forward_dynamics"), ("residual", "constraint_acceleration")
-_TERMS = (*_FREE, *_CONSTRAINED, "internal_rate")
+_TERMS = (*_FREE, *_CONSTRAINED, "internal_rate", "momenta", "constraint", "constraint_velocity")
 
 
 @dataclass(frozen=True)
@@ -50,17 +41,31 @@ class Family:
     ----------
     name : explicit, implicit or discrete
     equations : with derivatives in (x, u), or in (x, xdot, z, u)
-    step : of the discrete functions
+    step : of the discrete functions, in place of equations
     """
 
     name: str
-    equations: Equations
-    step: Step | None = None
+    equations: Equations | None
+    step: Chain | None = None
 
     @cached_property
-    def terms(self) -> tuple[str, ...]:
-        """Names of the functions of the model."""
-        return tuple(part.function.name for part in self.equations.parts)
+    def functions(self) -> list[Exported]:
+        """Functions of the model."""
+        if self.step is not None:
+            return [one.exported for one in self.step.functions if one.group is None]
+        return [part.function for part in self.known_equations.parts if part.group is None]
+
+    @property
+    def known_equations(self) -> Equations:
+        """The equations of functions that are not discrete."""
+        if self.equations is None:
+            raise ValueError(self.name)
+        return self.equations
+
+    @property
+    def timed(self) -> bool:
+        """Whether a function takes the time."""
+        return self.step.timed if self.step is not None else self.known_equations.timed
 
     @cached_property
     def entries(self) -> Mapping[str, Callable[[_Sizes, Texts], dict[str, Any]]]:
@@ -96,13 +101,13 @@ def _entry(kind: str, inputs: list[Any], outputs: list[Any], work: int, **more: 
 
 
 def _jacobian_tables(sizes: _Sizes, texts: Texts) -> dict[str, int]:
-    jacobian = sizes.family.equations.jacobian
+    jacobian = sizes.family.known_equations.jacobian
     parts = {"rows": jacobian.rows, "columns": jacobian.columns, "numbers": jacobian.places}
     return {name: texts.table(part) for name, part in parts.items()} | {"count": len(jacobian.rows)}
 
 
 def _hessian_tables(sizes: _Sizes, texts: Texts) -> dict[str, int]:
-    lower = sizes.family.equations.lower
+    lower = sizes.family.known_equations.lower
     parts = {"rows": lower.rows, "columns": lower.columns, "numbers": lower.places}
     return {f"second_{name}": texts.table(part) for name, part in parts.items() if len(part)} | {
         "second_count": len(lower.rows)
@@ -110,7 +115,7 @@ def _hessian_tables(sizes: _Sizes, texts: Texts) -> dict[str, int]:
 
 
 def _numbers(sizes: _Sizes) -> int:
-    return sizes.family.equations.count + 2
+    return sizes.family.known_equations.count + 2 + sizes.family.known_equations.scratch
 
 
 def _expl_ode_fun(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
@@ -133,14 +138,14 @@ def _expl_ode_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
     width = sizes.x + sizes.u
     inputs = sizes.dense(texts, "x", "Sx", "Su", "lam", "u", "p")
     outputs = [texts.argument("adj", dense(width)), texts.argument("hess", dense(width * (width + 1) // 2))]
-    work = _numbers(sizes) + sizes.family.equations.hessian_count + 2 * width * width
+    work = _numbers(sizes) + sizes.family.known_equations.hessian_count + 2 * width * width
     tables = _jacobian_tables(sizes, texts) | _hessian_tables(sizes, texts)
     return _entry("hessian", inputs, outputs, work, **tables)
 
 
 def _implicit(sizes: _Sizes, texts: Texts, blocks: Sequence[str], *, value: bool = True) -> dict[str, Any]:
     """Return values, if asked for, and sparse blocks of the Jacobian."""
-    equations, outputs, gathered = sizes.family.equations, [], []
+    equations, outputs, gathered = sizes.family.known_equations, [], []
     if value:
         outputs.append(texts.argument("f", dense(sizes.x + sizes.z)))
     for name in blocks:
@@ -153,8 +158,8 @@ def _implicit(sizes: _Sizes, texts: Texts, blocks: Sequence[str], *, value: bool
 
 
 def _impl_dae_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
-    lower = sizes.family.equations.lower
-    width, off = sizes.family.equations.width, lower.rows != lower.columns
+    lower = sizes.family.known_equations.lower
+    width, off = sizes.family.known_equations.width, lower.rows != lower.columns
     rows, columns = (
         np.concatenate([one, other[off]]) for one, other in ((lower.rows, lower.columns), (lower.columns, lower.rows))
     )
@@ -164,8 +169,9 @@ def _impl_dae_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
     pattern = Pattern((width, width), distinct % width, distinct // width, np.arange(len(distinct)))
     inputs, outputs = sizes.dense(texts, "x", "xdot", "u", "z", "multiplier", "p"), [texts.argument("hess", pattern)]
     tables = {"targets": texts.table(targets), "numbers": texts.table(numbers)} if len(numbers) else {}
+    work = sizes.family.known_equations.hessian_count + sizes.family.known_equations.scratch
     more = {"nonzeros": len(distinct), "second_count": len(numbers), **tables}
-    return _entry("implicit_hessian", inputs, outputs, sizes.family.equations.hessian_count, **more)
+    return _entry("implicit_hessian", inputs, outputs, work, **more)
 
 
 def _disc(sizes: _Sizes, texts: Texts, level: int) -> dict[str, Any]:
@@ -204,33 +210,31 @@ def implicit(program: Program, functions: Sequence[Exported]) -> Equations | Non
 
     The variables z of acados are the multipliers of the constraints.
     """
-    nv, states, rows = program.sizes["v"], program.sizes["z"], program.sizes["lam"]
-    by_name, nx = {function.name: function for function in functions}, 2 * nv + states
+    nq, nv, states, rows = program.input_size("q"), *(program.sizes[name] for name in ("v", "z", "lam"))
+    by_name, nx = {function.name: function for function in functions}, nq + nv + states
     needed = [*(("residual",) if rows else ("inverse_dynamics",)), *(("internal_rate",) if states else ())]
     needed += ["constraint_acceleration"] if rows else []
     if not all(name in by_name for name in needed):
         return None
-    firsts = dict(zip(needed, [nv, *([2 * nv] if states else []), *([nx] if rows else [])], strict=True))
+    firsts = dict(zip(needed, [nq, *([nq + nv] if states else []), *([nx] if rows else [])], strict=True))
     parts = [(by_name[name], first, -1 if name == "internal_rate" else 1) for name, first in firsts.items()]
     sizes = {"x": nx, "xdot": nx, "z": rows, "u": program.sizes["u"]}
-    places = {"q": 0, "v": nv, "z": 2 * nv, "a": nx + nv, "lam": 2 * nx, "u": 2 * nx + rows}
-    linear = [item for k in range(nv) for item in ((k, nx + k, 1), (k, nv + k, -1))]
-    linear += [(2 * nv + k, nx + 2 * nv + k, 1) for k in range(states)]
-    return Equations(program, sizes, parts, places, linear)
+    places = {"q": 0, "v": nq, "z": nq + nv, "a": nx + nq, "lam": 2 * nx, "u": 2 * nx + rows}
+    return Equations(program, sizes, parts, places, implicit=True)
 
 
-def families(program: Program) -> list[Family]:
-    """Return the functions of acados that a model has.
+def families(program: Program, method: str | None) -> list[Family]:
+    """Return the functions of acados that a model has; ``method``: of discrete steps.
 
     Raises
     ------
     ModelError
-        A model without any: with sampled states, or with rotations.
+        A model without any: with sampled states, or with angles that are counted over turns.
     """
-    if names := turning(program):
-        fault = f"acados integrates states that are plain numbers, and {', '.join(names)} is a rotation"
-        raise ModelError(Problem(program.prefix, fault, "joints of one angle or length each"))
-    functions, _ = exported_functions(program)
+    if names := program.angles:
+        fault = f"acados integrates states that are smooth, and the turns of {', '.join(names)} are counted"
+        raise ModelError(Problem(program.prefix, fault, "formulas without this angle, or a joint of one angle"))
+    functions = exported_functions(program)
     made = []
     if program.sampled:
         fault = "states that are sampled change between the steps of acados, which integrates continuous rates"
@@ -242,8 +246,9 @@ def families(program: Program) -> list[Family]:
     equations = implicit(program, functions)
     if equations is not None:
         made.append(Family("implicit", equations))
-    if of_state is not None:
-        made.append(Family("discrete", of_state, Step(of_state, of_length=False)))
+    step = chain_of(program, functions, method, ("u",))
+    if step is not None:
+        made.append(Family("discrete", None, step))
     return made
 
 
@@ -254,9 +259,29 @@ def _model_files(program: Program, prefix: str, names: Sequence[str]) -> dict[st
     return {name: text for name, text in whole.items() if name not in ("main.c", "README.md", MANIFEST)}
 
 
-def files_of(program: Program) -> dict[str, str]:
+def _file(ending: str, shared: Mapping[str, Any], firsts: Iterable[str], seconds: Iterable[str]) -> str:
+    """Return a file of acados.
+
+    Parameters
+    ----------
+    ending : of the name
+    shared : names for the template that all files of the family have
+    firsts, seconds : files of the model's functions and their first derivatives, and of second derivatives
+    """
+    family, sizes, texts = shared["family"], shared["sizes"], Texts()
+    entry, second = family.entries[ending](sizes, texts), ending.endswith("_hess")
+    included = seconds if second else firsts if ending == next(iter(family.entries)) else ()
+    first = entry["kind"] not in ("value", "step_0", "implicit_hessian") or bool(family.step and family.step.nu)
+    of_model = [{"name": one.name, "components": texts.of_components(one, first, second)} for one in family.functions]
+    names = {**shared, "entry": entry, "symbol": f"{shared['prefix']}_{ending}", "second": second}
+    names |= {"included": sorted(file for file in included if file.endswith(".c")), "functions": of_model}
+    names |= {"sparsities": texts.patterns, "tables": texts.tables}
+    return environment().get_template("optimisers/acados.c.jinja").render(**names)
+
+
+def files_of(program: Program, method: str | None) -> dict[str, str]:
     """Return the folder of a Program: files of acados, the model's C, a Python module, README.md and the manifest."""
-    made, prefix = families(program), program.prefix
+    made, prefix = families(program, method), program.prefix
     if not made:
         fault = "no dynamics for acados are among the terms"
         raise UsageError(
@@ -267,33 +292,32 @@ def files_of(program: Program) -> dict[str, str]:
             )
         )
     files, symbols = dict[str, str](), list[dict[str, Any]]()
-    states, inputs, rows = 2 * program.sizes["v"] + program.sizes["z"], program.sizes["u"], program.sizes["lam"]
-    timed = any(family.equations.timed for family in made)
+    states = program.input_size("q") + program.sizes["v"] + program.sizes["z"]
+    inputs, rows = program.sizes["u"], program.sizes["lam"]
+    timed = any(family.timed for family in made)
     parameters = program.sizes["p"] + timed
+    # Explicit rates and explicit steps are made of the same functions.
+    names_of = {family.name: {function.name for function in family.functions} for family in made}
+    shared = {"discrete": "explicit"} if names_of.get("explicit") == names_of.get("discrete") else {}
     for family in made:
-        first_of, second_of = f"{prefix}_{'implicit' if family.name == 'implicit' else 'explicit'}", ""
-        second_of = f"{first_of}_hessian"
-        firsts = _model_files(program, first_of, [x for term in family.terms for x in (term, f"{term}_derivatives")])
-        seconds = _model_files(program, second_of, [f"{term}_hessian" for term in family.terms])
+        first_of = f"{prefix}_{shared.get(family.name, family.name)}"
+        second_of, terms = f"{first_of}_hessian", [function.name for function in family.functions]
+        firsts = _model_files(program, first_of, [x for term in terms for x in (term, f"{term}_derivatives")])
+        seconds = _model_files(program, second_of, [f"{term}_hessian" for term in terms])
         files |= firsts | seconds
         length = family.name == "discrete"
         z = rows if family.name == "implicit" else 0
         sizes = _Sizes(family, states, inputs, z, parameters + length)
-        for ending, described in family.entries.items():
-            texts = Texts()
-            entry = described(sizes, texts)
-            second = ending.endswith("_hess")
-            included = seconds if second else firsts if ending == next(iter(family.entries)) else {}
-            names = {"program": program, "prefix": prefix, "entry": entry, "symbol": f"{prefix}_{ending}"}
-            names |= {"family": family, "sizes": sizes, "np": program.sizes["p"], "timed": timed}
-            names |= {"first_prefix": first_of, "second_prefix": second_of, "second": second}
-            names |= {"included": sorted(file for file in included if file.endswith(".c"))}
-            names |= {"sparsities": texts.patterns, "tables": texts.tables}
-            text = environment().get_template("optimisers/acados.c.jinja").render(**names)
-            files[f"{prefix}_{ending}.c"] = text
+        shared_names = {"program": program, "prefix": prefix, "family": family, "sizes": sizes, "timed": timed}
+        shared_names |= {"np": program.sizes["p"], "first_prefix": first_of, "second_prefix": second_of}
+        for ending in family.entries:
+            files[f"{prefix}_{ending}.c"] = _file(ending, shared_names, firsts, seconds)
             symbols.append({"symbol": f"{prefix}_{ending}", "family": family.name})
     shapes = {"x": states, "u": inputs, "z": rows, "p": parameters, "timed": timed}
-    known = {"program": program, "prefix": prefix, "families": [family.name for family in made], "method": METHOD}
+    known = {"program": program, "prefix": prefix, "families": [family.name for family in made]}
+    known["method"] = next((family.step.title for family in made if family.step is not None), "")
+    integrators = {"explicit": ["ERK"], "implicit": ["IRK", "LIFTED_IRK"], "discrete": ["DISCRETE"]}
+    known["names"] = [name for family in made for name in integrators[family.name]]
     known |= {"shapes": shapes, "symbols": symbols, "sources": sorted([*files])}
     for name, template in ((f"{prefix}_acados.py", "acados.py.jinja"), ("README.md", "acados.md.jinja")):
         files[name] = environment().get_template(f"optimisers/{template}").render(**known)
@@ -321,4 +345,4 @@ def needed_terms(terms: Sequence[str] | None) -> list[str]:
     return [term for name in chosen for term in (name, f"{name}_derivatives", f"{name}_hessian")]
 
 
-ACADOS = Target("acados", "C for acados", NAMES, files_of, terms=needed_terms)
+ACADOS = Target("acados", "C for acados", NAMES, files_of, terms=needed_terms, takes_method=True)

@@ -13,7 +13,8 @@ from eomgen.codegen.folder import MANIFEST
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.pipeline import as_document, generate
-from eomgen.products.optimisers.casadi_code import CASADI, METHOD
+from eomgen.products.optimisers.casadi_code import CASADI
+from eomgen.products.optimisers.discrete_steps import RUNGE_KUTTA
 from eomgen.system.terms import Selection
 from eomgen.toolchain.builder import SHARED, Builder
 from eomgen.toolchain.profiles import STANDARD_PROFILE
@@ -25,15 +26,20 @@ if TYPE_CHECKING:
 
 @checked_call("a model, a scene or the path of one")
 def casadi(
-    scene: Model | Described, terms: Sequence[str] | None = None, *, profile: str = STANDARD_PROFILE
+    scene: Model | Described,
+    terms: Sequence[str] | None = None,
+    *,
+    method: str | None = None,
+    profile: str = STANDARD_PROFILE,
 ) -> NamedResults[Any]:
     """Return functions of a scene for CasADi, with exact sparse Jacobians and Hessians in C.
 
     ``forward_dynamics``: (q, v, z, u, p, t) -> vdot; ``inverse_dynamics``: (q, v, a, z, u, p, t) -> tau; with
-    constraints ``residual``: (q, v, a, z, lam, u, p, t) -> r, ``constraint``: (q, p, t) -> Phi and
-    ``constraint_velocity``: (q, v, p, t) -> w; ``internal_rate`` and ``outputs``; ``step``, one step of the method
-    ``rk4``: (x, u, p, t, h) -> x_next, x = (q, v, z), of scenes without rotations. By name alone ``frame_poses``:
-    (q, p, t) -> quaternion and position of each frame, and ``constraint_acceleration``: (q, v, a, p, t) -> w_dot.
+    constraints ``residual``: (q, v, a, z, lam, u, p, t) -> r, ``constraint``: (q, p, t) -> Phi,
+    ``constraint_velocity``: (q, v, p, t) -> w, ``constraint_acceleration``: (q, v, a, p, t) -> w_dot and ``momenta``:
+    (q, v, z, u, p, t) -> (dT/dv, dT/dq + Q); ``internal_rate`` and ``outputs``; ``step``, one step of a method:
+    (x, u, p, t, h) -> x_next, x = (q, v, z). By name alone ``frame_poses``: (q, p, t) -> quaternion and position of
+    each frame.
     Inputs that the scene does not have are left out: see ``name_in()``. CasADi differentiates these functions like
     expressions; the Hessian of a Lagrangian is one call in C.
 
@@ -42,7 +48,11 @@ def casadi(
     scene : Model, Scene, path, or mapping
         As in ``build``. Derivatives in quaternions are exact on the unit sphere: a change of the length does not count.
     terms : sequence of str, optional
-        Functions among these; all that the scene has by default. ``step`` comes with ``forward_dynamics``.
+        Functions among these; all that the scene has by default. ``step`` comes with the functions of its method.
+    method : str, optional
+        Of ``step``: ``rk4``, a symplectic composition as ``leapfrog`` or ``yoshida4``, ``generalized_alpha``, ``hht``,
+        ``wbz``, ``newmark`` or ``trapezoidal``; with constraints on positions ``rattlie``. By default ``rk4``, of
+        scenes with constraints ``rattlie``, and ``trapezoidal`` if some are on velocities alone.
     profile : str
         Profile of the compiler, as in ``build``.
 
@@ -54,7 +64,7 @@ def casadi(
     Raises
     ------
     UsageError
-        The package casadi is not installed; a term without derivatives in all arguments.
+        The package casadi is not installed; a term without derivatives in all arguments, a method without such steps.
     ToolchainError
         There is no compiler.
 
@@ -73,12 +83,12 @@ def casadi(
     described: Any = getattr(scene, "scene", scene)
     document, front_end = as_document(described)
     wanted = CASADI.terms(terms)
-    content = library_content(document, front_end, Selection(tuple(wanted or ())), METHOD)
+    content = library_content(document, front_end, Selection(tuple(wanted or ())), RUNGE_KUTTA)
 
     def write(folder: Path) -> None:
-        generate(document, folder, terms, target=CASADI.name)
+        generate(document, folder, terms, method, target=CASADI.name)
 
-    entry = Builder(profile=profile).build_folder(b"casadi\0" + content, write)
+    entry = Builder(profile=profile).build_folder(f"casadi {method}".encode() + content, write)
     symbols = [item["symbol"] for item in json.loads(entry.text(MANIFEST))["casadi"]]
     library = str(entry.file(SHARED))
     functions = {symbol.partition("_casadi_")[2]: package.external(symbol, library) for symbol in symbols}

@@ -432,8 +432,9 @@ def _argument_claims(
     jacobian_of, hessian_of = of(names[0], (height, width)), of(names[1], (width, width))
 
     def values(engine: Engine, state: Blocks) -> Array:
-        result = engine(term, state)[system.functions[term].outputs[0].name]
-        return result.reshape(*result.shape[: state["q"].ndim - 1], height)
+        blocks = engine(term, state)
+        results = [blocks[block.name] for block in system.functions[term].outputs]
+        return np.concatenate([x.reshape(*x.shape[: state["q"].ndim - 1], -1) for x in results], axis=-1)
 
     def gradient(engine: Engine, state: Blocks) -> Array:
         weights = state["weights"][..., np.newaxis, :height]

@@ -1,0 +1,505 @@
+"""One step of a method with fixed steps as a chain of functions, with the patterns of its first and second derivatives.
+
+Values are numbered: arguments of differentiation, the unknowns of implicit equations, values that are held, then the
+results of nodes. A node is a function of the model or of a group, or a sum of multiples of values by powers of
+the length of the step. With Y = (inputs y, unknowns U), G(Y) = 0 the equations and E(Y) the end of the step,
+
+    dU/dy = -G_U^-1 G_y,   dE/dy = E_y + E_U dU/dy,   eta = -G_U^-T E_U^T weights,
+
+and the Hessian of weights . E is (1, dU/dy)^T L (1, dU/dy), with L the Hessian of weights . E + eta . G in Y: the sum
+over nodes of the Hessian for the node's adjoint, between the derivatives of the arguments in Y.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from itertools import accumulate
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.codegen.program import Program
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.integrators.families.family import LinearStep
+from eomgen.integrators.families.register import canonical_name, method_named
+from eomgen.products.optimisers.functions import Exported, exported_group_function, of_dense, of_lower
+from eomgen.products.optimisers.group_functions import GroupFunction, group_function
+
+Nonzero = NDArray[np.bool_]
+#: Shares of a step at which generalized-alpha evaluates accelerations to start, and weights of these in h d vdot/dt.
+_STAGES, _SLOPE = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
+#: Method of steps without constraints.
+RUNGE_KUTTA = "rk4"
+#: Functions that steps of each family take: of scenes without and with constraints.
+_EXPLICIT = ("forward_dynamics", "internal_rate")
+_VARIATIONAL = ("momenta", "residual", "constraint", "constraint_velocity", "internal_rate")
+_IMPLICIT = (
+    ("inverse_dynamics", *_EXPLICIT),
+    (*("residual", "constraint_acceleration", "constraint_velocity", "internal_rate"),),
+)
+
+
+class Slot(NamedTuple):
+    """Consecutive values: the number of the first, and how many."""
+
+    place: int
+    size: int
+
+    def part(self, start: int, size: int) -> Slot:
+        """Return some of the values."""
+        return Slot(self.place + start, size)
+
+
+class Term(NamedTuple):
+    """factor h^power values, h the length of the step."""
+
+    factor: float
+    value: Slot
+    power: int = 0
+
+
+class Node(NamedTuple):
+    """Number of a function, -1 of a sum; result; values of the arguments, or terms."""
+
+    function: int
+    result: Slot
+    arguments: tuple[Slot, ...]
+    terms: tuple[Term, ...]
+
+
+class ChainFunction(NamedTuple):
+    """A function of the model, or of a group."""
+
+    exported: Exported
+    group: GroupFunction | None
+
+    @property
+    def name(self) -> str:
+        """Name of the function."""
+        return self.exported.name
+
+    @property
+    def blocks(self) -> list[int]:
+        """Number of the argument of each column of the Jacobian."""
+        return [number for number, size in enumerate(self.exported.sizes.values()) for _ in range(size)]
+
+    @property
+    def offsets(self) -> list[int]:
+        """Place of each column in the argument."""
+        return [place for size in self.exported.sizes.values() for place in range(size)]
+
+
+class Chain:
+    """A step as a chain of nodes.
+
+    Parameters
+    ----------
+    program : Program
+    functions : of the model, by name, that the step may take
+    title : of the method
+    along : arguments of differentiation in addition to x, among u, p, t and h
+    unknowns : numbers of unknowns of implicit equations, by name
+    """
+
+    def __init__(
+        self,
+        program: Program,
+        functions: Mapping[str, Exported],
+        title: str,
+        along: Sequence[str],
+        unknowns: Mapping[str, int],
+    ) -> None:
+        self.program, self.model, self.title = program, functions, title
+        self.nq, self.nv, self.nz = program.input_size("q"), program.sizes["v"], program.sizes["z"]
+        self.nl, self.nx = program.sizes["lam"], program.input_size("q") + program.sizes["v"] + program.sizes["z"]
+        taken = {block for function in functions.values() for block in function.sizes}
+        inputs: dict[str, int] = {
+            "x": self.nx,
+            **{name: program.input_size(name) for name in ("u", "p") if name in taken},
+        }
+        inputs |= {"t": 1} if "t" in taken else {}
+        inputs["h"] = 1
+        self.timed = "t" in taken
+        self.sizes = {name: size for name, size in inputs.items() if name == "x" or name in along}
+        self.ny, self.nu, self.count = sum(self.sizes.values()), sum(unknowns.values()), 0
+        self.values = {name: self._new(size) for name, size in self.sizes.items()}
+        self.unknowns = {name: self._new(size) for name, size in unknowns.items()}
+        self.values |= {name: self._new(size) for name, size in inputs.items() if name not in self.sizes}
+        self.one, self.zero = self._new(1), self._new(max(self.nv, self.nl, 1))
+        x = self.values["x"]
+        self.q, self.v = x.part(0, self.nq), x.part(self.nq, self.nv)
+        self.z = x.part(self.nq + self.nv, self.nz)
+        self.nodes: list[Node] = []
+        self.functions: list[ChainFunction] = []
+        self.guesses: list[tuple[Slot, Slot]] = []
+        self.equations: list[Slot] = []
+        self.end = Slot(0, 0)
+
+    def _new(self, size: int) -> Slot:
+        slot = Slot(self.count, size)
+        self.count += size
+        return slot
+
+    def call(self, name: str, **given: Slot) -> Slot:
+        """Return the result of a function of the model; inputs and parameters are the step's, and accelerations
+        and multipliers zero unless given."""
+        exported = self.model[name]
+        values = {**self.values, "a": self.zero.part(0, self.nv), "lam": self.zero.part(0, self.nl), **given}
+        return self._node(
+            ChainFunction(exported, None), [values[block] for block in exported.sizes], exported.output[1]
+        )
+
+    def _node(self, function: ChainFunction, arguments: Sequence[Slot], size: int, result: Slot | None = None) -> Slot:
+        names = [known.name for known in self.functions]
+        if function.name not in names:
+            self.functions.append(function)
+            names.append(function.name)
+        slot = self._new(size) if result is None else result
+        self.nodes.append(Node(names.index(function.name), slot, tuple(arguments), ()))
+        return slot
+
+    def sum(self, *terms: Term, into: Slot | None = None) -> Slot:
+        """Return a sum."""
+        slot = self._new(terms[0].value.size) if into is None else into
+        if slot.size:
+            self.nodes.append(Node(-1, slot, (), terms))
+        return slot
+
+    def time(self, share: float) -> Slot:
+        """Return t + share h."""
+        if not (self.timed and share):
+            return self.values.get("t", self.one)
+        return self.sum(Term(1.0, self.values["t"]), Term(share, self.one, 1))
+
+    def _by_factor(self, name: str, size: int, first: Slot, second: Slot, *, of_q: bool) -> Slot:
+        """Return a function of a group for each rotation and pose; of plain numbers the sum, or the second argument."""
+        result = self._new(size)
+        for factor in self.program.factors:
+            place = int(factor["q_start"]), int(factor["q_size"])
+            along = int(factor["v_start"]), int(factor["v_size"])
+            one, other = first.part(*(place if of_q else along)), second.part(*along)
+            own = result.part(*(place if of_q else along))
+            if factor["group"] == "R":
+                self.sum(*([Term(1.0, one)] if of_q else []), Term(1.0, other), into=own)
+            else:
+                function = group_function(name, str(factor["group"]))
+                self._node(ChainFunction(exported_group_function(function), function), (one, other), own.size, own)
+        return result
+
+    def updated(self, q: Slot, increment: Slot) -> Slot:
+        """Return q o exp(increment)."""
+        return self._by_factor("update", self.nq, q, increment, of_q=True)
+
+    def increment_rate(self, increment: Slot, v: Slot) -> Slot:
+        """Return the rate of an increment at a velocity, up to two brackets."""
+        return self._turned("increment_rate", increment, v)
+
+    def cotangent(self, increment: Slot, momentum: Slot) -> Slot:
+        """Return a momentum, taken along an increment."""
+        return self._turned("cotangent", increment, momentum)
+
+    def _turned(self, name: str, increment: Slot, vector: Slot) -> Slot:
+        if all(factor["group"] == "R" for factor in self.program.factors):
+            return vector
+        return self._by_factor(name, self.nv, increment, vector, of_q=False)
+
+    def ends_with(self, q: Slot, v: Slot, z: Sequence[Term]) -> None:
+        """Set the end of the step."""
+        self.end = self._new(self.nx)
+        self.sum(Term(1.0, q), into=self.end.part(0, self.nq))
+        self.sum(Term(1.0, v), into=self.end.part(self.nq, self.nv))
+        self.sum(*z, into=self.end.part(self.nq + self.nv, self.nz))
+
+    def rate_of_states(self, **given: Slot) -> Slot:
+        """Return the rates of the internal states, no values if there are none."""
+        return self.call("internal_rate", **given) if self.nz else Slot(0, 0)
+
+    # -- patterns and data of the C ----------------------------------------------------------------------------------
+
+    @property
+    def nn(self) -> int:
+        """Numbers in which the values are differentiated: of y, and unknowns."""
+        return self.ny + self.nu
+
+    @property
+    def h_column(self) -> int:
+        """Column of the length of the step, -1 if the length is held."""
+        return int(self.values["h"].place) if "h" in self.sizes else -1
+
+    @property
+    def residuals(self) -> list[int]:
+        """Values that are zero in a solution."""
+        return [slot.place + k for slot in self.equations for k in range(slot.size)]
+
+    @property
+    def groups(self) -> list[GroupFunction]:
+        """Functions of rotations and poses."""
+        return [function.group for function in self.functions if function.group is not None]
+
+    @property
+    def numbers(self) -> int:
+        """Numbers of the Jacobians of all nodes."""
+        return sum(self.functions[node.function].exported.first for node in self.nodes if node.function >= 0)
+
+    @property
+    def most_arguments(self) -> int:
+        """Largest number of arguments of a function."""
+        return max(len(function.exported.sizes) for function in self.functions)
+
+    def columns_of(self, node: Node) -> NDArray[np.int64]:
+        """Return the values that are the columns of a function's Jacobian."""
+        return np.concatenate([np.arange(slot.place, slot.place + slot.size) for slot in node.arguments])
+
+    @cached_property
+    def first(self) -> dict[str, int]:
+        """Places of the parts of the memory, after the Jacobian and the Hessian of the step; ``work``: the size."""
+        widest = max((sum(function.exported.sizes.values()) for function in self.functions), default=0)
+        scratch = max((function.exported.work for function in self.functions), default=0)
+        parts = {"end": self.nx, "W": self.count, "D": self.count * self.nn, "J": self.numbers, "scratch": scratch}
+        parts |= {"adjoint": self.count, "product": widest * self.nn, "L": self.nn * self.nn}
+        parts |= {"G": self.nu * self.nu, "S": self.nu * self.ny, "eta": self.nu, "LS": self.nu * self.ny}
+        places = accumulate(parts.values(), initial=self.nx * self.ny + self.ny * self.ny)
+        return dict(zip((*parts, "work"), places, strict=True))
+
+    def exported(self) -> Exported:
+        """Return the step with the patterns of both derivatives, by the chain rule on structural nonzeros."""
+        ny, along = self.ny, np.zeros((self.count, self.nn), bool)
+        along[: self.nn] = np.eye(self.nn, dtype=bool)
+        second = np.zeros((self.nn, self.nn), bool)
+        for node in self.nodes:
+            rows = slice(node.result.place, node.result.place + node.result.size)
+            if node.function < 0:
+                for term in node.terms:
+                    source = along[term.value.place : term.value.place + term.value.size]
+                    along[rows] |= source
+                    if term.power and self.h_column >= 0:
+                        along[rows, self.h_column] = True
+                        second[self.h_column] |= source.any(axis=0)
+                        second[self.h_column, self.h_column] |= term.power > 1
+                continue
+            exported, columns = self.functions[node.function].exported, self.columns_of(node)
+            first = np.zeros((exported.output[1], len(columns)), bool)
+            first[exported.jacobian.rows, exported.jacobian.columns] = True
+            bent = np.zeros((len(columns), len(columns)), bool)
+            bent[exported.hessian.rows, exported.hessian.columns] = True
+            along[rows] = first @ along[columns]
+            second |= along[columns].T @ bent @ along[columns]
+        second |= second.T
+        end = along[self.end.place : self.end.place + self.nx]
+        jacobian, hessian = end[:, :ny].copy(), second[:ny, :ny].copy()
+        if self.nu:
+            of_equations = along[self.residuals]
+            solved = inverse_pattern(of_equations[:, ny:]) @ of_equations[:, :ny]
+            jacobian |= end[:, ny:] @ solved
+            mixed = second[:ny, ny:] @ solved
+            hessian |= mixed | mixed.T | (solved.T @ second[ny:, ny:] @ solved)
+        return Exported(
+            "step",
+            self.sizes,
+            ("x_next", self.nx),
+            of_dense(jacobian, ny),
+            of_lower(hessian),
+            self.nx * ny,
+            self.first["work"],
+        )
+
+
+def inverse_pattern(matrix: Nonzero) -> Nonzero:
+    """Return the nonzeros of the inverse of a matrix with these nonzeros and otherwise any numbers.
+
+    With rows in an order that makes the diagonal nonzero, an entry of the inverse is nonzero if a path of nonzeros
+    leads from the row to the column.
+    """
+    size = len(matrix)
+    owner = [-1] * size  # column -> row
+
+    def placed(row: int, tried: set[int]) -> bool:
+        for column in np.flatnonzero(matrix[row]).tolist():
+            if column not in tried:
+                tried.add(column)
+                if owner[column] < 0 or placed(owner[column], tried):
+                    owner[column] = row
+                    return True
+        return False
+
+    if not all(placed(row, set()) for row in range(size)):
+        return np.ones((size, size), bool)
+    paths = matrix[owner]
+    for _ in range(max(size - 1, 1).bit_length()):
+        paths = paths | (paths @ paths)
+    result = np.zeros((size, size), bool)
+    result[:, owner] = paths
+    return result
+
+
+def default_method(program: Program) -> str:
+    """Return the method of the function ``step`` unless another is named."""
+    if not program.sizes["lam"]:
+        return RUNGE_KUTTA
+    return "rattlie" if program.sizes["holonomic"] == program.sizes["lam"] else "trapezoidal"
+
+
+def chain_of(program: Program, functions: Sequence[Exported], method: str | None, along: Sequence[str]) -> Chain | None:
+    """Return one step of a method, or None of a model whose functions do not suffice, or with sampled states or angles
+    that are counted over turns.
+
+    Parameters
+    ----------
+    method : name; None: ``default_method``
+    along : arguments of differentiation in addition to x, among u, p, t and h
+
+    Raises
+    ------
+    UsageError
+        A method without such steps, or none of this model.
+    """
+    rows, holonomic = program.sizes["lam"], program.sizes["holonomic"]
+    name = canonical_name(default_method(program) if method is None else method)
+    made: Any = method_named(name)
+    needed: tuple[str, ...]
+    if made.family == "composition":
+        needed, fits, record = _EXPLICIT, not rows, _composition
+    elif made.family == "runge_kutta":
+        needed, fits, record = _EXPLICIT, not rows, _runge_kutta
+    elif made.family == "rattlie":
+        needed, fits, record = _VARIATIONAL, 0 < rows == holonomic, _variational
+    elif isinstance(made.linear_step, LinearStep) and not made.chooses_steps:
+        needed, fits, record = _IMPLICIT[bool(rows)], not holonomic, _alpha
+    else:
+        fault = f"steps of {name} have no derivatives in C"
+        raise UsageError(Problem("method", fault, default_method(program)))
+    if not fits:
+        kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
+        fault = f"steps of {name} have no derivatives in C for scenes with {kind}"
+        raise UsageError(Problem("method", fault, default_method(program)))
+    by_name = {function.name: function for function in functions}
+    terms = tuple(term for term in needed if term != "internal_rate" or program.sizes["z"])
+    if program.sampled or program.angles or any(term not in by_name for term in terms):
+        return None
+    return record(program, {term: by_name[term] for term in terms}, made, along)
+
+
+_Functions = Mapping[str, Exported]
+
+
+def _runge_kutta(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> Chain:
+    """Return a step of an explicit Runge-Kutta method in the Lie algebra, whose increments start at zero."""
+    chain = Chain(program, functions, method.title(constrained=False), along, {})
+    slopes: list[tuple[Slot, Slot, Slot]] = []
+
+    def moved(weights: Sequence[Any]) -> tuple[Slot, Slot, list[Term]]:
+        """Return the increment, the velocity and terms of the internal states for weights of the slopes so far."""
+        used = [(float(weight), slope) for weight, slope in zip(weights, slopes, strict=False) if weight]
+        if not used:
+            return chain.zero.part(0, chain.nv), chain.v, [Term(1.0, chain.z)]
+        theta, v, z = ([Term(weight, slope[k], 1) for weight, slope in used] for k in range(3))
+        return chain.sum(*theta), chain.sum(Term(1.0, chain.v), *v), [Term(1.0, chain.z), *z]
+
+    for row, share in zip(method.A, method.c, strict=True):
+        theta, v, of_z = moved(row)
+        state = {"q": chain.updated(chain.q, theta) if slopes else chain.q, "v": v, "t": chain.time(float(share))}
+        state["z"] = chain.sum(*of_z) if slopes else chain.z
+        rate = chain.increment_rate(theta, v) if slopes else v
+        slopes.append((rate, chain.call("forward_dynamics", **state), chain.rate_of_states(**state)))
+    theta, v, of_z = moved(method.b)
+    chain.ends_with(chain.updated(chain.q, theta), v, of_z)
+    return chain
+
+
+def _composition(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> Chain:
+    """Return a step of a symplectic composition of kicks and drifts."""
+    accelerations = functions["forward_dynamics"]
+    of_v = accelerations.slices.get("v", slice(0, 0))
+    if np.any((of_v.start <= accelerations.jacobian.columns) & (accelerations.jacobian.columns < of_v.stop)):
+        fault = f"accelerations of {program.prefix} depend on velocities, so that kicks are not symplectic"
+        raise ModelError(Problem("method", fault, RUNGE_KUTTA))
+    chain, parts = Chain(program, functions, method.title(constrained=False), along, {}), method.composition
+    q, v, times = chain.q, chain.v, list(parts.kick_times)
+    for number, kick in enumerate(parts.kicks):
+        a = chain.call("forward_dynamics", q=q, v=v, t=chain.time(float(times[number])))
+        v = chain.sum(Term(1.0, v), Term(float(kick), a, 1))
+        if number < len(parts.drifts):
+            q = chain.updated(q, chain.sum(Term(float(parts.drifts[number]), v, 1)))
+    chain.ends_with(q, v, [Term(1.0, chain.z)])
+    return chain
+
+
+def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> Chain:
+    """Return a step of generalized-alpha from (q, v, z), with accelerations that are consistent at the start;
+    constraints are on velocities alone."""
+    step: LinearStep = method.linear_step
+    nv, nz, rows = program.sizes["v"], program.sizes["z"], program.sizes["lam"]
+    share = step.alpha_m - step.alpha_f
+    stages = _STAGES if share else _STAGES[:1]
+    unknowns = {f"{name}_{k}": size for k in range(len(stages)) for name, size in (("a", nv), ("lam", rows)) if rows}
+    unknowns |= {"vdot": nv, "lam": rows, "z": nz}
+    chain = Chain(program, functions, method.title(constrained=bool(rows)), along, unknowns)
+    chain.guesses.append((chain.unknowns["z"], chain.z))
+    accelerations: list[Slot] = []
+    for k, part in enumerate(stages):
+        state = {"q": chain.q, "v": chain.v, "z": chain.z, "t": chain.time(part)}
+        if part:
+            vdot = accelerations[0]
+            moved = chain.sum(Term(part, chain.v, 1), Term(0.5 * part * part, vdot, 2))
+            state |= {"q": chain.updated(chain.q, moved), "v": chain.sum(Term(1.0, chain.v), Term(part, vdot, 1))}
+        if rows:
+            state |= {"a": chain.unknowns[f"a_{k}"], "lam": chain.unknowns[f"lam_{k}"]}
+            chain.equations += [chain.call("residual", **state), chain.call("constraint_acceleration", **state)]
+            accelerations.append(state["a"])
+        else:
+            accelerations.append(chain.call("forward_dynamics", **state))
+    before = accelerations[0]
+    a = before
+    if share:
+        slope = zip(_SLOPE, accelerations, strict=True)
+        a = chain.sum(Term(1.0, before), *(Term(share * weight, one) for weight, one in slope))
+    vdot, m, f = chain.unknowns["vdot"], step.alpha_m, step.alpha_f
+    after = chain.sum(Term((1.0 - f) / (1.0 - m), vdot), Term(f / (1.0 - m), before), Term(-m / (1.0 - m), a))
+    theta = chain.sum(Term(1.0, chain.v, 1), Term(0.5 - step.beta, a, 2), Term(step.beta, after, 2))
+    v = chain.sum(Term(1.0, chain.v), Term(1.0 - step.gamma, a, 1), Term(step.gamma, after, 1))
+    state = {"q": chain.updated(chain.q, theta), "v": v, "a": vdot, "z": chain.unknowns["z"]}
+    state |= {"lam": chain.unknowns["lam"], "t": chain.time(1.0)}
+    chain.equations.append(chain.call("residual" if rows else "inverse_dynamics", **state))
+    if rows:
+        chain.equations.append(chain.call("constraint_velocity", **state))
+    if nz:
+        m, gamma = step.rate_alpha_m, step.rate_gamma
+        start = chain.rate_of_states(q=chain.q, v=chain.v, z=chain.z)
+        end = chain.rate_of_states(**state)
+        factors = 1.0 - gamma + gamma * (f - m) / (1.0 - m), gamma * (1.0 - f) / (1.0 - m)
+        terms = Term(factors[0], start, 1), Term(factors[1], end, 1)
+        chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, state["z"]), *terms))
+    chain.ends_with(state["q"], v, [Term(1.0, state["z"])])
+    return chain
+
+
+def _variational(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> Chain:
+    """Return a step of RATTLie, with momenta along half an increment each, and impulses of the constraints at both
+    ends."""
+    nv, nz, rows = program.sizes["v"], program.sizes["z"], program.sizes["lam"]
+    unknowns = {"mean": nv, "first": rows, "v": nv, "last": rows, "z": nz}
+    chain = Chain(program, functions, method.title(constrained=True), along, unknowns)
+    mean, v, z = (chain.unknowns[name] for name in ("mean", "v", "z"))
+    chain.guesses += [(mean, chain.v), (v, chain.v), (z, chain.z)]
+    increment = chain.sum(Term(1.0, mean, 1))
+    start, end = {"q": chain.q, "z": chain.z}, {"q": chain.updated(chain.q, increment), "z": z, "t": chain.time(1.0)}
+    momenta = [chain.call("momenta", **state) for state in ({**start, "v": mean}, {**end, "v": mean})]
+    middle = chain.sum(*(Term(0.5, one.part(0, nv)) for one in momenta))
+    back = chain.cotangent(chain.sum(Term(-1.0, mean, 1)), middle)
+    for state, velocity, moved, rate, impulse, sign in (
+        (start, chain.v, back, momenta[0], chain.unknowns["first"], -1.0),
+        (end, v, chain.cotangent(increment, middle), momenta[1], chain.unknowns["last"], 1.0),
+    ):
+        momentum = chain.call("momenta", **{**state, "v": velocity}).part(0, nv)
+        still = {**state, "v": chain.zero.part(0, nv)}
+        pushed, free = chain.call("residual", **still, lam=impulse), chain.call("residual", **still)
+        terms = Term(-sign, moved), Term(-0.5, rate.part(nv, nv), 1), Term(1.0, pushed), Term(-1.0, free)
+        chain.equations.append(chain.sum(Term(sign, momentum), *terms))
+    chain.equations += [chain.call("constraint", **end), chain.call("constraint_velocity", **{**end, "v": v})]
+    if nz:
+        slopes = [chain.rate_of_states(**{**state, "v": mean}) for state in (start, end)]
+        chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, z), *(Term(0.5, one, 1) for one in slopes)))
+    chain.ends_with(end["q"], v, [Term(1.0, z)])
+    return chain
