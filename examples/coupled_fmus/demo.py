@@ -13,6 +13,7 @@ from typing import Any
 import fmpy
 import fmpy.fmi2
 import numpy as np
+from matplotlib.figure import Figure
 
 import eomgen
 
@@ -107,8 +108,6 @@ def errors() -> list[tuple[float, float, float]]:
 
 def draw(rows: list[tuple[float, float, float]], file: Path) -> None:
     """Draw the errors over the communication step."""
-    from matplotlib.figure import Figure
-
     steps, held, line = np.array(rows).T
     figure = Figure(figsize=(6, 4), layout="constrained")
     axes = figure.add_subplot()
