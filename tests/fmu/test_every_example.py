@@ -58,3 +58,26 @@ def test_co_simulation_has_the_bits_of_simulate(name: str, version: int) -> None
     assert known
     for column, values in known.items():
         assert np.array_equal(rows[column][: len(values)], values), column
+
+
+def refined(name: str, end: float, interval: float) -> eomgen.Solution:
+    """Return a run by an embedded pair at a small tolerance, with rows at the given interval, s."""
+    model = model_of(name)
+    method = "rk45_partitioned" if model.multipliers else "rk45"
+    return model.simulate(end, interval, method=method, tolerance=1e-12, record_every=1, error_estimate=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("version", [2, 3])
+def test_model_exchange_meets_a_refined_run(name: str, version: int) -> None:
+    simulation = scene_of(name).simulation
+    interval = simulation.step
+    end = min(simulation.duration, STEPS * interval)
+    rows = run(file_of(name, version), "ModelExchange", end, interval, relative_tolerance=1e-10)
+    times = np.asarray(rows["time"])
+    solution = refined(name, end, interval)
+    last = np.searchsorted(times, solution.t + 1e-3 * interval) - 1  # of rows at one time, after events
+    for column, values in columns(solution, recorded(file_of(name, version))).items():
+        off = np.max(np.abs(rows[column][last] - values))
+        assert off <= CLOSE * max(1.0, np.max(np.abs(values))), (column, off)

@@ -1,0 +1,128 @@
+"""Sources of FMUs: two models in one program, many instances on threads, sanitizers, and other builders."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import zipfile
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+import fmpy
+import fmpy.build
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.base.files import template_folder
+from tests.fmu.importers import run, written
+
+SCENES = Path(__file__).parents[2] / "examples" / "coupled_fmus" / "scenes"
+MAIN = Path(__file__).with_name("two_models.c")
+HEADERS = template_folder() / "fmu"
+
+
+@cache
+def file_of(name: str, version: int) -> Path:
+    return written(SCENES / f"{name}.toml", version)
+
+
+def unpacked(name: str, version: int, folder: Path) -> Path:
+    """Return the folder of an FMU."""
+    target = folder / f"{name}_{version}"
+    with zipfile.ZipFile(file_of(name, version)) as archive:
+        archive.extractall(target)
+    return target
+
+
+def compiled(words: Sequence[str | Path]) -> None:
+    done = subprocess.run([*map(str, words)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
+def definitions(name: str, folder: Path) -> list[str]:
+    """Return macros with the value references and the token of a model."""
+    description = fmpy.read_model_description(str(folder))
+    upper = name.upper()
+    wanted = ("angle", "speed", "torque", "command")
+    references = {item.name: item.valueReference for item in description.modelVariables if item.name in wanted}
+    macros = [f"-D{upper}_{variable.upper()}={reference}" for variable, reference in references.items()]
+    return [*macros, f'-D{upper}_TOKEN="{description.guid}"']
+
+
+def program(folder: Path, flags: Sequence[str]) -> Path:
+    """Return a program of both models."""
+    objects: list[Path] = []
+    macros: list[str] = []
+    for name in ("plant", "controller"):
+        sources = unpacked(name, 3, folder) / "sources"
+        macros += definitions(name, sources.parent)
+        for source in sorted(sources.glob("*.c")):
+            objects.append(folder / f"{name}_{source.stem}.o")
+            includes = ["-I", sources, "-I", HEADERS / "fmi3"]
+            words = ["cc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", *flags, "-c"]
+            compiled([*words, *includes, source, "-o", objects[-1]])
+    words = ["cc", "-std=c99", "-D_POSIX_C_SOURCE=200809L", "-pthread", *flags, *macros, "-I", HEADERS / "fmi3"]
+    target = folder / "both"
+    compiled([*words, MAIN, *objects, "-o", target, "-lm"])
+    return target
+
+
+@pytest.mark.slow
+def test_two_models_link_into_one_program_whose_instances_run_on_threads(tmp_path: Path) -> None:
+    both = program(tmp_path, ["-O1"])
+    symbols = subprocess.run(["nm", "-g", both], capture_output=True, text=True, check=True).stdout
+    named = {line.split()[-1] for line in symbols.splitlines() if " T " in line}
+    assert {"plant_fmi3DoStep", "controller_fmi3DoStep"} <= named
+    assert not [name for name in named if name.startswith("fmi3")]
+    done = subprocess.run([both], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "") and float(done.stdout) > 0.0
+
+
+@pytest.mark.slow
+def test_sanitizers_and_valgrind_have_no_findings(tmp_path: Path) -> None:
+    checked = program(tmp_path, ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"])
+    done = subprocess.run([checked], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    if shutil.which("valgrind") is not None:
+        (tmp_path / "plain").mkdir()
+        plain = program(tmp_path / "plain", ["-O1", "-g"])
+        words = ["valgrind", "--error-exitcode=9", "--leak-check=full", "-q", str(plain)]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
+
+
+def rebuilt_by_fmpy(folder: Path) -> None:
+    fmpy.build.build_platform_binary(folder, configuration="Debug")
+
+
+def rebuilt_by_bd2cmake(folder: Path) -> None:
+    words = [sys.executable, "-m", "fmi_bd2cmake.cli", "-i", "sources/buildDescription.xml", "-o", "CMakeLists.txt"]
+    subprocess.run(words, cwd=folder, check=True, capture_output=True)
+    shutil.rmtree(folder / "binaries")
+    for command in (["-B", "build", f"-DFMI_HEADERS_DIR={HEADERS / 'fmi3'}", "."], ["--build", "build"]):
+        done = subprocess.run(["cmake", *command], cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+    made = next(folder.rglob("plant.so"))
+    target = folder / "binaries" / "x86_64-linux"
+    target.mkdir(parents=True, exist_ok=True)
+    if made.parent != target:
+        shutil.copy(made, target / "plant.so")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("version", "builder"), [(2, rebuilt_by_fmpy), (3, rebuilt_by_fmpy), (3, rebuilt_by_bd2cmake)])
+def test_builders_make_libraries_with_the_same_bits(version: int, builder: object, tmp_path: Path) -> None:
+    folder = unpacked("plant", version, tmp_path)
+    shutil.rmtree(folder / "binaries")
+    (folder / "binaries").mkdir()
+    assert callable(builder)
+    builder(folder)
+    signals = np.array([(0.0, 0.2), (1.0, 0.2)], dtype=[("time", float), ("torque", float)])
+    rows = [
+        run(file, "CoSimulation", 0.05, 1e-3, input=signals, output=["angle", "speed"])
+        for file in (folder, file_of("plant", version))
+    ]
+    assert np.array_equal(rows[0], rows[1]) and eomgen.load(SCENES / "plant.toml").name == "plant"
