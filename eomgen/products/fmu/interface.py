@@ -13,6 +13,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.codegen.program import Program
 from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import evaluate
+from eomgen.formula.units.table import NAMED
 from eomgen.products.fmu.dependencies import Dependencies, Known
 from eomgen.products.fmu.units import FmuUnit, unit_of
 from eomgen.system.description import Description
@@ -160,6 +161,16 @@ class Interface:
     def dependencies(self) -> Dependencies:
         """Dependencies of the unknowns."""
         return Dependencies(self.program, [item.index for item in self.of("input")])
+
+    @cached_property
+    def types(self) -> Mapping[str, str]:
+        """Names of types, as TorsionalStiffness, by units."""
+        taken, result = {item.name for item in self.variables}, dict[str, str]()
+        for unit in self.units:
+            if unit.name in NAMED:
+                name = "".join(word.capitalize() for word in NAMED[unit.name].split()[1:])
+                result[unit.name] = f"{name}Type" if name in taken else name
+        return result
 
     @property
     def structured(self) -> bool:

@@ -118,16 +118,28 @@ def _units(root: ET.Element, units: Sequence[FmuUnit]) -> None:
             ET.SubElement(item, "DisplayUnit", name=name, factor=number(factor))
 
 
+def _types(root: ET.Element, interface: Interface) -> None:
+    if not interface.types:
+        return
+    parent = ET.SubElement(root, "TypeDefinitions")
+    for unit, name in interface.types.items():
+        attributes = {"quantity": name.removesuffix("Type"), "unit": unit}
+        if interface.version == 3:
+            ET.SubElement(parent, "Float64Type", {"name": name, **attributes})
+        else:
+            ET.SubElement(ET.SubElement(parent, "SimpleType", name=name), "Real", attributes)
+
+
 def _categories(root: ET.Element) -> None:
     parent = ET.SubElement(root, "LogCategories")
     for name, text in CATEGORIES.items():
         ET.SubElement(parent, "Category", name=name, description=text)
 
 
-def _value_attributes(item: Variable) -> dict[str, str]:
+def _value_attributes(item: Variable, types: Mapping[str, str]) -> dict[str, str]:
     """Return the attributes of numbers that both versions have."""
-    result = {} if item.kind == "time" or not item.unit else {"unit": item.unit}
-    if item.kind == "time":
+    result = {"declaredType": types[item.unit]} if item.unit in types else {}
+    if item.unit:
         result["unit"] = item.unit
     for name, value in (("min", item.lower), ("max", item.upper), ("start", item.start)):
         if value is not None:
@@ -160,11 +172,12 @@ def _written_3(interface: Interface, experiment: Experiment, sources: Sequence[s
     if interface.simulation:
         ET.SubElement(root, "CoSimulation", {**identity, **common, **flags})
     _units(root, interface.units)
+    _types(root, interface)
     _categories(root)
     _experiment(root, experiment)
     variables = ET.SubElement(root, "ModelVariables")
     for item in interface.variables:
-        attributes = {**_head(item), **_value_attributes(item)}
+        attributes = {**_head(item), **_value_attributes(item, interface.types)}
         if item.kind == "switch":
             ET.SubElement(variables, "Boolean", {**attributes, "start": "false"})
             continue
@@ -212,12 +225,13 @@ def _written_2(interface: Interface, experiment: Experiment, sources: Sequence[s
     if interface.simulation:
         _sources(ET.SubElement(root, "CoSimulation", {**identity, **common, **flags}), sources)
     _units(root, interface.units)
+    _types(root, interface)
     _categories(root)
     _experiment(root, experiment)
     variables = ET.SubElement(root, "ModelVariables")
     for item in interface.variables:
         parent = ET.SubElement(variables, "ScalarVariable", _head(item))
-        attributes = _value_attributes(item)
+        attributes = _value_attributes(item, interface.types)
         if item.derivative is not None:
             attributes["derivative"] = str(item.derivative + 1)
         if item.reinit and interface.exchange:
