@@ -234,6 +234,7 @@ DOORS: dict[str, set[str]] = {
     "products.offered": set(),
     "products.exported": {
         "products.fields",
+        "products.fmu",
         "products.optimisers",
         "products.reliability",
         "products.studies",

@@ -20,8 +20,11 @@ SCENES = sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob(
 SCENES += ["pi_servo/sampled.toml", "heavy_top/joint_coordinates.toml", "heavy_top/r3xso3.toml", "heavy_top/se3.toml"]
 #: Steps of the scene in a run of co-simulation.
 STEPS = 40
-#: Tolerance of model exchange by CVode, relative to the largest magnitude of a column, and at least 1.
-CLOSE = 1e-8
+#: Errors of model exchange by CVode at 1e-10, relative to the largest magnitude of a column, and at least 1: of
+#: positions, and of velocities, which have larger derivatives.
+CLOSE = {"q": 1e-8, "v": 2e-7}
+#: Scenes with forces that bend sharply, in which constant steps lose their order.
+ROUGH = ("gear_with_backlash/scene.toml",)
 
 
 @cache
@@ -70,8 +73,10 @@ def test_co_simulation_has_the_bits_of_simulate(name: str, version: int) -> None
 
 
 def refined(name: str, end: float, interval: float) -> eomgen.Solution:
-    """Return a run of order 4 in sixteenths of an interval, s, with rows at the interval, known to 1e-9."""
+    """Return a run with rows at an interval, s: of order 4 in sixteenths of the interval, known to 1e-9."""
     model = model_of(name)
+    if name in ROUGH:
+        return model.simulate(end, interval, method="rk45", tolerance=1e-11, error_estimate=False)
     method = "rk4_partitioned" if model.multipliers else "rk4"
     one, other = (
         model.simulate(end, interval / parts, method=method, record_every=parts, error_estimate=False)
@@ -96,4 +101,4 @@ def test_model_exchange_meets_a_refined_run(name: str, version: int) -> None:
     assert states
     for column, values in columns(solution, states).items():
         off = np.max(np.abs(rows[column][last] - values))
-        assert off <= CLOSE * max(1.0, np.max(np.abs(values))), (column, off)
+        assert off <= CLOSE[column[0]] * max(1.0, np.max(np.abs(values))), (column, off)

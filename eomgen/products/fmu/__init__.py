@@ -18,3 +18,5 @@ PRODUCT = Product(
         ),
     },
 )
+#: Open to all parts of ``products``.
+WITHIN = ["export"]
