@@ -30,7 +30,9 @@ Array = np.ndarray
 
 
 def scene_of(name: str) -> Any:
-    return gimbal() if name == "gimbal" else EXAMPLES / name / "scene.toml"
+    if name == "gimbal":
+        return gimbal()
+    return EXAMPLES / name if name.endswith(".toml") else EXAMPLES / name / "scene.toml"
 
 
 @cache
@@ -134,7 +136,23 @@ def pairs(made: FmuFiles) -> tuple[list[int], list[int], list[tuple[str, int]]]:
     return unknowns, [x.reference for x in items], [(blocks[x.kind], x.index) for x in items]
 
 
-CASES = [(name, version) for name in (*SCENES, "gimbal") for version in (2, 3)]
+def check_dependencies(made: FmuFiles, unknowns: list[int], knowns: list[int], jacobian: Array) -> None:
+    """Hold the dependencies of the model description to a Jacobian: no nonzero is left out."""
+    interface = made.interface
+    kinds = {item.reference: item.kind for item in interface.variables}
+    listed = {item.reference: item.dependencies for item in (*interface.outputs, *interface.derivatives)}
+    for row, unknown in enumerate(unknowns):
+        own = listed[unknown]
+        named = [known for known in knowns if interface.version == 3 or kinds[known] != "parameter"]
+        missing = [
+            known for known in named if jacobian[row, knowns.index(known)] and own is not None and known not in own
+        ]
+        assert not missing, (interface.variables[unknown].name, [interface.variables[k].name for k in missing])
+
+
+#: In absolute coordinates, poses and positions with rotations.
+ABSOLUTE = ("heavy_top/se3.toml", "heavy_top/r3xso3.toml")
+CASES = [(name, version) for name in (*SCENES, *ABSOLUTE, "gimbal") for version in (2, 3)]
 
 
 @pytest.mark.slow_except(*(f"{name}-3" for name in QUICK))
@@ -159,9 +177,50 @@ def test_derivatives_are_those_of_complex_steps(
         expected = np.concatenate([first[rows], second])
         found = np.stack([unit.directional(unknowns, [known], np.ones(1)) for known in knowns], axis=1)
         assert np.max(np.abs(found - expected)) <= 1e-12 * np.max(np.abs(expected))
+        check_dependencies(exported(name, version), unknowns, knowns, found)
         seed, weights = rng.normal(size=len(knowns)), rng.normal(size=len(unknowns))
         along = unit.directional(unknowns, knowns, seed)
         assert np.max(np.abs(along - found @ seed)) <= 1e-12 * np.max(np.abs(expected))
         if version == 3:
             back = unit.adjoint(unknowns, knowns, weights)
             assert abs(back @ seed - weights @ along) <= 1e-13 * (np.abs(weights) @ np.abs(found) @ np.abs(seed))
+
+
+@pytest.mark.parametrize("name", ["double_pendulum_on_shaking_base", "four_bar"])
+def test_derivatives_at_communication_points(name: str, tmp_path: Path) -> None:
+    """Of the state at the end of a step, whose accelerations are those of the method in this memory."""
+    made, model = exported(name, 3), model_of(name)
+    zipfile.ZipFile(io.BytesIO(packed(made.files))).extractall(tmp_path)
+    described = fmpy.read_model_description(str(tmp_path))
+    unit = fmpy.fmi3.FMU3Slave(
+        guid=described.guid,
+        unzipDirectory=str(tmp_path),
+        modelIdentifier=described.coSimulation.modelIdentifier,
+        instanceName="slave",
+    )
+    unit.instantiate()
+    unit.enterInitializationMode()
+    unit.exitInitializationMode()
+    for k in range(3):
+        unit.doStep(currentCommunicationPoint=0.01 * k, communicationStepSize=0.01)
+    unknowns, knowns, places = pairs(made)
+    before = unit.getFloat64(unknowns)
+    state: dict[str, Any] = {"q": np.zeros(len(model.initial_q)), "v": np.zeros(model.nv), "z": np.zeros(model.nz)}
+    for item in made.interface.states:
+        (state[item.kind][item.index],) = unit.getFloat64([item.reference])
+    state |= {"t": np.array(unit.getFloat64([0])[0]), "p": model.parameter_array(), "u": np.zeros(model.nu)}
+    rates = Rates(model, [item.index for item in made.interface.of("input")])
+    expected = np.concatenate(rates.jacobian(state, places))
+    found = [unit.getDirectionalDerivative(unknowns, [known], [1.0], len(unknowns)) for known in knowns]
+    assert np.max(np.abs(np.transpose(found) - expected)) <= 1e-12 * np.max(np.abs(expected))
+    assert unit.getFloat64(unknowns) == before
+    unit.terminate()
+    unit.freeInstance()
+
+
+def test_references_that_are_no_unknowns_or_knowns_are_named(unit_of: Any) -> None:
+    unit = unit_of("double_pendulum_on_shaking_base", 3)
+    unknowns, knowns, _ = pairs(unit.interface and exported("double_pendulum_on_shaking_base", 3))
+    for wrong in ((knowns[:1], knowns[:1]), (unknowns[:1], unknowns[:1]), (unknowns[:1], [9999])):
+        with pytest.raises(Exception, match="fmi3GetDirectionalDerivative"):
+            unit.directional(*wrong, np.ones(1))
