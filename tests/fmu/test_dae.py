@@ -18,9 +18,11 @@ from eomgen.products.fmu.archive import packed
 from eomgen.products.fmu.checks import findings
 from eomgen.products.fmu.dae import COMMIT, MANIFEST, VERSION
 from eomgen.products.fmu.export import FmuFiles, fmu_files
+from tests.fmu.importers import toolbox_findings
 from tests.fmu.test_derivatives import random_state
 
 fmpy = pytest.importorskip("fmpy")
+validation = pytest.importorskip("fmpy.validation")
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = {
@@ -45,7 +47,7 @@ def model_of(name: str) -> eomgen.Model:
 class System:
     """A reader of FMI-LS-DAE: F(t, y, y') = 0 with y = (states, algebraic variables), by the manifest and FMPy."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, switched: bool = True) -> None:
         described = fmpy.read_model_description(str(folder))
         root = ET.parse(folder / MANIFEST).getroot()
         structure = root.find("ModelStructure")
@@ -67,9 +69,11 @@ class System:
             instanceName="system",
         )
         self.unit.instantiate()
-        self.unit.enterConfigurationMode()
-        self.unit.setBoolean([switch], [True])
-        self.unit.exitConfigurationMode()
+        if switched:
+            self.unit.enterConfigurationMode()
+            self.unit.setBoolean([switch], [True])
+            self.unit.exitConfigurationMode()
+        assert self.unit.getBoolean([switch]) == [switched]
         self.unit.enterInitializationMode()
         self.unit.exitInitializationMode()
         self.unit.enterContinuousTimeMode()
@@ -130,6 +134,31 @@ def test_other_kinds_of_fmus_have_no_such_layer() -> None:
 
 
 _SWITCH, _ALGEBRAIC = '<EnableDAEParameter valueReference="', '<AlgebraicVariable valueReference="'
+
+
+@pytest.mark.parametrize("name", ["pendulum", "heavy_top"])
+def test_validators_accept_such_fmus(name: str, tmp_path: Path) -> None:
+    file = tmp_path / "unit.fmu"
+    file.write_bytes(packed(exported(name).files))
+    assert validation.validate_fmu(str(file)) == []
+    assert toolbox_findings(file) == []
+
+
+@pytest.mark.parametrize("name", ["pendulum", "four_bar"])
+def test_unswitched_fmus_solve_for_the_same_algebraic_variables(name: str) -> None:
+    switched, plain = (System(folder_of(name), switched=flag) for flag in (True, False))
+    for references in (plain.states, plain.algebraic, plain.rates):
+        assert plain.get(references).tolist() == switched.get(references).tolist()
+    scale = np.max(np.abs(plain.get(plain.algebraic)))
+    assert np.max(np.abs(switched.get(switched.residuals))) <= 1e-12 * scale
+    with pytest.raises(Exception, match="fmi3SetFloat64"):
+        plain.unit.setFloat64(plain.algebraic[:1], [0.0])
+    with pytest.raises(Exception, match="fmi3GetDirectionalDerivative"):
+        plain.unit.getDirectionalDerivative(plain.residuals[:1], plain.states[:1], [1.0])
+    with pytest.raises(Exception, match="fmi3EnterConfigurationMode"):
+        plain.unit.enterConfigurationMode()
+
+
 MUTANTS = {
     "root": ("fmiDAEManifest", "fmi-dae", "the root is not fmiDAEManifest"),
     "name": ("org.fmi-standard.fmi-ls-dae", "org.other", "fmi-ls-name is not"),
