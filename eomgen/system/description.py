@@ -325,6 +325,7 @@ class Shape:
     color : ``#rrggbb``; empty for the colour of the body
     opacity : 1 for a shape that hides all objects behind it
     vertices, faces : of a mesh: (n, 3) float32 and (m, 3) int32 as bytes, counterclockwise from outside
+    face_colors : of a mesh: (m, 3) int16 as bytes, red, green and blue, 0 to 255, -1 for ``color``; empty without any
     implied : whether the shape follows from a tyre or a rolling constraint
     """
 
@@ -338,6 +339,7 @@ class Shape:
     opacity: float = 1.0
     vertices: bytes = b""
     faces: bytes = b""
+    face_colors: bytes = b""
     implied: bool = False
 
 

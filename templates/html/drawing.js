@@ -10,6 +10,9 @@ function readStyle() {
   style.dark = rgbOf(style.sky)[0] < 128;
 }
 
+/** Frames of a trace that are in sight; a motion without end leaves a trace of the last seconds. */
+const LONGEST = scene.live ? 600 : Infinity;
+
 const css = (rgb, alpha) => `rgba(${rgb.map((value) => Math.round(value)).join(", ")}, ${alpha})`;
 /** A colour that stands out from the background: on a dark one black is grey. */
 const inSight = (rgb) => (style.dark && Math.max(...rgb) < 90 ? between(rgb, [255, 255, 255], 0.18) : rgb);
@@ -250,7 +253,7 @@ function draw() {
     if (point.trace) {
       const path = traceOf(point);
       const last = placed(pose(point.carrier), point.position);
-      for (let k = 0; k < frame; k += 12) {
+      for (let k = Math.max(0, 12 * Math.floor((frame - LONGEST) / 12)); k < frame; k += 12) {
         const piece = path.slice(FINE * k, FINE * Math.min(k + 12, frame) + 1).map((place) => camera.project(place));
         if (piece.every((place) => place[2] > camera.near)) add(piece[0][2], () => line(piece, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));
       }
@@ -358,7 +361,7 @@ function drawScale() {
   if (!shown.ground) return;
   const metres = spacing >= 1000 ? `${spacing / 1000} km` : spacing >= 1 ? `${spacing} m` : spacing >= 0.001 ? `${+(spacing * 1000).toPrecision(3)} mm` : `${spacing.toExponential(0)} m`;
   ink.textAlign = "right";
-  label(`one square: ${metres}`, [camera.width - 20, camera.height - 78], style.soft);
+  label(`one square: ${metres}`, [camera.width - 20, Math.min(camera.free.bottom + 38, camera.height - 14)], style.soft);
   ink.textAlign = "left";
 }
 

@@ -10,10 +10,12 @@ window.addEventListener("error", (event) => {
 
 const scene = JSON.parse(byId("data").textContent);
 const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
-const moments = new Float64Array(bytes(scene.times));
-const poses = new Float32Array(bytes(scene.poses));
-const [count, carriers] = [moments.length, scene.carriers];
-const [start, end] = [moments[0], moments[count - 1]];
+const carriers = scene.carriers;
+// of all stored frames: a page that is computed while it plays stores further ones
+let moments = new Float64Array(bytes(scene.times));
+let poses = new Float32Array(bytes(scene.poses));
+let count = moments.length;
+let [start, end] = [moments[0], moments[count - 1]];
 
 // -- motion ------------------------------------------------------------------------------------------------------------
 
@@ -178,11 +180,15 @@ const FINE = 4;
 
 /** Places along a trace, FINE from frame to frame: on a cubic (Catmull-Rom) between gentle turns, straight at corners. */
 function traceOf(point) {
-  if (!traces.has(point)) {
-    const places = [...Array(count).keys()].map((frame) => placed(poseAt(point.carrier, frame, 0), point.position));
-    traces.set(point, places.flatMap((place, k) => (k + 1 < count ? curveFrom(places, k) : [place])));
+  if (!traces.has(point)) traces.set(point, { places: [], path: [] });
+  const { places, path } = traces.get(point);
+  if (places.length < count) {
+    const first = Math.max(places.length - 3, 0); // the last pieces bend with the next places
+    for (let frame = places.length; frame < count; frame++) places.push(placed(poseAt(point.carrier, frame, 0), point.position));
+    path.length = Math.min(path.length, FINE * first);
+    for (let k = first; k < count; k++) path.push(...(k + 1 < count ? curveFrom(places, k) : [places[k]]));
   }
-  return traces.get(point);
+  return path;
 }
 
 function curveFrom(places, k) {

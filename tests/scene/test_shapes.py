@@ -13,7 +13,7 @@ import pytest
 import eomgen
 from eomgen.mechanics.describe import describe
 from eomgen.results.scenery import scenery
-from eomgen.results.solids import parts_of
+from eomgen.results.solids import drawn_shape, parts_of
 from eomgen.scene.bodies.mesh_files import MOST, read_mesh
 
 CART = """format = 1
@@ -78,6 +78,37 @@ def glb(document: dict[str, object] | None = None, **changes: object) -> bytes:
     text += b" " * (-len(text) % 4)
     chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(buffer), b"BIN\0") + buffer
     return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
+
+
+#: Another face of the mesh, without a material.
+TRIANGLE = b"""<triangles count="1"><input semantic="VERTEX" source="#places" offset="0"/><p>0 1 2</p></triangles>"""
+
+
+def collada(kind: str = "polylist") -> bytes:
+    """Return the tetrahedron as a COLLADA file in cm with y up: orange, scaled by 2 and turned by 90 deg about z in a
+    node that is shifted; each corner has a normal as well."""
+    faces = [" ".join(f"{corner} 0" for corner in face) for face in FACES]
+    lists = [" ".join(faces)] if kind in ("triangles", "polylist") else faces
+    count = "<vcount>3 3 3 3</vcount>" if kind == "polylist" else ""
+    corners = " ".join(map(str, CORNERS.ravel().tolist()))
+    return f"""<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="centimeter" meter="0.01"/><up_axis>Y_UP</up_axis></asset>
+<library_effects><effect id="paint-effect"><profile_COMMON><technique><lambert><diffuse>
+<color>1 0.5 0 1</color></diffuse></lambert></technique></profile_COMMON></effect></library_effects>
+<library_materials><material id="paint"><instance_effect url="#paint-effect"/></material></library_materials>
+<library_geometries><geometry id="part"><mesh>
+<source id="list"><float_array id="numbers" count="12">{corners}</float_array>
+<technique_common><accessor source="#numbers" count="4" stride="3"/></technique_common></source>
+<vertices id="places"><input semantic="POSITION" source="#list"/></vertices>
+<{kind} material="symbol" count="4"><input semantic="VERTEX" source="#places" offset="0"/>
+<input semantic="NORMAL" source="#list" offset="1"/>{count}{"".join(f"<p>{item}</p>" for item in lists)}</{kind}>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="all"><node><translate>1 2 3</translate>
+<node><rotate>0 0 1 90</rotate><scale>2 2 2</scale><instance_geometry url="#part"><bind_material><technique_common>
+<instance_material symbol="symbol" target="#paint"/></technique_common></bind_material></instance_geometry></node>
+</node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#all"/></scene></COLLADA>""".encode()
 
 
 def refused(tmp_path: Path, text: str) -> str:
@@ -344,6 +375,24 @@ def test_each_mistake_in_a_shape_has_one_message(tmp_path: Path, text: str, mess
             "a.glb (shapes.part.file): the mesh has no triangles; try: an export with the surfaces of the part",
         ),
         (
+            "a.dae",
+            b"<COLLADA><asset/><scene/></COLLADA>",
+            "a.dae (shapes.part.file): the COLLADA file is not consistent: it has no visual scene; try: the export of"
+            " the mesh once more, or an STL file",
+        ),
+        (
+            "a.dae",
+            collada().replace(b"<vcount>3 3 3 3", b"<vcount>3 3 3"),
+            "a.dae (shapes.part.file): the COLLADA file is not consistent: the polygons have 12 corners, and 9 are"
+            " counted; try: the export of the mesh once more, or an STL file",
+        ),
+        (
+            "a.dae",
+            b"<mesh/>",
+            "a.dae (shapes.part.file): its root is <mesh>, not <COLLADA>; try: the export of the mesh once more, or an"
+            " STL file",
+        ),
+        (
             "a.obj",
             b"v 0 0 0\nv 1 0 0\nf 1 2 3\n",
             "a.obj:3 (shapes.part.file): the face has the vertex 3, and there are 2 before it; try: vertices before the"
@@ -387,19 +436,42 @@ def test_formats_hold_the_same_tetrahedron_and_its_faces_look_outward(tmp_path: 
     ]
     data = {"binary.stl": binary(triangles), "text.stl": text_of(triangles), "part.obj": "\n".join(lines).encode()}
     (tmp_path / name).write_bytes(data[name])
-    vertices, read = read_mesh(tmp_path / name)
+    vertices, read, _ = read_mesh(tmp_path / name)
     assert sorted(vertices.tolist()) == sorted(CORNERS.tolist())
     assert len(read) == 4 and volume(vertices, read) == pytest.approx(4.0)
 
 
 def test_nodes_of_a_binary_gltf_file_place_the_mesh_with_z_up(tmp_path: Path) -> None:
     (tmp_path / "part.glb").write_bytes(glb())
-    vertices, faces = read_mesh(tmp_path / "part.glb")
+    vertices, faces, _ = read_mesh(tmp_path / "part.glb")
     x, y, z = CORNERS.T
     in_file = 2.0 * np.stack([-z, x, -y], axis=1) + [1, 0, 5]  # of (x, z, -y), turned about z
     expected = np.stack([in_file[:, 0], -in_file[:, 2], in_file[:, 1]], axis=1)
     assert sorted(np.round(vertices, 5).tolist()) == sorted(np.round(expected, 5).tolist())
     assert volume(vertices, faces) == pytest.approx(32.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["triangles", "polylist", "polygons", "trifans", "tristrips"])
+def test_a_collada_file_holds_the_tetrahedron_in_its_place_units_and_colour(tmp_path: Path, kind: str) -> None:
+    (tmp_path / "part.dae").write_bytes(collada(kind))
+    vertices, faces, colors = read_mesh(tmp_path / "part.dae")
+    x, y, z = CORNERS.T
+    turned = np.stack([-y, x, z], axis=1) * [2.0, 2.0, 2.0] + [1.0, 2.0, 3.0]  # about z, then moved: inner nodes first
+    expected = 0.01 * np.stack([turned[:, 0], -turned[:, 2], turned[:, 1]], axis=1)  # y of the file is up
+    assert sorted(np.round(vertices, 9).tolist()) == sorted(np.round(expected, 9).tolist())
+    assert volume(vertices, faces) == pytest.approx(32.0e-6, rel=1e-9)
+    assert colors.tolist() == [[255, 128, 0]] * 4
+
+
+def test_faces_of_a_collada_file_have_the_colours_of_their_materials_unless_the_shape_has_one(tmp_path: Path) -> None:
+    second = collada().replace(b"</mesh>", TRIANGLE + b"</mesh>")
+    (tmp_path / "part.dae").write_bytes(second)
+    for color, expected in (("", {"#ff8000", ""}), ('color = "red"', {"#d62728"})):
+        (tmp_path / "cart.toml").write_text(CART + MESH.format("part.dae") + color, encoding="utf-8")
+        (shape,) = eomgen.load(tmp_path / "cart.toml").shapes
+        parts = drawn_shape(shape, [1.0], [0.0, 0.0, 0.0])
+        assert {part["color"] for part in parts} == expected
+        assert sum(len(part["faces"]) for part in parts) == 5
 
 
 def test_a_fine_mesh_is_thinned_and_keeps_its_form(tmp_path: Path) -> None:
@@ -413,7 +485,7 @@ def test_a_fine_mesh_is_thinned_and_keeps_its_form(tmp_path: Path) -> None:
     )
     assert len(triangles) > 4 * MOST
     (tmp_path / "ball.stl").write_bytes(binary(triangles))
-    vertices, faces = read_mesh(tmp_path / "ball.stl")
+    vertices, faces, _ = read_mesh(tmp_path / "ball.stl")
     assert 0.3 * MOST < len(faces) <= MOST
     assert volume(vertices, faces) == pytest.approx(4.0 / 3.0 * np.pi, rel=0.03)
     assert np.ptp(vertices, axis=0) == pytest.approx(2.0, rel=0.03)

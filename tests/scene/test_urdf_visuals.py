@@ -101,17 +101,17 @@ def test_a_missing_mesh_is_a_note_until_it_is_there(tmp_path: Path) -> None:
     assert len(eomgen.load(file).shapes) == 1
 
 
-COLLADA = "meshes of the kind '.dae' are not read"
+UNREAD = "meshes of the kind '.ply' are not read"
 FELT = "<collision><geometry><sphere radius='0.1'/></geometry></collision>"
 
 
 @pytest.mark.parametrize(
     ("visual", "note"),
     [
-        (MESH.format("a.dae", ""), f"visuals that pictures leave out (1: hand): {COLLADA}"),
+        (MESH.format("a.ply", ""), f"visuals that pictures leave out (1: hand): {UNREAD}"),
         (
-            MESH.format("a.dae", "") + FELT,
-            f"pictures show collision geometry in place of visuals (1: hand): {COLLADA}",
+            MESH.format("a.ply", "") + FELT,
+            f"pictures show collision geometry in place of visuals (1: hand): {UNREAD}",
         ),
         (MESH.format("", ""), "visuals that pictures leave out (1: hand): a mesh names no file"),
         (

@@ -1,4 +1,5 @@
-"""Meshes of STL, OBJ and binary glTF files, thinned to as many triangles as a picture can show; paths of packages."""
+"""Meshes of STL, OBJ, COLLADA and binary glTF files, thinned to as many triangles as a picture can show; paths of
+packages."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,20 +17,39 @@ from eomgen.base.files import nearby, read_bytes
 from eomgen.base.messages import counted, shown
 from eomgen.errors import Problem
 from eomgen.lie.numeric import rotation_matrix
+from eomgen.scene.bodies.collada import ColladaError, Painted, read_collada
 
 #: Largest file, bytes, and number of triangles that are kept of a mesh.
 LARGEST, MOST = 200_000_000, 2_000
 #: Endings of the files that are read.
-ENDINGS = (".stl", ".obj", ".glb")
+ENDINGS = (".stl", ".obj", ".dae", ".glb")
 #: Triangle of a binary STL file: normal, three corners, attribute.
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER, _GLB_HEADER = 84, 20
 _VERTEX = re.compile(rb"^\s*vertex\s+(.*?)\s*$", re.MULTILINE | re.IGNORECASE)
 #: Formats by ending, with the format to choose in place of one that is not read.
-_OTHERS = (".gltf", ".dae", ".ply", ".step", ".stp", ".iges", ".igs", ".3mf", ".fbx")
+_OTHERS = (".gltf", ".ply", ".step", ".stp", ".iges", ".igs", ".3mf", ".fbx")
 _PACKAGE, _FILE = "package:", "file:"
 
 Triangles = tuple[Array, NDArray[np.intp]]
+
+
+class Mesh(NamedTuple):
+    """A mesh of a picture.
+
+    Attributes
+    ----------
+    vertices : (n, 3)
+    faces : (m, 3), numbers of vertices, counterclockwise from outside
+    colors : (m, 3) red, green and blue of the faces, 0 to 255, -1 for the colour of the shape; (0, 3) without any
+    """
+
+    vertices: Array
+    faces: NDArray[np.intp]
+    colors: NDArray[np.int16]
+
+
+_PLAIN = np.zeros((0, 3), dtype=np.int16)
 
 
 class MeshError(Exception):
@@ -60,13 +80,8 @@ def mesh_path(path: Path) -> Path:
     return path
 
 
-def read_mesh(path: Path, most: int = MOST) -> Triangles:
-    """Return the mesh of a file in the units of the file, at most ``most`` triangles.
-
-    Returns
-    -------
-    vertices : (n, 3)
-    faces : (m, 3), numbers of vertices, counterclockwise from outside
+def read_mesh(path: Path, most: int = MOST) -> Mesh:
+    """Return the mesh of a file, at most ``most`` triangles, in the units of the file; of a COLLADA file in m.
 
     Raises
     ------
@@ -85,16 +100,27 @@ def read_mesh(path: Path, most: int = MOST) -> Triangles:
         raise MeshError(str(path), f"the mesh cannot be read: {reason}", nearby(path)) from None
     if len(data) > LARGEST:
         raise MeshError(name, f"the file has more than {LARGEST // 1_000_000} MB", "a coarser mesh")
-    reader = {".stl": _stl, ".obj": _obj, ".glb": _glb}[ending]
-    vertices, faces = reader(data, name)
+    colors = _PLAIN
+    if ending == ".dae":
+        vertices, faces, colors = _collada(data, name)
+    else:
+        vertices, faces = {".stl": _stl, ".obj": _obj, ".glb": _glb}[ending](data, name)
     if not len(faces):
         raise MeshError(name, "the mesh has no triangles", "an export with the surfaces of the part")
     if not np.all(np.isfinite(vertices)):
         raise MeshError(name, "a vertex of the mesh is not a finite number", "the export of the mesh once more")
-    vertices, faces = _merged(vertices, faces)
-    if not len(faces):
+    mesh = _merged(vertices, faces, colors)
+    if not len(mesh.faces):
         raise MeshError(name, "each triangle of the mesh has two equal corners", "the export of the mesh once more")
-    return _thinned(*_outward(vertices, faces), most)
+    return _thinned(_outward(mesh), most)
+
+
+def _collada(data: bytes, name: str) -> Painted:
+    try:
+        painted = read_collada(data, name)
+    except ColladaError as error:
+        raise MeshError(name, str(error), "the export of the mesh once more, or an STL file") from None
+    return painted if np.any(painted.colors >= 0) else painted._replace(colors=_PLAIN)
 
 
 def _stl(data: bytes, name: str) -> Triangles:
@@ -261,12 +287,12 @@ def _not_numbers(name: str, line: int, keyword: str, text: bytes) -> NoReturn:
     raise MeshError(f"{name}:{line}", fault, "the export of the mesh once more")
 
 
-def _merged(vertices: Array, faces: NDArray[np.intp]) -> Triangles:
+def _merged(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16]) -> Mesh:
     """Return the mesh with equal vertices as one, without triangles of two equal corners and unused vertices."""
     places = _groups(vertices)
     unique = np.empty((np.max(places) + 1, 3))
     unique[places] = vertices
-    return _used(unique, places[faces])
+    return _used(unique, places[faces], colors)
 
 
 def _groups(rows: Array) -> NDArray[np.intp]:
@@ -278,29 +304,30 @@ def _groups(rows: Array) -> NDArray[np.intp]:
     return groups
 
 
-def _used(vertices: Array, faces: NDArray[np.intp]) -> Triangles:
+def _used(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16]) -> Mesh:
     a, b, c = faces.T
-    faces = faces[(a != b) & (b != c) & (c != a)]
-    numbers, places = np.unique(faces, return_inverse=True)
-    return vertices[numbers], places.reshape(-1, 3)
+    kept = (a != b) & (b != c) & (c != a)
+    numbers, places = np.unique(faces[kept], return_inverse=True)
+    return Mesh(vertices[numbers], places.reshape(-1, 3), colors[kept] if len(colors) else colors)
 
 
-def _outward(vertices: Array, faces: NDArray[np.intp]) -> Triangles:
+def _outward(mesh: Mesh) -> Mesh:
     """Return the mesh with faces that are counterclockwise from outside: with a positive volume."""
-    a, b, c = (vertices[faces[:, k]] - np.mean(vertices, axis=0) for k in range(3))
-    return vertices, faces if np.sum(a * np.cross(b, c)) >= 0.0 else faces[:, ::-1]
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] - np.mean(mesh.vertices, axis=0) for k in range(3))
+    return mesh if np.sum(a * np.cross(b, c)) >= 0.0 else mesh._replace(faces=mesh.faces[:, ::-1])
 
 
-def _thinned(vertices: Array, faces: NDArray[np.intp], most: int) -> Triangles:
+def _thinned(mesh: Mesh, most: int) -> Mesh:
     """Return the mesh with vertices of a grid's cell as one, in the finest grid that leaves at most ``most``
     triangles."""
-    cells, low = 200.0, np.min(vertices, axis=0)
-    side = float(np.max(np.ptp(vertices, axis=0)))
-    while len(faces) > most:
-        places = _groups(np.floor((vertices - low) * (cells / side)))
-        sums = np.stack([np.bincount(places, vertices[:, k]) for k in range(3)], axis=1)
-        joined = places[faces]
-        kept = np.unique(_groups(np.sort(joined, axis=1)), return_index=True)[1]
-        vertices, faces = _used(sums / np.bincount(places)[:, np.newaxis], joined[np.sort(kept)])
+    cells, low = 200.0, np.min(mesh.vertices, axis=0)
+    side = float(np.max(np.ptp(mesh.vertices, axis=0)))
+    while len(mesh.faces) > most:
+        places = _groups(np.floor((mesh.vertices - low) * (cells / side)))
+        sums = np.stack([np.bincount(places, mesh.vertices[:, k]) for k in range(3)], axis=1)
+        joined = places[mesh.faces]
+        kept = np.sort(np.unique(_groups(np.sort(joined, axis=1)), return_index=True)[1])
+        colors = mesh.colors[kept] if len(mesh.colors) else mesh.colors
+        mesh = _used(sums / np.bincount(places)[:, np.newaxis], joined[kept], colors)
         cells *= 0.8
-    return vertices, faces
+    return mesh

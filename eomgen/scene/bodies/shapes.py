@@ -102,8 +102,8 @@ class DrawnShape(Table):
         "of an ellipsoid along its axes", unit="m", names=PARAMETERS, shown_default=_OF_TYPE.format("an ellipsoid")
     )
     file: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
-        "path of an STL file (binary or text), an OBJ file or a binary glTF file (GLB), from the folder of the scene"
-        " file; `package://NAME/...` for a file of a folder NAME around that folder",
+        "path of an STL file (binary or text), an OBJ file, a COLLADA file (DAE) or a binary glTF file (GLB), from the"
+        " folder of the scene file; `package://NAME/...` for a file of a folder NAME around that folder",
         kind="text",
         path=True,
         shown_default=_OF_TYPE.format("a mesh"),
@@ -267,7 +267,7 @@ class _Reader:
 
     def _meshed(self, shape: Shape) -> Shape | None:
         try:
-            vertices, faces = read_mesh(mesh_path(self.reading.folder / str(self.entry.file)), self.most)
+            mesh = read_mesh(mesh_path(self.reading.folder / str(self.entry.file)), self.most)
         except MeshError as error:
             if not self.entry.required:
                 self.missing = str(error)
@@ -275,8 +275,9 @@ class _Reader:
             problem = replace(error.problem, where=f"{error.problem.where} ({self.key}.file)")
             self.report.add_problem(f"{self.key}.file", problem)
             return None
-        packed = vertices.astype("<f4").tobytes(), faces.astype("<i4").tobytes()
-        return replace(shape, vertices=packed[0], faces=packed[1])
+        colors = b"" if shape.color else mesh.colors.astype("<i2").tobytes()
+        packed = mesh.vertices.astype("<f4").tobytes(), mesh.faces.astype("<i4").tobytes()
+        return replace(shape, vertices=packed[0], faces=packed[1], face_colors=colors)
 
 
 def _noun(kind: str) -> str:
@@ -331,6 +332,6 @@ SHAPES = _Shapes(
     Add a solid or a mesh by which pictures show a body, the base or the world; equations do not depend on it.
 
     Types and their sizes: box (``size``, three sides), cylinder and capsule (``radius``, ``length``), sphere
-    (``radius``), wheel (``radius``, ``width``), ellipsoid (``semi_axes``), mesh (``file``, STL, OBJ or GLB, with
+    (``radius``), wheel (``radius``, ``width``), ellipsoid (``semi_axes``), mesh (``file``, STL, OBJ, DAE or GLB, with
     ``scale``). A cylinder or a capsule between two points has ``first`` and ``second`` in place of its length.""",
 )

@@ -2,4 +2,4 @@
 
 __all__ = ["formula_units", "key_metadata", "kinds", "report", "requirements", "values"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["kinds"]
+WITHIN = ["kinds", "xml"]

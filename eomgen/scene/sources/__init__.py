@@ -1,4 +1,4 @@
-"""Sources of descriptions: TOML, XML, URDF, and sources of other distributions."""
+"""Sources of descriptions: TOML, URDF, and sources of other distributions."""
 
 __all__ = ["register", "source", "text", "toml"]
 #: Open to the other parts of ``scene`` as well.

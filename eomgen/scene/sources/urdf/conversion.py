@@ -19,6 +19,7 @@ from eomgen.scene.inertia import Inertia, combined
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.tree import displaced
 from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.xml import read_xml
 from eomgen.scene.rotations import frame_about, quaternion_of_matrix, rows, snapped_rotation, unit_axis
 from eomgen.scene.sources.source import OptionError
 from eomgen.scene.sources.urdf.notes import (
@@ -34,7 +35,6 @@ from eomgen.scene.sources.urdf.notes import (
 )
 from eomgen.scene.sources.urdf.reading import Joint, LoopJoint, Robot, legal_name, read_robot
 from eomgen.scene.sources.urdf.transmissions import Transmissions, actuation, effort_inputs, read_transmissions
-from eomgen.scene.sources.xml import read_xml
 from eomgen.system.description import BASE, WORLD
 
 _ENTRIES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}

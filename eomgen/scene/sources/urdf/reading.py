@@ -20,9 +20,9 @@ from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS, TYPES
 from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.xml import Element
 from eomgen.scene.rotations import SNAP, roll_pitch_yaw, snapped_rotation
 from eomgen.scene.sources.urdf.visuals import NotDrawnError, VisualReader, Visuals
-from eomgen.scene.sources.xml import Element
 
 #: Types of joints by name in the format.
 JOINT_TYPES = {name: row.name for row in TYPES.values() for name in row.urdf}

@@ -20,8 +20,8 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import listed, shown
 from eomgen.formula.words import RESERVED
 from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.xml import Element
 from eomgen.scene.sources.urdf.reading import NUMBER, Joint, Robot, legal_name
-from eomgen.scene.sources.xml import Element
 
 _REDUCTIONS = ("mechanicalReduction", "mechanical_reduction")
 #: Elements for positions or the control software; efforts do not depend on them.

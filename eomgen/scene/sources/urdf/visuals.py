@@ -10,7 +10,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import listed, shown
 from eomgen.scene.bodies.mesh_files import ENDINGS
-from eomgen.scene.sources.xml import Element
+from eomgen.scene.reading.xml import Element
 
 #: Sizes by type of geometry: attribute in the format, key of the section, number of values.
 _SIZES: Mapping[str, Sequence[tuple[str, str, int]]] = {

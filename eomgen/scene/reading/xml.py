@@ -64,6 +64,11 @@ class Element:
                 self._handed_out.add(id(child))
                 yield child
 
+    def children(self) -> Iterator[Element]:
+        """Yield all children, and count them as read."""
+        self._handed_out |= {id(child) for child in self._children}
+        yield from self._children
+
     def first(self, tag: str) -> Element | None:
         """Return the first child with a tag, or None; of several only the first counts as read."""
         return next(self.named(tag), None)

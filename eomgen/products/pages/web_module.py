@@ -1,0 +1,212 @@
+"""WebAssembly of a compiled model: the C of a library and of a page's motion, compiled by zig, from the cache."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from eomgen.base.version import __version__
+from eomgen.codegen.targets.c.templates import environment
+from eomgen.errors import ModelError, Problem, ToolchainError
+from eomgen.integrators.stepper_layout import row_layout, state_layout
+from eomgen.toolchain.cache import Cache
+from eomgen.toolchain.compiler import PIP_INSTALL, Compiler, run_compiler, zig_program
+from eomgen.toolchain.library import Library
+
+#: Functions of the model that a page evaluates; libraries have the first two if other functions need these.
+FUNCTIONS = (
+    "base",
+    "inputs",
+    "poses",
+    "outputs",
+    "energy",
+    "constraint",
+    "constraint_velocity",
+    "constraint_jacobian",
+    "mass",
+)
+#: The digits of the profile ``reproducible``: no fused products, and no reordering of sums.
+_FLAGS = (
+    "-target",
+    "wasm32-wasi",
+    "-mexec-model=reactor",
+    "-std=c99",
+    "-O2",
+    "-ffp-contract=off",
+    "-fno-sanitize=all",
+    "-Wl,--strip-all",
+)
+_REALS = {"double": (), "float": ("-DEOMGEN_REAL_FLOAT",)}
+_MODULE, _SOURCE = "page.wasm", "page.c"
+#: Bytes of stack beyond the estimate for the model's functions.
+_STACK = 1_000_000
+#: Events of one call that a page keeps.
+_EVENTS = 128
+
+
+class WebModule(NamedTuple):
+    """A module of WebAssembly, and names and sizes of the blocks of doubles, by number."""
+
+    code: bytes
+    blocks: tuple[tuple[str, int], ...]
+
+
+def web_module(library: Library, *, left_to_stepper: bool) -> WebModule:
+    """Return the WebAssembly of a library with a stepper, from the cache if possible.
+
+    Parameters
+    ----------
+    library : Library
+        Compiled from C, not on the tape engine.
+    left_to_stepper : bool
+        As of ``InputSignals``.
+
+    Raises
+    ------
+    ToolchainError
+        There is no zig, or zig does not compile the model.
+    ModelError
+        Functions of the scene that are not C.
+    """
+    source, blocks = page_source(library.layout, left_to_stepper=left_to_stepper)
+    folder = library.folder
+    texts = {file.name: file.read_bytes() for file in sorted(folder.iterdir()) if file.suffix in (".c", ".h")}
+    texts.pop("main.c", None)
+    texts[_SOURCE] = source.encode()
+    stack = int(library.layout.get("stack", 0)) + _STACK
+    flags = (*_FLAGS, f"-Wl,-z,stack-size={stack - stack % 16}", *_REALS[library.real])
+    compiler = _zig()
+    digest = hashlib.sha256("\0".join(("web", compiler.identity, *flags)).encode())
+    for name, text in texts.items():
+        digest.update(f"\0{name}\0".encode() + text)
+    cache, key = Cache(), digest.hexdigest()
+
+    def fill(place: Path) -> None:
+        for name, text in texts.items():
+            (place / name).write_bytes(text)
+        sources = [name for name in sorted(texts) if name.endswith(".c")]
+        run_compiler([*compiler.command, *flags, *sources, "-o", _MODULE], place / _MODULE)
+
+    with cache.claim(key):
+        entry = cache.get(key) or cache.put(key, fill)
+    return WebModule(entry.file(_MODULE).read_bytes(), blocks)
+
+
+def _zig() -> Compiler:
+    """Return the compiler zig. Raises ToolchainError if the package ziglang is missing."""
+    program = zig_program()
+    if program is None:
+        fault = "a page needs WebAssembly, which the compiler zig makes, and the package ziglang is not installed"
+        raise ToolchainError(Problem("live", fault, PIP_INSTALL))
+    return Compiler((str(program), "cc"), program)
+
+
+def page_source(layout: Mapping[str, Any], *, left_to_stepper: bool) -> tuple[str, tuple[tuple[str, int], ...]]:
+    """Return the C of the page's motion, and names and sizes of the blocks.
+
+    Raises
+    ------
+    ModelError
+        A function of Python takes part in the motion.
+    """
+    method, sizes = layout["method"], layout["sizes"]
+    places, row = state_layout(method), row_layout(method)
+    functions = [item for item in layout["functions"] if item["name"] in FUNCTIONS]
+    by_name = {item["name"]: item for item in functions}
+    nu, rows = sizes["u"], max(part.stop for part in row.values())
+    events = "events" in method
+    blocks: list[tuple[str, int, str]] = [
+        ("parameters", sizes["p"], "Tunable parameters."),
+        (
+            "settings",
+            len(method["settings"]),
+            "Settings of the stepper; a place for the address of a caller's function.",
+        ),
+        ("state", max(part.stop for part in places.values()), "State of the stepper."),
+        ("present", sizes["p"], "Tunable parameters, with the present values of modes."),
+        ("held", nu, "Inputs that are held; not a number for the scene's formula, or zero without one."),
+        ("u", nu, "Inputs at the time of the row."),
+        ("start_q", sizes["q"], "Configuration of the next start."),
+        ("start_v", sizes["v"], "Velocities of the next start."),
+        ("start_z", sizes["z"], "Internal states of the next start."),
+        ("row_of_motion", rows, "Present state: " + ", ".join(row) + "."),
+        (
+            "happened",
+            1 + 2 * _EVENTS if events else 0,
+            "Events of the last call: how many, then number and time of each.",
+        ),
+        ("base", sizes["base"], "State of the base."),
+        ("inputs_u", nu, "Inputs by the scene's formulas."),
+    ]
+    arguments = {"p": "present", "t": "row_of_motion", "u": "u", "base": "base"}
+    arguments |= {name: f"row_of_motion + {row[name].start}" for name in ("q", "v", "lam", "z") if name in row}
+    arguments["a"] = f"row_of_motion + {row['vdot'].start}"
+    for absent in ("lam", "z"):
+        arguments.setdefault(absent, "row_of_motion")
+    called = []
+    for number, item in enumerate(layout["functions"]):
+        name = item["name"]
+        if name not in by_name:
+            continue
+        names = ["base"] if name == "base" else [f"{name}_{output['name']}" for output in item["outputs"]]
+        if name not in ("base", "inputs"):
+            blocks += [
+                (block, output["size"], f"{output['description']}.")
+                for block, output in zip(names, item["outputs"], strict=True)
+            ]
+        if name == "inputs":
+            names = ["inputs_u"]
+        described = f"{item['description'][:1].upper()}{item['description'][1:]}."
+        called.append(
+            {
+                "name": name,
+                "number": number,
+                "description": described,
+                "arguments": [arguments[block] for block in item["inputs"]],
+                "outputs": names,
+            }
+        )
+    modes = (
+        [(places["mode"].start + k, mode["parameter"]) for k, mode in enumerate(method["events"]["modes"])]
+        if events
+        else []
+    )
+    text = (
+        environment()
+        .get_template("pages/page.c.jinja")
+        .render(
+            prefix=layout["prefix"],
+            version=__version__,
+            blocks=[{"name": name, "size": size, "meaning": meaning} for name, size, meaning in blocks],
+            functions=called,
+            names=list(by_name),
+            rows=method["rows_per_step"],
+            within=method.get("input_times", [0.0, 1.0]),
+            nu=nu,
+            nq=sizes["q"],
+            nv=sizes["v"],
+            nz=sizes["z"],
+            modes=modes,
+            known=places["event_known"].start if events else 0,
+            events=events,
+            most_events=_EVENTS,
+            left_to_stepper=left_to_stepper,
+            **{name: places[name].start for name in ("origin", "count", "t", "q", "v")},
+            z=places["z"].start if "z" in places else 0,
+        )
+    )
+    return text, tuple((name, size) for name, size, _ in blocks)
+
+
+def check_supported(layout: Mapping[str, Any], name: str) -> None:
+    """Raise ModelError for functions of Python in a scene, which a page does not have."""
+    hint = "the function in C, which a page compiles with the model, or eomgen animate for a recorded motion"
+    if layout.get("python"):
+        law = layout["python"][0]
+        fault = f"the function {law['function']} of {Path(law['file']).name} is in Python, and a page has none"
+        raise ModelError(Problem(name, fault, hint))
+    if layout["method"].get("samples", {}).get("from_caller"):
+        fault = "a sampled controller calls a function of Python, and a page has none"
+        raise ModelError(Problem(name, fault, hint))

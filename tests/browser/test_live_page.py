@@ -1,0 +1,100 @@
+"""A live page as a browser shows it: the digits of Python's run, sliders, single steps, settings in the address."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from tests.browser.chromium import Browser
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@cache
+def run_of(name: str, end: float) -> tuple[Any, eomgen.Solution]:
+    model = eomgen.build(EXAMPLES / name / "scene.toml", profile="reproducible")
+    return model, model.simulate(end)
+
+
+def answer(browser: Browser, page: Path, script: str, place: str = "") -> Any:
+    """Return the JSON that a script in the page reports, after the page is ready."""
+    waiting = f"<script>ready.then(() => {{ {script} }});</script></body>"
+    copy = page.with_name(f"asked_{page.name}")
+    copy.write_text(page.read_text(encoding="utf-8").replace("</body>", waiting), encoding="utf-8")
+    document = browser.document(copy, place)
+    assert browser.said == []
+    told = re.search(r'<body[^>]*\bdata-told="([^"]*)"', document)
+    assert told, "the script has reported no result"
+    return json.loads(html.unescape(told[1]))
+
+
+REPORT = "document.body.dataset.told = JSON.stringify(told);"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "end"), [("bouncing_ball", 3.0), ("four_bar", 1.0), ("active_vehicle", 0.5)])
+def test_the_last_state_has_the_digits_of_pythons_run(name: str, end: float, browser: Browser, tmp_path: Path) -> None:
+    model, solution = run_of(name, end)
+    page = model.live(tmp_path / f"{name}.html", solution=solution)
+    told = answer(browser, page, f"const told = runTo({end}); {REPORT}", "theme=light")
+    expected = np.concatenate([[solution.t[-1]], solution.q[-1], solution.v[-1], solution.a[-1]])
+    assert (told["status"], told["fault"]) == (0, "")
+    np.testing.assert_array_equal([float(text) for text in told["row"][: len(expected)]], expected)
+    assert float(told["energy"][0]) == solution.energy["kinetic"][-1]
+
+
+CONTROLS = """
+const told = {};
+play(false);
+restart();
+single(); told.step = end;
+const slider = (name, kind) => sliders.find((item) => item.name === name && item.kind === kind);
+const ball = slider("restitution", "parameter");
+told.low = ball.low; told.high = ball.high;
+choose(ball, 0.5);
+told.parameter = motion.blocks.parameters[0]; told.kept = end; told.hash = location.hash;
+choose(slider("height", "position"), 0.85);
+told.start = [end, motion.q[1]];
+advance(0.5, 1e9); state.time = end; show();
+told.moved = motion.q[1]; told.frames = count; told.events = happened.length;
+choose(ball, 99); told.limited = ball.now;
+byId("defaults").click(); told.again = [end, motion.q[1], location.hash];
+play(true); told.playing = state.playing; tick(1000); tick(1050); told.played = state.time; play(false);
+seek(0.01); told.sought = state.time;
+hasten(-1); told.speed = byId("speed").value;
+told.ms = timeFrames(30);
+told.unnamed = [...document.querySelectorAll("button, input, select")].filter((item) =>
+  !(item.getAttribute("aria-label") || item.textContent.trim() || (item.labels && item.labels.length))).length;
+told.error = byId("error").textContent;
+told.warning = byId("warning").hidden;
+"""
+
+
+@pytest.mark.slow
+def test_every_control_does_its_work(browser: Browser, tmp_path: Path) -> None:
+    model, solution = run_of("bouncing_ball", 3.0)
+    page = model.live(tmp_path / "ball.html", solution=solution)
+    told = answer(browser, page, CONTROLS + REPORT, "p.shake=0.02&speed=2")
+    assert told["step"] == solution.metadata["step"]
+    assert told["low"] < 0.8 < told["high"]
+    assert told["parameter"] == 0.5 and told["kept"] == told["step"]
+    assert "p.restitution=0.5" in told["hash"] and "p.shake=0.02" in told["hash"] and "speed=2" in told["hash"]
+    assert told["start"] == [0.0, 0.85]
+    fallen = eomgen.build(EXAMPLES / "bouncing_ball" / "scene.toml", profile="reproducible").simulate(
+        0.5, parameters={"restitution": 0.5, "shake": 0.02}, initial={"height": 0.85}
+    )
+    assert told["moved"] == fallen.q[-1][1] and told["events"] == len(fallen.events.t)
+    assert told["limited"] == told["high"]
+    assert told["again"] == [0.0, 0.6, "#speed=2"]
+    assert told["playing"] and 0.0 < told["played"] <= 0.11 and told["sought"] == 0.01
+    assert told["speed"] == "1" and told["unnamed"] == 0 and told["warning"]
+    assert told["ms"] < 1000.0 / 60.0
+    assert told["error"].startswith("Estimated error of the run with the scene's values, to t = 3 s: ")

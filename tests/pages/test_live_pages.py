@@ -1,0 +1,167 @@
+"""Live pages: the model in WebAssembly has the digits of Python's run, in node and without a page."""
+
+from __future__ import annotations
+
+import base64
+import json
+import shutil
+import subprocess
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.products.pages.sliders import range_of
+from eomgen.results.animation import packed
+
+HERE = Path(__file__).parent
+EXAMPLES = HERE.parents[1] / "examples"
+MISSING = "these tests run pages in node, and it is not installed; try: apt-get install nodejs"
+#: Scenes and ends of runs, s: loops, beams of both kinds, events, sampled controllers, roads, rotations, a moving base.
+SCENES = {
+    "four_bar": 2.0,
+    "bouncing_ball": 3.0,
+    "heavy_top/se3": 1.0,
+    "double_pendulum_on_shaking_base": 1.0,
+    "active_vehicle": 1.0,
+    "elastic_slider_crank": 0.2,
+    "spin_up_beam": 0.5,
+    "pi_servo": 1.0,
+    "active_quarter_car/lag": 1.0,
+}
+
+
+@cache
+def run_of(name: str) -> tuple[Any, eomgen.Solution]:
+    file = EXAMPLES / (f"{name}.toml" if "/" in name else f"{name}/scene.toml")
+    model = eomgen.build(file, profile="reproducible")
+    return model, model.simulate(SCENES[name])
+
+
+def in_node(page: Path, end: float, *changes: str) -> dict[str, Any]:
+    """Return what the motion of a page is at a time, by a program without a browser."""
+    node = shutil.which("node") or shutil.which("nodejs")
+    if node is None:
+        pytest.fail(MISSING)
+    command = [node, str(HERE / "run_page.mjs"), str(page), repr(end), *changes]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def numbers(texts: list[str]) -> np.ndarray:
+    return np.array([float(text) for text in texts])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
+def test_the_last_state_has_the_digits_of_pythons_run(name: str, tmp_path: Path) -> None:
+    model, solution = run_of(name)
+    page = model.live(tmp_path / "page.html", solution=solution)
+    assert page.stat().st_size < 1_000_000
+    told = in_node(page, SCENES[name])
+    assert (told["fault"], told["status"], told["seen"]) == ("", 0, 0)
+    row = numbers(told["row"])
+    expected = np.concatenate([[solution.t[-1]], solution.q[-1], solution.v[-1], solution.a[-1]])
+    np.testing.assert_array_equal(row[: len(expected)], expected)
+    outputs = [np.atleast_1d(values[-1]).ravel() for values in solution.outputs.values()]
+    np.testing.assert_array_equal(numbers(told["outputs"]), np.concatenate([*outputs, []]))
+    energy = [solution.energy[key][-1] for key in ("kinetic", "potential", "power", "base_power")]
+    np.testing.assert_array_equal(numbers(told["energy"]), energy)
+
+
+@pytest.mark.slow
+def test_a_changed_start_and_parameter_act_as_in_python_and_loops_stay_closed(tmp_path: Path) -> None:
+    model, solution = run_of("four_bar")
+    page = model.live(tmp_path / "page.html", solution=solution)
+    data = page_data(page)
+    (first,) = [item["name"] for item in data["sliders"] if item["kind"] == "position"][:1]
+    told = in_node(page, 0.3, f"{first}=0.9")
+    assert told["fault"] == "" and told["status"] == 0 and told["closed"]
+    start = numbers(told["first"])[1 : 1 + model.nq]
+    assert start[0] == 0.9 and np.max(np.abs(model.evaluate("constraint", start)["Phi"])) < 1e-12
+    nearby = model.simulate(0.3, initial={first: 0.9})
+    assert nearby.q[0][0] == pytest.approx(0.9, abs=0.2)  # Python moves all coordinates, the page holds the chosen one
+
+
+def page_data(page: Path) -> Any:
+    begin = '<script id="data" type="application/json">'
+    text = page.read_text(encoding="utf-8")
+    return json.loads(text[text.index(begin) + len(begin) :].partition("</script>")[0])["live"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["elastic_slider_crank", "spin_up_beam", "double_pendulum_on_shaking_base"])
+def test_carriers_of_the_picture_are_where_python_draws_them(name: str, tmp_path: Path) -> None:
+    model, solution = run_of(name)
+    page = model.live(tmp_path / "page.html", solution=solution)
+    told = in_node(page, SCENES[name])
+    poses = packed(solution, solution.poses_and_scenery)["poses"]
+    stored = np.frombuffer(base64.b64decode(poses), "<f4").reshape(-1, len(told["poses"]))
+    np.testing.assert_allclose(numbers(told["poses"]), stored[-1], rtol=0.0, atol=2e-6)
+
+
+CART = """format = 1
+name = "caller"
+[bodies.cart]
+mass = 1
+[joints.x]
+type = "prismatic"
+parent = "base"
+child = "cart"
+axis = [1, 0, 0]
+[inputs.push]
+unit = "N"
+[efforts.push]
+joint = "x"
+effort = "push"
+"""
+CONTROLLED = (
+    CART
+    + """[controllers.mine]
+type = "sampled"
+sample = "10 ms"
+signals = { place = "q.x" }
+unit = "N"
+[efforts.drive]
+joint = "x"
+effort = "mine"
+"""
+)
+
+
+def test_a_page_has_no_functions_of_python(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(CONTROLLED, encoding="utf-8")
+    model = eomgen.build(tmp_path / "scene.toml", profile="quick")
+    with pytest.raises(eomgen.ModelError) as caught:
+        model.live(tmp_path / "page.html")
+    assert str(caught.value) == (
+        "model error: caller: a sampled controller calls a function of Python, and a page has none; try: the function"
+        " in C, which a page compiles with the model, or eomgen animate for a recorded motion"
+    )
+    assert caught.value.exit_code == 4
+
+
+def test_inputs_that_are_functions_are_refused_and_a_name_that_is_none_of_a_page(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(CART, encoding="utf-8")
+    model = eomgen.build(tmp_path / "scene.toml", profile="quick")
+    solution = model.simulate(0.01, 1e-3, inputs={"push": lambda t: t})
+    with pytest.raises(eomgen.UsageError) as caught:
+        model.live(tmp_path / "page.html", solution=solution)
+    assert str(caught.value) == (
+        "usage error: input push: the input push of the run is a function, and a page has constant inputs and the"
+        " scene's formulas; try: a formula or a curve of the scene for push, or a number"
+    )
+    with pytest.raises(eomgen.UsageError, match=r"cannot be saved as \.txt"):
+        model.live(tmp_path / "page.txt")
+
+
+def test_ranges_of_sliders_keep_the_requirements_and_the_value() -> None:
+    assert range_of(2.0, "kg", lambda value: value > 0.0) == (0.5, 6.0)
+    assert range_of(-2.0, "N", lambda value: value < -1.5) == (-6.0, -1.8)
+    assert range_of(0.0, "m", lambda value: 0.0 <= value < 0.2) == (0.0, 0.1)
+    assert range_of(0.5, "rad", lambda value: abs(value) < 1.0) == (-0.5, 0.8)
+    assert range_of(3.0, "", lambda value: value == 3.0) == (3.0, 3.0)
