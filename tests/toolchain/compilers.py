@@ -137,22 +137,20 @@ def wasm_difference(example: str, folder: Path) -> str:
     return f"{len(native)} rows, and {len(in_node)}" if row < 0 else f"row {row}: {native[row]}, {in_node[row]}"
 
 
-def table(names: Sequence[str], folder: Path) -> dict[str, dict[str, str]]:
-    """Return the first difference from the first compiler, empty without one, by example and compiler."""
-    there = compilers()
-    made = {kind: motions(names, compiler, folder) for kind, compiler in there.items()}
-    first = next(iter(made))
-    rows = {name: {kind: difference(made[first][name], made[kind][name]) for kind in made} for name in names}
-    for number, name in enumerate(names):
-        own = folder / str(number)
+def row(name: str, folder: Path) -> dict[str, str]:
+    """Return the first difference of an example from the first compiler, empty without one, by compiler."""
+    made = {kind: motions([name], compiler, folder)[name] for kind, compiler in compilers().items()}
+    first = next(iter(made.values()))
+    cells = {kind: difference(first, motion_) for kind, motion_ in made.items()}
+    if "zig" in made and shutil.which("node"):
+        own = folder / "program"
         own.mkdir()
-        if "zig" in there and shutil.which("node"):
-            try:
-                rows[name]["wasm"] = wasm_difference(name, own)
-            except (eomgen.EomgenError, AttributeError) as error:
-                rows[name]["wasm"] = f"no stand-alone program: {error}"
-        shutil.rmtree(own, ignore_errors=True)
-    return rows
+        try:
+            cells["wasm"] = wasm_difference(name, own)
+        except (eomgen.EomgenError, AttributeError, KeyError, subprocess.CalledProcessError) as error:
+            cells["wasm"] = f"no stand-alone program: {error}"
+        shutil.rmtree(own)
+    return cells
 
 
 #: Lines around the table on the page.
@@ -163,17 +161,19 @@ START, END = (
 
 
 def main(page: str) -> int:
-    """Write the table."""
-    with tempfile.TemporaryDirectory() as folder:
-        rows = table(examples(), Path(folder))
-    kinds = list(dict.fromkeys(kind for row in rows.values() for kind in row))
-    lines = [f"| example | {' | '.join(kinds)} |", "|---|" + "---|" * len(kinds)]
-    for name, row in rows.items():
-        cells = [row[kind].replace("|", "/") or "equal" for kind in kinds]
-        lines.append(f"| {name.removesuffix('.toml')} | {' | '.join(cells)} |")
+    """Write the table, row by row."""
+    rows: dict[str, dict[str, str]] = {}
     text = Path(page).read_text(encoding="utf-8")
     before, after = text.partition(START)[0], text.partition(END)[2]
-    Path(page).write_text(before + START + "\n".join(["", *lines, "", ""]) + END + after, encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in examples():
+            rows[name] = row(name, Path(folder))
+            kinds = list(dict.fromkeys(kind for cells in rows.values() for kind in cells))
+            lines = [f"| example | {' | '.join(kinds)} |", "|---|" + "---|" * len(kinds)]
+            for other, cells in rows.items():
+                words = [cells.get(kind, "").replace("|", "/").replace("\n", " ") or "equal" for kind in kinds]
+                lines.append(f"| {other.removesuffix('.toml')} | {' | '.join(words)} |")
+            Path(page).write_text(before + START + "\n".join(["", *lines, "", ""]) + END + after, encoding="utf-8")
     return 0
 
 
