@@ -445,6 +445,10 @@ LATE: dict[str, dict[str, str]] = {
         "scene.sources.register": "the sources; a scene of a record is not read",
     },
     "pipeline.content": {"integrators.families": "methods are looked up with the library; loading a scene needs none"},
+    "pipeline.libraries": {
+        "codegen": "a library of the cache needs no Jinja",
+        "toolchain.cache": "likewise",
+    },
     "pipeline.pipeline": {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
     },

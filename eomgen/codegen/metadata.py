@@ -32,6 +32,7 @@ _OF_THE_TEXT = (
     "controller",
     "bounds",
     "uniform",
+    "later",
 )
 
 

@@ -295,6 +295,8 @@ class Program:
         Ends of the ranges of parameters and coordinates, by name; None for a side without an end.
     uniform : bool
         Whether the folder has all functions with one signature, too.
+    later : tuple of str
+        Functions that no run calls, so that a library may be used before these are compiled.
     """
 
     prefix: str
@@ -350,6 +352,7 @@ class Program:
     bounds: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
     shared: tuple[ProgramShared, ...] = ()
     uniform: bool = False
+    later: tuple[str, ...] = ()
 
     def function(self, name: str) -> ProgramFunction:
         """Return a function by name. Raises KeyError with the known names."""

@@ -33,6 +33,7 @@ from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.toolchain.compiler import RunningCompilers, in_background
 from eomgen.toolchain.library import Library
+from eomgen.toolchain.profiles import FEW_COMPILERS
 
 _LOG = Log(__name__)
 P = ParamSpec("P")
@@ -48,8 +49,6 @@ LEAST = 16
 _OPERATION, _START, _COMPILED = 2e-10, 0.3, 1e-3
 #: Seconds of a function's batches from which on a look into the cache pays.
 _LOOK = 2e-3
-#: Profiles that avoid compilers: companions are compiled for them on demand alone.
-_FEW_COMPILERS = ("quick", "instant")
 #: Samples that are evaluated by both libraries before the companion is taken.
 _COMPARED = 64
 
@@ -125,7 +124,7 @@ class LaneCompanions:
         elif companion.seconds > _LOOK and not companion.sought:
             companion.sought = True
             self._look(name, companion)
-        compiled = self._library.profile not in _FEW_COMPILERS
+        compiled = self._library.profile not in FEW_COMPILERS
         if compiled and companion.seconds > companion.compiling and companion.library is None:
             self._begin(name, companion)
         return companion
@@ -347,7 +346,7 @@ class Functions:
         return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)
 
     def renew(self) -> None:
-        """Take the compiled library in place of the tape engine if the library is made and no run is under way.
+        """Take the successor of the library if the successor is made and no run is under way.
 
         Warns
         -----
@@ -377,7 +376,8 @@ class Functions:
         operations = max(1, int(self._layouts[name]["operations"]))
         work = count * operations
         choice = chosen()
-        lanes = LaneCompanions.of(self.library)
+        one_by_one = self._holding(name)
+        lanes = LaneCompanions.of(one_by_one)
         companion = lanes.expect(name, operations, count, choice)
         sizes = [math.prod(shape) for shape in self._shapes[name]]
 
@@ -386,7 +386,7 @@ class Functions:
             own = inputs if whole else [array if array.ndim == 1 else array[begin:end] for array in inputs]
             filled = results if whole else [result[begin:end] for result in results]
             library = None if companion is None else lanes.judged(companion, name, inputs, sizes, choice)
-            (library or self.library).call(name, own, filled)
+            (library or one_by_one).call(name, own, filled)
 
         began, threads = time.perf_counter(), 1
         if work < 2 * _SHARE:
@@ -407,17 +407,18 @@ class Functions:
         blocks : as of a call, of some of the samples
         count : number of all samples
         """
-        companion = LaneCompanions.of(self.library).expect(
+        one_by_one = self._holding(name)
+        companion = LaneCompanions.of(one_by_one).expect(
             name, max(1, int(self._layouts[name]["operations"])), count, chosen()
         )
         if companion is None:
-            return self.library
+            return one_by_one
         sizes = [math.prod(shape) for shape in self._shapes[name]]
         inputs = [
             np.ascontiguousarray(blocks[block][:, np.newaxis] if block == "t" else blocks[block], float)
             for block in self.inputs(name)
         ]
-        return LaneCompanions.of(self.library).judged(companion, name, inputs, sizes, chosen()) or self.library
+        return LaneCompanions.of(one_by_one).judged(companion, name, inputs, sizes, chosen()) or one_by_one
 
     def _single(self, name: str, arrays: list[Array]) -> tuple[Array, ...]:
         """Evaluate one sample, as in a caller's inner loop, so without the bookkeeping of batches."""
@@ -425,8 +426,13 @@ class Functions:
         results = tuple(np.empty(shape) for shape in self._shapes[name])
         inputs = ffi.new(pointers, [ffi.from_buffer(doubles, array) for array in arrays])
         outputs = ffi.new(pointers, [ffi.from_buffer(doubles, array) for array in results])
-        self.library.lib.eomgen_call(self._numbers[name], 1, inputs, ffi.new(longs, len(arrays)), outputs)
+        library = self._holding(name) if self.library.lacking else self.library
+        library.lib.eomgen_call(self._numbers[name], 1, inputs, ffi.new(longs, len(arrays)), outputs)
         return results
+
+    def _holding(self, name: str) -> Library:
+        """Return the library that has a function, which is made now if runs do not call the function."""
+        return self.library.whole() if name in self.library.lacking else self.library
 
 
 def by_one_library(function: Callable[P, R]) -> Callable[P, R]:
@@ -455,7 +461,7 @@ def compiled_or_same(library: Library) -> Library:
     successor = library.successor
     if successor is None:
         return library
-    if successor.error is not None:
+    if successor.error is not None and not library.lacking:
         library.successor = None
         warnings.warn(f"the model stays on the tape engine: {successor.error}", RuntimeWarning, stacklevel=4)
         return library

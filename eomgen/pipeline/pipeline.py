@@ -21,7 +21,7 @@ from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, is_scene, 
 from eomgen.pipeline.readings import StoredScene, record_of, record_of_document, store, stored_scene
 from eomgen.pipeline.scenes import SCENES, opened
 from eomgen.system.terms import TERMS, UNRESISTED, Selection, nearest_term
-from eomgen.toolchain.profiles import COMPILED_PROFILE, STANDARD_PROFILE
+from eomgen.toolchain.profiles import COMPILED_PROFILE, FEW_COMPILERS, STANDARD_PROFILE
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
@@ -775,7 +775,8 @@ def _program(
     with_settings = _method_name(described, method) == _method_name(described, None)
 
     def derived(part: Document, sample: Sample | None = None) -> tuple[Program, str]:
-        return _derived_program(part, described, selection, chosen, target, sample, with_settings=with_settings)
+        settings = {"with_settings": with_settings, "for_runs": for_runs}
+        return _derived_program(part, described, selection, chosen, target, sample, **settings)
 
     return front_end.program(prepared, derived) or derived(prepared)
 
@@ -789,6 +790,7 @@ def _derived_program(
     sample: Sample | None,
     *,
     with_settings: bool,
+    for_runs: bool = False,
 ) -> tuple[Program, str]:
     """Return the Program of a document, derived, and the reason if the Program has no stepper.
 
@@ -796,6 +798,7 @@ def _derived_program(
     ----------
     sample : of the longer document that is meant, if any
     with_settings : whether the settings described are of this method
+    for_runs : as of ``_method``; then functions that no run calls are marked, if all functions are selected
     """
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
@@ -823,7 +826,14 @@ def _derived_program(
         data = method_data(chosen, system, described.simulation.step)
         if with_settings:
             data = _with_settings(data, described)
-        return to_program(system, data, functions, names=target.names), ""
+        program = to_program(system, data, functions, names=target.names)
+        if for_runs and selection.whole:
+            from eomgen.pipeline.libraries import functions_for_later  # noqa: PLC0415
+
+            of_runs = Selection(None, described.simulation.start)
+            early = of_runs.functions(list(system.functions), called, implicit=chosen.implicit)
+            program = replace(program, later=functions_for_later(program, early))
+        return program, ""
     except ModelError as error:
         return to_program(system, None, functions, names=target.names), "; ".join(
             dict.fromkeys(problem.what for problem in error.problems)
@@ -882,8 +892,10 @@ def _library(
         cached = builder.find(content)
         if cached is not None:
             return cached
+        from eomgen.pipeline.libraries import whole_library  # noqa: PLC0415
+
         with builder.claim(content):
-            return builder.find(content) or _made(*program(), builder, content, marks, running)
+            return builder.find(content) or whole_library(*program(), builder, content, marks, running)
 
     if steps is not None and not builder.profile.on_tape:
         cached = builder.find(content)
@@ -895,7 +907,14 @@ def _library(
         if _is_faster_on_tape(list(functions), steps):
             return made(on_tape)
     if not builder.profile.on_tape:
-        return made(builder)
+        if not selection.whole or builder.profile.name in FEW_COMPILERS or builder.real != "double":
+            return made(builder)
+        cached = builder.find(content)
+        if cached is not None:
+            return cached
+        from eomgen.pipeline.libraries import library_in_two  # noqa: PLC0415
+
+        return library_in_two(content, program, builder, marks)
     from eomgen.toolchain.library import Successor  # noqa: PLC0415
 
     compiled = builder.varied(profile=COMPILED_PROFILE)
@@ -905,36 +924,3 @@ def _library(
     library = made(builder)
     library.successor = Successor(partial(made, compiled))
     return library
-
-
-def _made(
-    program: Program,
-    refusal: str,
-    builder: Builder,
-    content: bytes,
-    marks: Mapping[str, Any],
-    running: RunningCompilers | None,
-) -> Library:
-    """Return the compiled library of a Program.
-
-    Parameters
-    ----------
-    refusal : the reason if the Program has no stepper
-    marks : further data of the layout
-    running : as of ``Builder.build``
-    """
-    from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415
-    from eomgen.codegen.targets.c.naming import file_name  # noqa: PLC0415
-    from eomgen.codegen.targets.c.tape_code import on_tape  # noqa: PLC0415
-    from eomgen.codegen.targets.c.target import INTERFACE_CDEF, straight_sources, written_library  # noqa: PLC0415
-    from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
-
-    with without_garbage_collection():
-        printed, tape = on_tape(program) if builder.profile.on_tape else (program, None)
-        layout: dict[str, Any] = {**interface_layout(printed), "stepper_refused": refusal, **marks}
-        written = {source.name: file_name(source.written) for source in printed.sources}
-        # other number types convert literals while compiling, tables at each use
-        apart = builder.real == "double" and tape is None
-        files = written_library(printed, builder.cache.folder / TEMPLATES, apart=apart, tape=tape)
-        straight = straight_sources(printed) if tape is None else ()
-        return builder.build(content, files, INTERFACE_CDEF, layout, written, running, straight=straight)

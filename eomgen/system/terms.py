@@ -488,6 +488,11 @@ class Selection:
     terms: tuple[str, ...] | None = None
     start: str = ""
 
+    @property
+    def whole(self) -> bool:
+        """Whether these are all functions."""
+        return self.terms is None and not self.start
+
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Selection:
         """Return the selection that a library's layout or a checkpoint holds as JSON."""

@@ -275,7 +275,7 @@ class Builder:
         written : mapping
             Files written by the user, with the names that compilers show in messages.
         running
-            Collection of the compiler's processes, for a caller who may stop these; compilers then run one at a time.
+            Collection of the compiler's processes, for a caller who may stop these.
         straight
             Names of long sources without branches, which need few passes of the compiler.
 
@@ -295,13 +295,12 @@ class Builder:
             texts: dict[str, str] = {}
             sources: list[Path] = []
             keys: dict[Path, str] = {}
-            jobs = None if running is None else 0
             title = f"compiling {layout.get('prefix', 'a model')}"
             title += " by zig, which makes its C library at the first use" if self.compiler.is_zig else ""
             with (
                 counted_units(title) if running is None else nullcontext() as progress,
                 Compilation(
-                    self.compiler, self.flags, jobs=jobs, timeout=self.timeout, running=running, progress=progress
+                    self.compiler, self.flags, timeout=self.timeout, running=running, progress=progress
                 ) as compilation,
             ):
                 for name, text in _headers_first(files) if isinstance(files, Mapping) else files:

@@ -112,7 +112,7 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
     prefix = str(layout["prefix"])
     number = [item["name"] for item in layout["functions"]].index(function)
     headers = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.h"))}
-    own = re.compile(rf"{re.escape(prefix)}(_\d+|_curves|_external|_numbers|_tables)?\.c")
+    own = re.compile(rf"{re.escape(prefix)}(_\d+|_curves|_external|_numbers(_2)?|_tables)?\.c")
     sources = [path for path in sorted(folder.glob("*.c")) if own.fullmatch(path.name)]
     users = sorted(folder.glob(f"{prefix}_user_*.c"))
     texts = [path.read_text(encoding="utf-8") for path in (*sources, folder / "interface.c")]

@@ -17,6 +17,7 @@ import signal
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -233,8 +234,7 @@ class Compilation:
 
     Parameters
     ----------
-    jobs : compilers at once, as many as there are processors by default; 0: one, in the thread of the caller, so that
-        no other thread keeps the process from its end
+    jobs : compilers at once, as many as there are processors by default; 0: one, in the thread of the caller
     timeout : for all files together, seconds
     running : collection of the processes, for a caller who may stop the processes
     progress : called with the numbers of compiled and of all files so far, by the threads that compile
@@ -250,8 +250,7 @@ class Compilation:
         running: RunningCompilers | None = None,
         progress: Progress | None = None,
     ) -> None:
-        from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415  # a library of the cache needs no threads
-        from queue import PriorityQueue  # noqa: PLC0415  # likewise
+        from queue import PriorityQueue  # noqa: PLC0415  # a library of the cache needs no threads
 
         self._progress = progress
         self._added = 0
@@ -262,7 +261,7 @@ class Compilation:
         self._made: dict[Path, tuple[Path, str]] = {}
         self._tasks: list[Future[None]] = []
         self._running = RunningCompilers() if running is None else running
-        self._pool = None if jobs == 0 else ThreadPoolExecutor(max_workers=processors() if jobs is None else jobs)
+        self._pool = None if jobs == 0 else _Workers(processors() if jobs is None else jobs)
         self._ended = contextlib.ExitStack()
 
     def __enter__(self) -> Self:
@@ -311,6 +310,58 @@ class Compilation:
         link = [*self._compiler.command, *_link_flags(), *items, "-o", str(output), "-lm"]
         _run(link, output, self._deadline, self._running)
         return [*(command for _, command in done), shlex.join(link)]
+
+
+class _Workers:
+    """Threads that work side by side and do not keep the process from its end, as threads of an executor do.
+
+    A context: its end waits for the threads.
+
+    Parameters
+    ----------
+    most : threads at once
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._tasks: deque[tuple[Future[None], Callable[[], None]]] = deque()
+        self._threads: list[threading.Thread] = []
+        self._working = 0
+        self._lock = threading.Lock()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for thread in self._threads:
+            thread.join()
+
+    def submit(self, work: Callable[[], None]) -> Future[None]:
+        """Do work on a thread, and return the future of its end."""
+        from concurrent.futures import Future  # noqa: PLC0415  # a library of the cache needs no threads
+
+        future: Future[None] = Future()
+        with self._lock:
+            self._tasks.append((future, work))
+            if self._working == self._most:
+                return future
+            self._working += 1
+        self._threads.append(threading.Thread(target=self._work, name="eomgen-compiler", daemon=True))
+        self._threads[-1].start()
+        return future
+
+    def _work(self) -> None:
+        while True:
+            with self._lock:
+                if not self._tasks:
+                    self._working -= 1
+                    return
+                future, work = self._tasks.popleft()
+            try:
+                work()
+                future.set_result(None)
+            except BaseException as error:  # raised when the result is asked for
+                future.set_exception(error)
 
 
 class RunningCompilers:

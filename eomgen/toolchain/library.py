@@ -82,9 +82,11 @@ class Library:
     kept : results that callers computed from this library once, by names that the callers choose
     profile : name of the build profile
     successor : Successor, or None
-        Of a library on the tape engine: the compiled library that is being made.
+        Of a library on the tape engine: the compiled library that is being made; of a library that lacks functions: the
+        library with all functions.
     predecessor : Library, or None
-        The library on the tape engine that this library replaced.
+        The library that this library replaced.
+    lacking : names of the functions of the layout that are only in the successor
     companion : callable, or None if there is no compiler, or numbers are not double
         ``companion(function)`` returns the library with this one function for as many samples as there are lanes, or
         None if that library is not in the cache; ``companion(function, running)`` compiles the library in that case.
@@ -105,7 +107,9 @@ class Library:
         self.real = ffi.string(lib.eomgen_number_type()).decode()
         self.fingerprint = ffi.string(lib.eomgen_fingerprint()).decode()
         self.dtype = np.dtype(np.complex128 if self.real == "complex" else np.float64)
-        self.digest = hashlib.sha256(file.read_bytes()).hexdigest()
+        self.lacking = frozenset(layout.get("later", ()))
+        # a library with all functions has the bits of the library of runs that was made before
+        self.digest = layout.get("digest") or hashlib.sha256(file.read_bytes()).hexdigest()
         self._width = self.dtype.itemsize // 8
         self.types = tuple(ffi.typeof(text) for text in ("double[]", "double *[]", "long[]"))
         functions = layout["functions"]
@@ -138,6 +142,8 @@ class Library:
             An array of the wrong type, size or memory order.
         """
         number = self.index[function] if isinstance(function, str) else function
+        if self.lacking and self._name(number) in self.lacking:
+            return self.whole().bind(number, inputs, outputs)
         sizes, results = self._input_sizes[number], self._output_sizes[number]
         if len(inputs) != len(sizes) or len(outputs) != len(results):
             raise UsageError(
@@ -175,6 +181,18 @@ class Library:
         """Evaluate a function once; see ``bind`` for the arrays."""
         self.bind(function, inputs, outputs)()
 
+    def whole(self) -> Library:
+        """Return the library with all functions: this one, or its successor, which is made now or waited for.
+
+        Raises
+        ------
+        EomgenError
+            The successor cannot be made.
+        """
+        if not self.lacking or self.successor is None:
+            return self
+        return self.successor.made()
+
     def _name(self, number: int) -> str:
         return str(self.layout["functions"][number]["name"])
 
@@ -191,7 +209,7 @@ class Library:
 
 
 class Successor:
-    """The compiled library that takes the place of a library on the tape engine; the compiler begins at once.
+    """The library that takes the place of a library on the tape engine, or of a library that lacks functions.
 
     Attributes
     ----------
@@ -200,15 +218,19 @@ class Successor:
 
     Parameters
     ----------
-    make : makes the library; the compilers are entered in the collection
+    make : makes the library; the compilers are entered in the collection, if one is given
+    at_once : whether compilers begin at once in the background, else when the library is asked for
     """
 
-    def __init__(self, make: Callable[[RunningCompilers], Library]) -> None:
+    def __init__(self, make: Callable[[RunningCompilers | None], Library], *, at_once: bool = True) -> None:
         self.library: Library | None = None
         self.error: EomgenError | OSError | None = None
         self._make = make
         self._ended = threading.Event()
-        in_background("eomgen-successor", self._work)
+        if at_once:
+            in_background("eomgen-successor", self._work)
+        else:
+            self._ended.set()
 
     def _work(self, running: RunningCompilers) -> None:
         time.sleep(_DELAY)
@@ -222,6 +244,19 @@ class Successor:
     def wait(self, seconds: float | None = None) -> bool:
         """Wait until the compiler has ended, at most for the given seconds; return whether the compiler has ended."""
         return self._ended.wait(seconds)
+
+    def made(self) -> Library:
+        """Return the library, which is waited for, and made now if the background has not made it.
+
+        Raises
+        ------
+        EomgenError
+            The library cannot be made.
+        """
+        self.wait()
+        if self.library is None:
+            self.library = self._make(None)
+        return self.library
 
 
 class LaneLibrary:

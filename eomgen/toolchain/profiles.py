@@ -47,6 +47,9 @@ PROFILES = {
     "instant": Profile("instant", ("-O0", "-ffp-contract=off", "-DEOMGEN_ON_TAPE"), False, on_tape=True),
 }
 
+#: Profiles that avoid compilers: companions and single functions are compiled for them on demand alone.
+FEW_COMPILERS = ("quick", "instant")
+
 #: Of the tape engine, which is compiled once: no fused products, so that results have the bits of ``reproducible``.
 ENGINE_FLAGS = ("-O2", "-ffp-contract=off")
 

@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
-from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop, ProgramShared
+from eomgen.codegen.program import FunctionPart, Program, ProgramFunction, ProgramLoop, ProgramShared
 from eomgen.codegen.scheduling.rerolling import READ
 from eomgen.codegen.scheduling.sharing import NUMBER
 from eomgen.codegen.targets.c.naming import NAMES, CNames, comment, local_names
@@ -43,7 +43,8 @@ _PER_STATEMENT = 2
 class SourceFile:
     """A C file: the loops and the parts of long functions in the file, and the functions defined there.
 
-    ``name`` has no suffix; loops and shared stretches are numbers of the Program's.
+    ``name`` has no suffix; loops and shared stretches are numbers of the Program's; ``later``: no run calls the
+    functions of the file.
     """
 
     name: str
@@ -52,47 +53,92 @@ class SourceFile:
     loops: list[int] = field(default_factory=list)
     shared: list[int] = field(default_factory=list)
     operations: int = 0
+    later: bool = False
 
 
-def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
-    """Return the files of a Program; the first file has the prefix as name and calls the parts in the other files."""
-    first = SourceFile(program.prefix)
-    files = [first]
-    loops = [_PER_STATEMENT * len(loop.statements) for loop in program.loops]
-    total = sum(function.operations for function in program.functions) + sum(loops)
+def plan_files(program: Program, limit: int = FILE_LIMIT, later: Collection[str] = ()) -> list[SourceFile]:
+    """Return the files of a Program; the first file has the prefix as name and calls the parts in the other files.
+
+    Parameters
+    ----------
+    limit : operations of a file, roughly
+    later : functions that stand in files of their own at the end, with the loops and shared stretches that these
+        functions alone use
+    """
+    total = sum(function.operations for function in program.functions)
+    total += sum(_PER_STATEMENT * len(loop.statements) for loop in program.loops)
     total += sum(text.operations for text in program.shared)
-    for function in program.functions:
+    loops, shared = set(range(len(program.loops))), set(range(len(program.shared)))
+    if not later:
+        return _planned(program, [], program.functions, sorted(loops), sorted(shared), total, limit)
+    early = [function for function in program.functions if function.name not in later]
+    parts = [part for function in (*early, *program.series) for part in function.parts]
+    used = list(_used([*parts, *([program.base_of_step] if program.base_of_step else [])]))
+    of_runs = {kind: {number for other, number in used if other == kind} for kind in ("loop", "share")}
+    files = _planned(program, [], early, sorted(of_runs["loop"]), sorted(of_runs["share"]), total, limit)
+    rest = [function for function in program.functions if function.name in later]
+    loops, shared = loops - of_runs["loop"], shared - of_runs["share"]
+    return [*files, *_planned(program, files, rest, sorted(loops), sorted(shared), total, limit)]
+
+
+def _used(parts: Iterable[FunctionPart]) -> Iterator[tuple[str, int]]:
+    """Yield the kind ``loop`` or ``share``, and the number, of the loops and shared stretches that parts call."""
+    for part in parts:
+        for item in part.statements:
+            if item.kind in ("loop", "add", "share"):
+                yield "share" if item.kind == "share" else "loop", item.data[0]
+
+
+def _planned(
+    program: Program,
+    before: Sequence[SourceFile],
+    functions: Sequence[ProgramFunction],
+    loops: Sequence[int],
+    shared: Sequence[int],
+    total: int,
+    limit: int,
+) -> list[SourceFile]:
+    """Return the files of some functions, loops and shared stretches, after the files ``before``.
+
+    ``total``: operations of the whole Program.
+    """
+
+    def new() -> SourceFile:
+        number_ = len(before) + len(files) + 1
+        return SourceFile(f"{program.prefix}_{number_}" if number_ > 1 else program.prefix, later=bool(before))
+
+    def room(operations: int, limit: int) -> SourceFile:
+        if files[-1].operations and files[-1].operations + operations > limit:
+            files.append(new())
+        return files[-1]
+
+    files: list[SourceFile] = []
+    files.append(first := new())
+    for function in functions:
         if len(function.parts) > 1 and total > limit:
-            for number, part in enumerate(function.parts):
-                target = _room(files, part.operations, limit, program.prefix)
-                target.parts.append((function, number))
+            for number_, part in enumerate(function.parts):
+                target = room(part.operations, limit)
+                target.parts.append((function, number_))
                 target.operations += part.operations
             first.functions.append(function)
         else:
-            target = _room(files, function.operations, limit, program.prefix)
+            target = room(function.operations, limit)
             target.functions.append(function)
             target.operations += function.operations
-            target.parts += [(function, number) for number in range(len(function.parts)) if len(function.parts) > 1]
-    for number, text in enumerate(program.shared):
-        target = _room(files, text.operations, limit if total > limit else total, program.prefix)
-        target.shared.append(number)
-        target.operations += text.operations
-    for number, operations in enumerate(loops):
+            target.parts += [(function, number_) for number_ in range(len(function.parts)) if len(function.parts) > 1]
+    for number_ in shared:
+        operations = program.shared[number_].operations
+        target = room(operations, limit if total > limit else total)
+        target.shared.append(number_)
+        target.operations += operations
+    for number_ in loops:
+        operations = _PER_STATEMENT * len(program.loops[number_].statements)
         target = min(files, key=lambda file: file.operations) if total > limit else first
         if target.operations and target.operations + operations > limit and total > limit:
-            target = SourceFile(f"{program.prefix}_{len(files) + 1}")
-            files.append(target)
-        target.loops.append(number)
+            files.append(target := new())
+        target.loops.append(number_)
         target.operations += operations
     return files
-
-
-def _room(files: list[SourceFile], operations: int, limit: int, prefix: str) -> SourceFile:
-    last = files[-1]
-    if last.operations and last.operations + operations > limit:
-        last = SourceFile(f"{prefix}_{len(files) + 1}")
-        files.append(last)
-    return last
 
 
 #: Signatures that are equal for all scenes, so that the generic wrapper is compiled once per machine.
@@ -126,16 +172,25 @@ class _Context:
     ----------
     apart : whether the numbers of the functions stand in tables of another file
     tape : code of the functions that the tape engine evaluates
+    later : as of ``plan_files``
     """
 
-    def __init__(self, program: Program, file_limit: int, *, apart: bool = False, tape: TapeCode | None = None) -> None:
+    def __init__(
+        self,
+        program: Program,
+        file_limit: int,
+        *,
+        apart: bool = False,
+        tape: TapeCode | None = None,
+        later: Collection[str] = (),
+    ) -> None:
         self.program = program
         self.tape = tape
         self.apart = apart
         self.number_tables: dict[str, NumberTable] = {}
         self._bodies: dict[tuple[str, int], str] = {}
         self.c = CNames(program)
-        self.files = plan_files(program, file_limit if tape is None else sys.maxsize)
+        self.files = plan_files(program, file_limit if tape is None else sys.maxsize, later)
         self.stepper = stepper_names(program) if program.method else {}
         self.tables = curve_tables(program.curves)
 
@@ -234,7 +289,6 @@ class _Context:
                 declared=self.declared,
                 value=self.value,
                 values=self.values,
-                number_tables=self.number_tables,
                 apart=self.apart,
                 hidden=_HIDDEN,
                 kernel=self.kernel,
@@ -272,10 +326,7 @@ def written_library(
         change no other source
     tape : code of the functions that the tape engine evaluates, if the Program has any
     """
-    environment().bytecode_cache = kept_bytecode(bytecode)
-    if apart:
-        program = replace(program, constants=())  # macros of constants would change a header that all sources include
-    context = _Context(program, FILE_LIMIT, apart=apart, tape=tape)
+    context = _context_of_library(program, bytecode, apart=apart, tape=tape)
     files: dict[str, str] = {}
     for name, text in _sources(context):
         files[name] = text
@@ -283,12 +334,83 @@ def written_library(
     if not apart:
         mark = fingerprint(files)
     else:
-        name = f"{program.prefix}_numbers.c"
-        mark = fingerprint({**files, name: context.render("c/model/numbers.c.jinja", mark="")})
-        files[name] = context.render("c/model/numbers.c.jinja", mark=mark)
-        yield name, files[name]
+        mark, (name, text) = _numbers(context, files)
+        files[name] = text
+        yield name, text
     yield from _interface(context, mark).items()
     yield from _documents(context, files, mark).items()
+
+
+@dataclass
+class LibraryInTwo:
+    """Files of a library that is used before all of its functions are compiled, each written when it is asked for.
+
+    Attributes
+    ----------
+    of_runs : the files of a library with the functions that runs call
+    whole : after these, all files of the library with all functions; the same texts but for the interface
+    straight : as of ``straight_sources``
+    """
+
+    of_runs: Iterator[tuple[str, str]]
+    whole: Iterator[tuple[str, str]]
+    straight: frozenset[str]
+
+
+def written_in_two(program: Program, bytecode: Path) -> LibraryInTwo:
+    """Return the files of a library of which the functions ``program.later`` are compiled later, with all numbers in
+    separate files.
+
+    Parameters
+    ----------
+    bytecode : as of ``written_library``
+    """
+    context = _context_of_library(program, bytecode, apart=True, later=program.later)
+    files: dict[str, str] = {}
+    marks: list[str] = []
+
+    def of_runs() -> Iterator[tuple[str, str]]:
+        for name, text in _sources(context):
+            files[name] = text
+            yield name, text
+        mark, (name, text) = _numbers(context, files)
+        marks.append(mark)
+        files[name] = text
+        yield name, text
+        yield from _interface(context, mark, program.later).items()
+
+    def whole() -> Iterator[tuple[str, str]]:
+        yield from list(files.items())
+        known = {name for name, table in context.number_tables.items() if table.values}
+        for name, text in _later_sources(context):
+            files[name] = text
+            yield name, text
+        tables = [table for name, table in context.number_tables.items() if table.values and name not in known]
+        name = f"{program.prefix}_numbers_2.c"
+        files[name] = context.render("c/model/numbers.c.jinja", first=False, number_tables=tables)
+        yield name, files[name]
+        yield from _interface(context, marks[0]).items()
+        yield from _documents(context, files, marks[0]).items()
+
+    return LibraryInTwo(of_runs(), whole(), _straight(program, context.files))
+
+
+def _context_of_library(
+    program: Program, bytecode: Path, *, apart: bool, tape: TapeCode | None = None, later: Collection[str] = ()
+) -> _Context:
+    environment().bytecode_cache = kept_bytecode(bytecode)
+    if apart:
+        program = replace(program, constants=())  # macros of constants would change a header that all sources include
+    return _Context(program, FILE_LIMIT, apart=apart, tape=tape, later=later)
+
+
+def _numbers(context: _Context, files: Mapping[str, str]) -> tuple[str, tuple[str, str]]:
+    """Return the fingerprint of the files with the numbers, and name and text of the file of the numbers."""
+    name, template = f"{context.program.prefix}_numbers.c", "c/model/numbers.c.jinja"
+    tables = [table for table in context.number_tables.values() if table.values]
+    texts: dict[str, Any] = {"first": True, "number_tables": tables}
+    mark = fingerprint({**files, name: context.render(template, mark="", **texts)})
+    return mark, (name, context.render(template, mark=mark, **texts))
 
 
 def _of_part(function: ProgramFunction, part: int) -> str:
@@ -297,7 +419,10 @@ def _of_part(function: ProgramFunction, part: int) -> str:
 
 def straight_sources(program: Program) -> frozenset[str]:
     """Return the names of the files with functions of a model with several files, if the functions have no loops."""
-    files = plan_files(program, FILE_LIMIT)
+    return _straight(program, plan_files(program, FILE_LIMIT))
+
+
+def _straight(program: Program, files: Sequence[SourceFile]) -> frozenset[str]:
     if len(files) == 1 or program.loops:
         return frozenset()
     return frozenset(f"{file.name}.c" for file in files)
@@ -309,7 +434,7 @@ def _files(context: _Context) -> dict[str, str]:
 
 
 def _sources(context: _Context) -> Iterator[tuple[str, str]]:
-    """Yield all headers and then all sources of the stand-alone folder."""
+    """Yield all headers and then all sources of the stand-alone folder, but for the files of ``_later_sources``."""
     program, prefix = context.program, context.program.prefix
     yield "eomgen_real.h", context.render("c/model/eomgen_real.h.jinja")
     yield (
@@ -326,7 +451,8 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{prefix}_tape.h", context.render("c/model/tape.h.jinja", literal=literal)
         yield "eomgen_tape.c", context.render("c/model/tape.c.jinja", operations=OPERATIONS, unary=FUNCTIONS)
     for file in context.files:
-        yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
+        if not file.later:
+            yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
     if program.method:
         yield f"{prefix}_step.c", context.render(stepper_template(program.method["family"]))
     if program.controller:
@@ -346,6 +472,13 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{prefix}_uniform.h", context.render("c/uniform/model.h.jinja", **texts)
         yield f"{prefix}_uniform.c", context.render("c/uniform/model.c.jinja", **texts)
     yield "main.c", context.render("c/controller/main.c.jinja" if program.controller else "c/main/main.c.jinja")
+
+
+def _later_sources(context: _Context) -> Iterator[tuple[str, str]]:
+    """Yield the sources of functions that are compiled later."""
+    for file in context.files:
+        if file.later:
+            yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
 
 
 def _of_external(program: Program) -> dict[str, Any]:
@@ -402,13 +535,13 @@ def interface_header() -> str:
     return folded(environment().get_template("c/interface/interface.h.jinja").render(declarations=INTERFACE_CDEF))
 
 
-def _interface(context: _Context, mark: str) -> dict[str, str]:
+def _interface(context: _Context, mark: str, later: Collection[str] = ()) -> dict[str, str]:
+    """Return the files of the interface; calls of the functions ``later`` are refused."""
     program = context.program
     sizes = [len(program.functions), *(program.sizes[name] for name in SIZES[1:])]
-    return {
-        "interface.h": interface_header(),
-        "interface.c": context.render("c/interface/interface.c.jinja", fingerprint=mark, sizes=sizes),
-    }
+    offered = [item for item in enumerate(program.functions) if item[1].name not in later]
+    texts = {"fingerprint": mark, "sizes": sizes, "offered": offered}
+    return {"interface.h": interface_header(), "interface.c": context.render("c/interface/interface.c.jinja", **texts)}
 
 
 def fingerprint(files: Mapping[str, str]) -> str:

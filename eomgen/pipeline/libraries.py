@@ -1,0 +1,165 @@
+"""Compiled libraries of Programs: whole, or in two: functions that runs call first, the others in the background."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from eomgen.base.data import without_garbage_collection
+from eomgen.toolchain.library import Successor
+
+if TYPE_CHECKING:
+    from eomgen.codegen.program import Program
+    from eomgen.codegen.targets.c.target import LibraryInTwo
+    from eomgen.toolchain.builder import Builder
+    from eomgen.toolchain.compiler import RunningCompilers
+    from eomgen.toolchain.library import Library
+
+#: Operations of the functions that no run calls from which on these are compiled after the others: half a second of a
+#: compiler.
+_MUCH = 3000
+
+
+def functions_for_later(program: Program, early: Collection[str]) -> tuple[str, ...]:
+    """Return the functions of a Program that are not ``early``, nor called by an early one; none if the compilers are
+    done with these soon."""
+    called = {function.same_as for function in program.functions if function.name in early}
+    later = [function for function in program.functions if function.name not in early and function.name not in called]
+    work = sum(function.operations for function in later)
+    return tuple(function.name for function in later) if work >= _MUCH else ()
+
+
+def library_in_two(
+    content: bytes, program: Callable[[], tuple[Program, str]], builder: Builder, marks: Mapping[str, Any]
+) -> Library:
+    """Return the library with all functions from the cache; else, if it takes long, a library with the functions that
+    runs call, whose successor has all functions and is compiled in the background.
+
+    Objects of both are the same, so their functions have the same bits.
+
+    Parameters
+    ----------
+    content : everything that the library depends on
+    program : derives the Program, and the reason if the Program has no stepper
+    marks : further data of the layout
+    """
+    first = _known(content, builder)
+    if first is None:
+        with builder.claim(content):
+            first = _known(content, builder) or _first(content, *program(), builder, marks)
+    if first.lacking and first.successor is None:  # of an earlier process: few processes call its other functions
+        first.successor = Successor(partial(_whole, first, content, program, builder, None), at_once=False)
+    return first
+
+
+def _known(content: bytes, builder: Builder) -> Library | None:
+    """Return the library with all functions or with the functions of runs, if one is in the cache."""
+    return builder.find(content) or builder.find(_of_runs(content))
+
+
+def _of_runs(content: bytes) -> bytes:
+    return content + b"\0of runs"
+
+
+def _first(content: bytes, program: Program, refusal: str, builder: Builder, marks: Mapping[str, Any]) -> Library:
+    """Return the library with the functions that runs call, and begin its successor; the library with all functions if
+    the others do not take long."""
+    if not program.later:
+        return whole_library(program, refusal, builder, content, marks, None)
+    with without_garbage_collection():
+        files = _written(program, builder)
+        layout = {**_layout(program, refusal, marks), "later": program.later}
+        first = _built(program, builder, _of_runs(content), files.of_runs, layout, None, files.straight)
+    made = partial(_whole, first, content, lambda: (program, refusal), builder, files)
+    first.successor = Successor(made)
+    return first
+
+
+def _whole(
+    first: Library,
+    content: bytes,
+    program: Callable[[], tuple[Program, str]],
+    builder: Builder,
+    files: LibraryInTwo | None,
+    running: RunningCompilers | None,
+) -> Library:
+    """Return the library with all functions.
+
+    Parameters
+    ----------
+    files : of the first library, if its files were written before
+    running : as of ``Builder.build``
+    """
+    with builder.claim(content):
+        cached = builder.find(content)
+        if cached is not None:
+            return cached
+        made, _ = program()
+        if files is None:
+            files = _written(made, builder)
+            deque(files.of_runs, maxlen=0)
+        layout = {key: value for key, value in first.layout.items() if key != "later"} | {"digest": first.digest}
+        return _built(made, builder, content, files.whole, layout, running, files.straight)
+
+
+def _written(program: Program, builder: Builder) -> LibraryInTwo:
+    from eomgen.codegen.targets.c.target import written_in_two  # noqa: PLC0415  # a library of the cache is not written
+    from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
+
+    return written_in_two(program, builder.cache.folder / TEMPLATES)
+
+
+def _layout(program: Program, refusal: str, marks: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the layout of a library, with the reason if the Program has no stepper, and further data."""
+    from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415
+
+    return {**interface_layout(program), "stepper_refused": refusal, **marks}
+
+
+def _built(
+    program: Program,
+    builder: Builder,
+    content: bytes,
+    files: Iterable[tuple[str, str]],
+    layout: Mapping[str, Any],
+    running: RunningCompilers | None = None,
+    straight: Collection[str] = (),
+) -> Library:
+    """Return the library of a Program, compiled of these files."""
+    from eomgen.codegen.targets.c.naming import file_name  # noqa: PLC0415
+    from eomgen.codegen.targets.c.target import INTERFACE_CDEF  # noqa: PLC0415
+
+    written = {source.name: file_name(source.written) for source in program.sources}
+    return builder.build(content, files, INTERFACE_CDEF, layout, written, running, straight=straight)
+
+
+def whole_library(
+    program: Program,
+    refusal: str,
+    builder: Builder,
+    content: bytes,
+    marks: Mapping[str, Any],
+    running: RunningCompilers | None,
+) -> Library:
+    """Return the compiled library of a Program.
+
+    Parameters
+    ----------
+    refusal : the reason if the Program has no stepper
+    marks : further data of the layout
+    running : as of ``Builder.build``
+    """
+    from eomgen.codegen.targets.c.tape_code import on_tape  # noqa: PLC0415
+    from eomgen.codegen.targets.c.target import straight_sources, written_library  # noqa: PLC0415
+    from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
+
+    with without_garbage_collection():
+        printed, tape = on_tape(program) if builder.profile.on_tape else (program, None)
+        # other number types convert literals while compiling, tables at each use
+        apart = builder.real == "double" and tape is None
+        files = written_library(printed, builder.cache.folder / TEMPLATES, apart=apart, tape=tape)
+        layout = _layout(printed, refusal, marks)
+        straight = straight_sources(printed) if tape is None else ()
+        return _built(printed, builder, content, files, layout, running, straight)
