@@ -7,6 +7,7 @@ import itertools
 import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -59,6 +60,7 @@ class Log:
             self._logger.debug(text, *values, stacklevel=2)
 
 
+@lru_cache(2**16)
 def is_legal(name: str) -> bool:
     """Return whether a name is an ASCII identifier of at most 64 characters."""
     return _NAME.fullmatch(name) is not None

@@ -5,25 +5,30 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, groupby
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.formula.nodes import Symbol
+from eomgen.base.arrays import Array
+from eomgen.formula.nodes import ZERO_VECTOR, Number, Symbol
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor, difference
 from eomgen.mechanics.constraints.joints import counted_angles
 from eomgen.mechanics.scene_tape import Derivation
+from eomgen.mechanics.tree.absolute import DEFAULT_GROUP
 from eomgen.mechanics.tree.base import base_law
+from eomgen.mechanics.tree.links import WORLD_NAME
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.model import Beam
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.rotations import quaternion_of_matrix
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.system.description import BASE
 
+_SAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 #: An imaginary increment with a square below rounding: exact derivatives (Squire and Trapp 1998).
 _TINY = 1e-100
 
@@ -111,6 +116,32 @@ def _deflected(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:
         q += item.initial_position or (0.0,) * item.modes
         v += item.initial_velocity or (0.0,) * item.modes
     return tuple(q), tuple(v)
+
+
+def free_start(scene: Scene) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+    """Return q and v of absolute bodies on free joints at the origin of a base at rest, without equations; None if the
+    scene has others."""
+    q: list[Array] = []
+    v: list[Array] = []
+    groups = scene.groups
+    for body, joint in zip(scene.bodies, scene.joints, strict=True):
+        apart = joint.parent not in (BASE, WORLD_NAME) or joint.position != ZERO_VECTOR or joint.orientation != _SAME
+        if scene.base is not None or joint.type != "free" or apart:
+            return None
+        if not all(isinstance(item, Number) for item in body.center_of_mass):
+            return None
+        pose = np.array(joint.initial_position or (1.0, *(0.0,) * 6))
+        twist = np.array(joint.initial_velocity or (0.0,) * 6)
+        center = np.array([cast("Number", item).value for item in body.center_of_mass])
+        if center.any() or twist.any():
+            R = numeric.rotation_matrix(pose[:4])
+            pose[4:] += R @ center
+            twist[3:] += np.cross(twist[:3], center)
+            if groups.get(body.name, DEFAULT_GROUP) != "SE3":
+                twist[3:] = R @ twist[3:]
+        q.append(pose)
+        v.append(twist)
+    return tuple(np.concatenate(q).tolist()), tuple(np.concatenate(v).tolist())
 
 
 def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:

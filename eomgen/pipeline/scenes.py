@@ -161,10 +161,11 @@ def _content(scene: Scene | StoredScene) -> bytes:
 
 
 def _program(scene: Scene, derived: Programs) -> tuple[Program, str] | None:
-    """Return the Program of a scene with many equal elements, continued from scenes with few."""
+    """Return the Program of a scene with many equal elements or rows, continued from scenes with few."""
     from eomgen.pipeline.equal_elements import equal_elements  # noqa: PLC0415  # a stored scene has none
+    from eomgen.pipeline.equal_rows import equal_rows  # noqa: PLC0415  # likewise
 
-    alike = equal_elements(scene)
+    alike = equal_elements(scene) or equal_rows(scene)
     return None if alike is None else alike.program(derived)
 
 

@@ -121,7 +121,11 @@ def make_solver(
     if not unknowns.inner:
         values = _in_natural_units(unknowns, samples, values)
     packing = samples.packing
-    order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
+    order = (
+        stages_of_tree(unknowns, factors, owners, packing)
+        if unknowns.inner
+        else stages(unknowns, factors, packing, growth)
+    )
     elimination = _pivots(
         unknowns,
         values,

@@ -28,6 +28,9 @@ Stage = tuple[list[int], list[int]]
 
 #: Internal states that touch no more bodies (of long trees: links) than these are eliminated first.
 _TWO, _ONE = 2, 1
+#: Free bodies from which on elimination takes them in the order of the scene, if that takes at most _DEARER times
+#: the multiply-subtracts: of rows of equal bodies every front is then like the one a row earlier.
+_ROWS, _DEARER = 800, 2.5
 #: Inertia counts as sparse from this number of components on, with at most this share of nonzeros.
 _MANY, _SPARSE = 20, 0.25
 
@@ -56,8 +59,11 @@ def stages_of_tree(
     return [(own, own) for own in (early,) if own] + result + [(own, own) for own in (late,) if own]
 
 
-def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> list[Stage]:
-    """Return rows and columns of the iteration matrix, stage by stage."""
+def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, growth: float = 1.0) -> list[Stage]:
+    """Return rows and columns of the iteration matrix, stage by stage.
+
+    ``growth``: ratio of the lengths of the scene that is meant and the scene that is derived.
+    """
     body_of = _bodies(unknowns.v, _sharing(unknowns, factors, packing))
     bodies: dict[int, list[int]] = {}
     for component, body in enumerate(body_of):
@@ -79,9 +85,12 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> l
             neighbours[body] |= group - {body}
     result: list[Stage] = [(early, early)] if early else []
     left = set(bodies)
+    many = growth * len(bodies) >= _ROWS and not unknowns.lam
+    in_order = many and _fill(neighbours, by_degree=False) <= _DEARER * _fill(neighbours, by_degree=True)
 
     def rank(body: int) -> tuple[bool, int, int]:
-        return len(held[body]) > len(bodies[body]), len(neighbours[body]), body
+        degree = 0 if in_order else len(neighbours[body])
+        return len(held[body]) > len(bodies[body]), degree, body
 
     queue = [rank(body) for body in bodies]
     heapify(queue)
@@ -103,6 +112,27 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> l
             heappush(queue, rank(other))
         result.append((rows, columns))
     return [*result, (late, late)] if late else result
+
+
+def _fill(neighbours: Mapping[int, set[int]], *, by_degree: bool) -> int:
+    """Return the sum of the squares of the numbers of neighbours at the elimination of each body, in order or with the
+    fewest neighbours first."""
+    left = {body: set(others) for body, others in neighbours.items()}
+    queue = [(len(others) if by_degree else 0, body) for body, others in left.items()]
+    heapify(queue)
+    total = 0
+    while left:
+        degree, body = heappop(queue)
+        if body not in left or (by_degree and degree != len(left[body])):
+            continue
+        others = left.pop(body)
+        total += len(others) ** 2
+        for other in others:
+            left[other] |= others - {other}
+            left[other].discard(body)
+            if by_degree:
+                heappush(queue, (len(left[other]), other))
+    return total
 
 
 def _sharing(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> list[MatrixIndex]:

@@ -94,7 +94,8 @@ class _SpringKind:
     """Springs that differ in numbers alone."""
 
     def __init__(self, quantities: Quantities, members: Sequence[tuple[Spring, _SpringEnd, _SpringEnd]]) -> None:
-        self.quantities, self.members = quantities, members
+        # in the order of the bodies, so that springs of a row of a net are neighbours
+        self.quantities, self.members = quantities, sorted(members, key=_place)
         rows = [[*self._node(first), *self._node(second), *self._law(spring)] for spring, first, second in self.members]
         self.kernel = Tape()
         algebra = Algebra(self.kernel)
@@ -149,6 +150,12 @@ class _SpringKind:
         )
         # among gathered values, twists are needed by dampers alone
         return compact(loop, ())
+
+
+def _place(member: tuple[Spring, _SpringEnd, _SpringEnd]) -> tuple[int, int]:
+    """Return the later and the earlier link of a spring."""
+    _, first, second = member
+    return max(first.link, second.link), min(first.link, second.link)
 
 
 def _results(

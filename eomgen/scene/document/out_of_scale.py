@@ -440,7 +440,7 @@ def _against_numbers(
     data: Mapping[str, Any], is_quantity: Callable[[ast.expr], bool]
 ) -> Iterator[tuple[str, ast.expr, float]]:
     """Yield key, quantity and number of each plain number that has the unit of a quantity in a formula."""
-    for key, text in _texts_with_positions("", data):
+    for key, text in _texts_with_positions(data):
         try:
             tree = ast.parse(text.strip(), mode="eval")
         except (SyntaxError, ValueError, RecursionError):
@@ -460,17 +460,18 @@ def _is_length(node: ast.expr, units: Mapping[str, Sequence[str]]) -> bool:
     return _unit_of_coordinate(node, units) == "m"
 
 
-def _texts_with_positions(key: str, data: object) -> Iterator[tuple[str, str]]:
+def _texts_with_positions(data: object, *key: str | int) -> Iterator[tuple[str, str]]:
+    """Yield the key and the text of each text within data that names a position or a coordinate."""
     if isinstance(data, str):
         if "q." in data or "position." in data:
-            yield key, data
+            yield key_of(*key), data
     elif isinstance(data, Mapping):
         for name, entry in data.items():
             if name != "description":
-                yield from _texts_with_positions(f"{key}.{key_of(name)}" if key else key_of(name), entry)
+                yield from _texts_with_positions(entry, *key, name)
     elif isinstance(data, list | tuple):
         for number, entry in enumerate(data):
-            yield from _texts_with_positions(f"{key}[{number}]", entry)
+            yield from _texts_with_positions(entry, *key, number)
 
 
 def _pairs(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:

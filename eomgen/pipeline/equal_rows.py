@@ -1,0 +1,362 @@
+"""Programs of nets: scenes with many equal rows of free bodies, continued from scenes with few rows.
+
+Rows are numbered by integers in the names of bodies, points and force elements, as ``[repeat]`` makes them. Three
+scenes with fewer rows are derived, and ``codegen.continuation`` checks that their Programs grow evenly. That all rows
+of the given scene are equal is checked here: apart from the state at the start, numbers of a row are the same in all
+rows, or grow evenly.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, fields, is_dataclass, replace
+from eomgen.codegen.continuation import IrregularSamples, Samples, continued_program
+from eomgen.codegen.convert import check_workspace
+from eomgen.codegen.program import Program
+from eomgen.mechanics.initial_coordinates import free_start
+from eomgen.scene.scene import Scene
+from eomgen.system.system import Sample
+
+Derived = Callable[[Scene, Sample], tuple[Program, str]]
+#: The parts of a name between its numbers, and the numbers.
+Parts = tuple[tuple[str, ...], tuple[int, ...]]
+#: Bodies from which on three scenes with few rows are derived faster; least bodies and rows of the smallest of them,
+#: and rows more of the next one.
+MANY = 800
+_FEW, _FEW_ROWS, _MORE = 100, 10, 2
+#: Rows at the end of a scene that may differ from the others, as rows at its beginning may.
+_END = 3
+#: Largest deviation of numbers that grow evenly, as a part of the largest.
+_EVEN = 1e-9
+_INTEGER = re.compile(r"(\d+)")
+#: Parts of a scene that may have entries.
+_LISTS = ("bodies", "joints", "points", "elements")
+_PLAIN = frozenset({*_LISTS, "name", "gravity", "description", "parameters", "shapes", "coordinates", "groups"}) | {
+    "simulation", "terms", "parts", "requirements", "source", "content", "notes", "metadata",
+}  # fmt: skip  # a list
+#: Fields that no equation of free bodies follows from but the state at the start.
+_START = frozenset({"initial_position", "initial_velocity"})
+
+
+def equal_rows(scene: Scene) -> EqualRows | None:
+    """Return the rows of a scene of many free bodies; None if there are none, if rows differ, or if the scene has other
+    parts than free bodies, points, elements and parameters."""
+    if scene.coordinates != "absolute" or len(scene.bodies) < MANY:
+        return None
+    if any(joint.type != "free" for joint in scene.joints):
+        return None
+    if any(scene.parts.values()) or any(getattr(scene, item.name) for item in fields(scene) if item.name not in _PLAIN):
+        return None
+    names = [item.name for part in _LISTS for item in getattr(scene, part)]
+    if len(set(names)) < len(scene.bodies) or not names:
+        return None
+    rows = _numbered(names)
+    if rows is None:
+        return None
+    made = EqualRows(scene, *rows)
+    return made if made.regular else None
+
+
+def _numbered(names: Sequence[str]) -> tuple[Mapping[tuple[str, ...], int], int, int] | None:
+    """Return the place of the row's number among the numbers of names, by their other parts; the first and the last
+    row; None if no number counts many rows, or if two of a name may."""
+    numbers: dict[tuple[str, ...], list[tuple[int, ...]]] = {}
+    for name in dict.fromkeys(names):
+        shape, own = parts_of(name)
+        numbers.setdefault(shape, []).append(own)
+    columns = {shape: np.array(rows).reshape(len(rows), -1) for shape, rows in numbers.items()}
+    last = max((int(table.max()) for table in columns.values() if table.size), default=0)
+    places: dict[tuple[str, ...], int] = {}
+    first = last
+    for shape, table in columns.items():
+        near = [place for place in range(table.shape[1]) if last - int(table[:, place].max()) <= 1]
+        if len(near) > 1:
+            return None
+        if near and len(np.unique(table[:, near[0]])) >= last - _END:
+            places[shape] = near[0]
+            first = min(first, int(table[:, near[0]].min()))
+    return (places, first, last) if places and first <= 1 else None
+
+
+_KNOWN: dict[str, Parts] = {}
+
+
+def parts_of(name: str) -> Parts:
+    """Return the parts of a name between its integers, and the integers; ``07`` is none."""
+    if name not in _KNOWN:
+        pieces = _INTEGER.split(name)
+        numbers = []
+        for place in range(1, len(pieces), 2):
+            if str(int(pieces[place])) == pieces[place]:
+                numbers.append(int(pieces[place]))
+                pieces[place] = ""
+        _KNOWN[name] = tuple(pieces), tuple(numbers)
+    return _KNOWN[name]
+
+
+@dataclass(frozen=True)
+class _Row:
+    """An entry of a scene in one row: its place in its list, and its data without numbers and without the row."""
+
+    place: int
+    data: object
+    numbers: tuple[float, ...]
+
+    def is_like(self, other: _Row, grows: NDArray[np.bool_]) -> bool:
+        """Return whether two entries differ at most in numbers that grow."""
+        if self.data != other.data:
+            return False
+        return all(one == two for one, two, free in zip(self.numbers, other.numbers, grows, strict=True) if not free)
+
+
+@dataclass(frozen=True)
+class EqualRows:
+    """A scene with rows of free bodies.
+
+    Attributes
+    ----------
+    places : place of the row's number among the integers of names, by the other parts of the names
+    first, last : rows
+    """
+
+    scene: Scene
+    places: Mapping[tuple[str, ...], int]
+    first: int
+    last: int
+
+    @property
+    def count(self) -> int:
+        return self.last - self.first + 1
+
+    @property
+    def inner(self) -> range:
+        """The rows that must be equal."""
+        return range(self.first + _END, self.last - _END + 1)
+
+    def row_of(self, name: str) -> int | None:
+        """Return the row of an entry by its name, None if it belongs to no row."""
+        shape, numbers = parts_of(name)
+        place = self.places.get(shape)
+        return None if place is None else numbers[place]
+
+    def moved(self, name: str, rows: int) -> str:
+        """Return the name of the entry some rows before the entry with this name."""
+        shape, numbers = parts_of(name)
+        place = self.places.get(shape)
+        if place is None:
+            return name
+        pieces = list(shape)
+        texts = iter(number - rows if k == place else number for k, number in enumerate(numbers))
+        pieces[1::2] = [piece or str(next(texts)) for piece in pieces[1::2]]
+        return "".join(pieces)
+
+    def _kind(self, item: Any, row: int) -> object:
+        return type(item), self.moved(item.name, row)
+
+    @cached_property
+    def entries(self) -> dict[str, dict[object, dict[int, _Row]]]:
+        """Entries of rows, by list, by kind (name without the row), and by row."""
+        result: dict[str, dict[object, dict[int, _Row]]] = {}
+        for part in _LISTS:
+            kinds = result.setdefault(part, {})
+            for place, item in enumerate(getattr(self.scene, part)):
+                row = self.row_of(item.name)
+                if row is not None:
+                    numbers: list[float] = []
+                    data = self._data(item, row, numbers)
+                    kinds.setdefault(self._kind(item, row), {})[row] = _Row(place, data, tuple(numbers))
+        return result
+
+    def _data(self, value: Any, row: int, numbers: list[float]) -> object:
+        """Return data that are equal for equal entries of two rows, and add their numbers to a list."""
+        kind = type(value)
+        if kind is float:
+            numbers.append(value)
+            return float
+        if kind is str:
+            shape, own = parts_of(value)
+            place = self.places.get(shape)
+            return value if place is None else (shape, own[:place], own[place] - row, own[place + 1 :])
+        if kind is tuple or kind is list:
+            return tuple([self._data(item, row, numbers) for item in value])
+        if is_dataclass(value):
+            names = [item.name for item in fields(value) if item.name not in _START]
+            return (kind, *[self._data(getattr(value, name), row, numbers) for name in names])
+        return value
+
+    @cached_property
+    def regular(self) -> bool:
+        """Whether all inner rows are equal, with the same order in the lists, and the scene has few other entries."""
+        if self.count < 4 * _END + 2 * _FEW_ROWS or free_start(self.scene) is None:
+            return False
+        few = len(self.scene.bodies) // self.count
+        for part, kinds in self.entries.items():
+            if len(getattr(self.scene, part)) - sum(map(len, kinds.values())) > few:
+                return False
+            if not all(map(self._is_regular, kinds.values())):
+                return False
+        return bool(self.entries["bodies"])
+
+    def _is_regular(self, rows: Mapping[int, _Row]) -> bool:
+        inner = [rows.get(row) for row in self.inner]
+        if None in inner:
+            return not any(inner)
+        kept = cast("list[_Row]", inner)
+        if any(_reach(row.data) >= _END for row in kept[:1]) or any(row.data != kept[0].data for row in kept):
+            return False
+        places = np.array([row.place for row in kept])
+        if np.any(np.diff(places, 2)):
+            return False
+        table = np.array([row.numbers for row in kept]).reshape(len(kept), -1)
+        growth = np.ptp(table, axis=0) > 0.0
+        return all(_is_even(column) for column in table.T[growth])
+
+    def _grows(self, rows: Mapping[int, _Row]) -> NDArray[np.bool_]:
+        """Return a flag for each number of the entries of a kind: whether it grows from row to row."""
+        inner = [rows[row].numbers for row in self.inner if row in rows]
+        if not inner:
+            return np.zeros(len(next(iter(rows.values())).numbers), dtype=bool)
+        return np.asarray(np.ptp(np.array(inner).reshape(len(inner), -1), axis=0) > 0.0)
+
+    @cached_property
+    def growing(self) -> Array:
+        """All numbers that grow from row to row, sorted."""
+        values: set[float] = set()
+        for kinds in self.entries.values():
+            for rows in kinds.values():
+                columns = np.flatnonzero(self._grows(rows)).tolist()
+                values |= {row.numbers[k] for row in rows.values() for k in columns}
+        return np.array(sorted(values))
+
+    def fewer(self, count: int) -> Scene | None:
+        """Return the scene with ``count`` rows, whose last rows are like the last ones of the scene; None if rows at
+        the ends have numbers that grow but differ from others otherwise."""
+        scene, removed = self.scene, self.count - count
+        turn = self.first + count - _END
+        lists: dict[str, Any] = {}
+        groups: dict[str, str] = {}
+        for part in _LISTS:
+            items, kinds = getattr(scene, part), self.entries[part]
+            made = []
+            for item in items:
+                row = self.row_of(item.name)
+                new = item
+                if row is None or row >= turn + removed:
+                    new = self._at_end(item, removed, turn)
+                    if row is not None:
+                        rows = kinds[self._kind(item, row)]
+                        before, grows = rows.get(row - removed), self._grows(rows)
+                        if before is not None and before.is_like(rows[row], grows):
+                            new = items[before.place]
+                        elif grows.any():
+                            return None
+                        else:
+                            new = _started(new, None if before is None else items[before.place])
+                elif row >= turn:
+                    continue
+                made.append(new)
+                if part == "bodies" and item.name in scene.groups:
+                    groups[new.name] = scene.groups[item.name]
+            lists[part] = tuple(made)
+        nothing: dict[str, Any] = {"requirements": (), "source": {}, "content": b"", "shapes": ()}
+        return replace(scene, groups=groups, **lists, **nothing)
+
+    def _at_end(self, value: Any, removed: int, turn: int) -> Any:
+        """Return data with the names of rows some rows earlier."""
+        kind = type(value)
+        if kind is str:
+            row = self.row_of(value)
+            return value if row is None or row < turn else self.moved(value, removed)
+        if kind is tuple or kind is list:
+            return kind([self._at_end(item, removed, turn) for item in value])
+        if is_dataclass(value):
+            pairs = [(item.name, getattr(value, item.name)) for item in fields(value) if item.init]
+            changed = {name: self._at_end(old, removed, turn) for name, old in pairs}
+            return replace(cast("Any", value), **changed)
+        return value
+
+    def program(self, derived: Derived) -> tuple[Program, str] | None:
+        """Return the Program of the scene, and the reason for a missing stepper; None if the Programs of the derived
+        scenes do not grow evenly.
+
+        Parameters
+        ----------
+        derived : returns the same for a scene that is derived in place of a longer one
+
+        Raises
+        ------
+        ModelError
+            A function needs more room on the stack than there is.
+        """
+        of_row = max(1, len(self.scene.bodies) // self.count)
+        few = max(_FEW_ROWS, -(-_FEW // of_row))
+        few += (self.count - few) % _MORE
+        counts = [few + k * _MORE for k in range(3)]
+        if 2 * counts[2] > self.count:
+            return None
+        scenes = [self.fewer(count) for count in counts]
+        if None in scenes:
+            return None
+        samples = [Sample(count, self.count - count) for count in counts]
+        made = list(map(derived, cast("list[Scene]", scenes), samples))
+        start = free_start(self.scene)
+        if len({refusal for _, refusal in made}) > 1 or start is None:
+            return None
+        try:
+            number = (self.count - few) // _MORE
+            program = continued_program([program for program, _ in made], number, lambda one: self._known(one, number))
+        except IrregularSamples:
+            return None
+        for function in program.functions:
+            check_workspace(function.name, function.workspace)
+        return replace(program, initial_q=start[0], initial_v=start[1]), made[0][1]
+
+    def _known(self, samples: Samples, number: int) -> list[float] | None:
+        """Return a list of numbers of the scene that grow from row to row; None if the lists hold others."""
+        if not all(type(item) is float for sample in samples for item in sample):
+            return None
+        first, second, third = (np.array(sample) for sample in samples)
+        more = len(second) - len(first)
+        if len(first) < 2 * more or np.any(second[: len(first)] != first) or np.any(third[: len(second)] != second):
+            return None
+        step = third[-more:] - third[-2 * more : -more]
+        blocks = third[-more:] + step * np.arange(1, number - 1)[:, np.newaxis]
+        if not len(self.growing):
+            return None
+        after = np.clip(np.searchsorted(self.growing, blocks), 1, len(self.growing) - 1)
+        low, high = self.growing[after - 1], self.growing[after]
+        nearest = np.where(blocks - low < high - blocks, low, high)
+        exact = np.where(step == 0.0, blocks, nearest)
+        if np.any(np.abs(exact - blocks) > _EVEN * np.max(np.abs(self.growing))):
+            return None
+        return [*third.tolist(), *exact.ravel().tolist()]
+
+
+def _reach(data: object) -> int:
+    """Return the largest distance in rows of the names within data."""
+    if not isinstance(data, tuple):
+        return 0
+    if len(data) == 4 and isinstance(data[0], tuple) and isinstance(data[2], int) and isinstance(data[1], tuple):
+        return abs(data[2])
+    return max(map(_reach, data), default=0)
+
+
+def _is_even(column: Array) -> bool:
+    """Return whether numbers grow evenly but for rounding."""
+    line = column[0] + (column[-1] - column[0]) * np.arange(len(column)) / (len(column) - 1)
+    return bool(np.max(np.abs(column - line)) <= _EVEN * np.max(np.abs(column)))
+
+
+def _started(item: Any, other: Any) -> Any:
+    """Return an entry with the state at the start of another."""
+    if other is None:
+        return item
+    return replace(item, **{item_.name: getattr(other, item_.name) for item_ in fields(item) if item_.name in _START})

@@ -1,0 +1,148 @@
+"""Programs of nets with many equal rows: continued from nets with few rows, and equal to Programs that are derived."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from benchmarks.large_scenes import NET, SPRING
+from eomgen.codegen.program import Program
+from eomgen.codegen.targets.c.target import C, generate_files
+from eomgen.integrators.newton import stages
+from eomgen.mechanics.derive import derive
+from eomgen.mechanics.initial_coordinates import free_start
+from eomgen.pipeline import equal_rows, pipeline
+from eomgen.pipeline.scenes import SCENES
+from eomgen.scene.load import load_toml
+from eomgen.scene.scene import Scene
+from eomgen.system.terms import Selection
+
+WIDTH = 3
+Change = Callable[[str], str]
+
+
+@pytest.fixture(autouse=True)
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let short nets be continued."""
+    monkeypatch.setattr(equal_rows, "MANY", 40)
+    monkeypatch.setattr(equal_rows, "_FEW", 60)
+    monkeypatch.setattr(stages, "_ROWS", 20)
+
+
+def net(rows: int, change: Change = lambda text: text) -> Scene:
+    """Return a net of three knots in a row."""
+    text = change(NET).replace("ROWS", f"{rows}").replace("WIDE", f"{WIDTH}")
+    return load_toml(text.replace("SPRING", SPRING))
+
+
+def programs(scene: Scene) -> tuple[Program, Program]:
+    """Return the Program of a scene as it is built, and as it is derived."""
+
+    def program(front_end: Any) -> Program:
+        return pipeline._program(scene, front_end, Selection(), "generalized_alpha", C, for_runs=True)[0]
+
+    return program(SCENES), program(dataclasses.replace(SCENES, program=lambda document, derived: None))
+
+
+def assert_alike(one: Program, other: Program) -> None:
+    """Compare two Programs, the matrix of the step by its assembly in loops."""
+    one, other = (dataclasses.replace(item, method={**item.method, "solver": {}}) for item in (one, other))
+    assert one == other
+
+
+def files(program: Program) -> dict[str, str]:
+    return generate_files(dataclasses.replace(program, later=()))
+
+
+def test_the_program_of_a_net_is_the_one_that_is_derived() -> None:
+    scene = net(49)
+    rows = equal_rows.equal_rows(scene)
+    assert rows is not None
+    assert (rows.first, rows.last) == (1, 49)
+    made, derived = programs(scene)
+    assert_alike(made, derived)
+    assert files(made) == files(derived)
+
+
+def test_numbers_that_grow_from_row_to_row_are_taken_from_the_scene() -> None:
+    def stiffer(text: str) -> str:
+        return text.replace('second = "eye_{i}_{j}", SPRING', 'second = "eye_{i}_{j}", stiffness = "{1000 + 0.1 * i}"')
+
+    scene = net(48, stiffer)
+    assert scene.springs[0].stiffness != scene.springs[-110].stiffness
+    made, derived = programs(scene)
+    assert_alike(made, derived)
+    assert files(made) == files(derived)
+
+
+@pytest.mark.parametrize("count", [12, 15])
+def test_a_net_with_fewer_rows_is_the_net_of_so_many(count: int) -> None:
+    rows, short = equal_rows.equal_rows(net(40)), net(count)
+    assert rows is not None
+    made = rows.fewer(count)
+    assert made is not None
+    for name in ("bodies", "joints", "points", "elements", "groups"):
+        assert getattr(made, name) == getattr(short, name)
+
+
+CHANGES: dict[str, Change] = {
+    "a heavy knot": lambda text: text + "[bodies]\nextra = { mass = 0.2, inertia = [1e-5, 1e-5, 1e-5] }\n",
+    "numbers without a rule": lambda text: text.replace("mass = 0.1", 'mass = "{0.1 + 0.01 * i * i}"'),
+    "a moving base": lambda text: text + '[base]\nposition = ["0.1*sin(t)", "0", "0"]\n',
+    "joint coordinates": lambda text: text.replace('coordinates = "absolute"', 'coordinates = "joint"'),
+}
+
+
+def one_knot(scene: Scene, number: int, **changes: Any) -> Scene:
+    """Return a scene with another body at a place."""
+    bodies = list(scene.bodies)
+    bodies[number] = dataclasses.replace(bodies[number], **changes)
+    return dataclasses.replace(scene, bodies=tuple(bodies))
+
+
+def test_rows_that_differ_are_derived_whole() -> None:
+    scene = net(48)
+    assert equal_rows.equal_rows(scene) is not None
+    heavy = one_knot(scene, 45, mass=scene.bodies[45].inertia[0])
+    assert equal_rows.equal_rows(heavy) is None
+    at_the_end = one_knot(scene, 143, mass=scene.bodies[143].inertia[0])
+    rows = equal_rows.equal_rows(at_the_end)
+    assert rows is not None
+    short = rows.fewer(12)
+    assert short is not None
+    assert short.bodies[35].mass == scene.bodies[143].inertia[0]
+
+
+@pytest.mark.parametrize("name", ["numbers without a rule", "a moving base", "joint coordinates"])
+def test_other_scenes_have_no_equal_rows(name: str) -> None:
+    assert equal_rows.equal_rows(net(48, CHANGES[name])) is None
+
+
+def test_the_start_of_free_bodies_is_the_start_of_the_equations() -> None:
+    def moved(text: str) -> str:
+        text = text.replace("mass = 0.1,", "mass = 0.1, center_of_mass = [0.1, 0.2, -0.3],")
+        start = 'position = ["{i}", "{j}", 0], orientation = [0.5, 0.5, -0.5, 0.5], velocity = [1, 2, 3, 4, 5, 6]'
+        return text.replace('position = ["{i}", "{j}", 0]', start)
+
+    for change in (lambda text: text, moved):
+        scene = net(4, change)
+        start = free_start(scene)
+        assert start is not None
+        system = derive(scene, ["mass"])
+        np.testing.assert_allclose(start[0], system.initial_q, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(start[1], system.initial_v, rtol=0, atol=1e-14)
+
+
+def test_a_continued_net_runs_like_a_derived_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = net(48)
+    run = eomgen.build(scene).simulate(0.02)
+    monkeypatch.setattr(equal_rows, "MANY", 10**9)
+    changed = dataclasses.replace(scene, name="other")
+    other = eomgen.build(changed).simulate(0.02)
+    assert run.success
+    assert np.array_equal(run.q, other.q)
