@@ -96,6 +96,7 @@ class _SpringKind:
     def __init__(self, quantities: Quantities, members: Sequence[tuple[Spring, _SpringEnd, _SpringEnd]]) -> None:
         # in the order of the bodies, so that springs of a row of a net are neighbours
         self.quantities, self.members = quantities, sorted(members, key=_place)
+        self.names = f"{members[0][0].name} to {members[-1][0].name}"
         rows = [[*self._node(first), *self._node(second), *self._law(spring)] for spring, first, second in self.members]
         self.kernel = Tape()
         algebra = Algebra(self.kernel)
@@ -137,7 +138,6 @@ class _SpringKind:
         return Scalar(tape, add_map(tape, self._loop(label, sums=[term])).sums[0])
 
     def _loop(self, label: str, *, sums: Sequence[Scalar] = (), stacked: Sequence[Scalar] = ()) -> Map:
-        first, last = self.members[0][0].name, self.members[-1][0].name
         loop = Map(
             self.kernel,
             len(self.members),
@@ -146,7 +146,7 @@ class _SpringKind:
             tuple(self.inputs.gather),
             sums=tuple(value.ref for value in sums),
             stacked=tuple(value.ref for value in stacked),
-            label=f"{label} of {len(self.members)} springs, {first} to {last}",
+            label=f"{label} of {len(self.members)} springs, {self.names}",
         )
         # among gathered values, twists are needed by dampers alone
         return compact(loop, ())
