@@ -505,7 +505,7 @@ def has_residual_partials(model: EvaluatedModel) -> bool:
     """Return whether ``residual_partials`` gives whole matrices: by the term of the matrices, or by nonzeros of a small
     scene."""
     functions = model.evaluator.functions
-    if "partials" in functions:
+    if functions.of_runs("partials"):
         return True
     patterns = functions.library.layout["patterns"]
     known = {"M", "K"} <= patterns.keys() and not ("X" in patterns and unpacked_places(patterns["X"]).size)
@@ -527,7 +527,7 @@ def residual_partials(
     """Return K, C, M as ``partials`` does at one state, of models for runs from the nonzeros of ``iteration``."""
     given: dict[str, Any] = {"t": t, "u": u, "z": z, "multipliers": multipliers, "parameters": parameters}
     functions = model.evaluator.functions
-    if "partials" in functions:
+    if functions.of_runs("partials") or "iteration" not in functions:
         return partials(model, q, v, a, **given)
     entries = evaluate(model, "iteration", q, v, a, **given)
     whole: dict[str, Array] = {name: np.zeros((len(v), len(v))) for name in "KCM"}

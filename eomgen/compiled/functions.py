@@ -284,6 +284,10 @@ class Functions:
     def __contains__(self, name: str) -> bool:
         return name in self._layouts
 
+    def of_runs(self, name: str) -> bool:
+        """Return whether the model has a function that runs may call, since it is not compiled later than others."""
+        return name in self._layouts and name not in self.library.layout.get("later", ())
+
     @property
     def names(self) -> list[str]:
         return list(self._layouts)

@@ -167,7 +167,13 @@ class CompiledModel:
         return compiled_or_same(library)
 
     def finish_compilation(self) -> None:
-        """Wait for the compiler that works in the background for ``profile="instant"``, and take the compiled library.
+        """Wait for the compiler that works in the background, for ``profile="instant"`` or for functions that no run
+        calls, and take the library with all functions.
+
+        Raises
+        ------
+        ToolchainError
+            Functions that no run calls cannot be compiled.
 
         Warns
         -----
@@ -175,6 +181,7 @@ class CompiledModel:
             The compiler has failed, so the tape engine stays.
         """
         if self.library.successor is not None:
+            self.library.whole()
             self.library.successor.wait()
             self.functions.renew()
 

@@ -100,7 +100,7 @@ def _whole(
         if files is None:
             files = _written(made, builder)
             deque(files.of_runs, maxlen=0)
-        layout = {key: value for key, value in first.layout.items() if key != "later"} | {"digest": first.digest}
+        layout = {**first.layout, "digest": first.digest}
         return _built(made, builder, content, files.whole, layout, running, files.straight)
 
 

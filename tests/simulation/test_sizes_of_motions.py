@@ -22,6 +22,15 @@ from eomgen.simulation.accuracy.richardson import Pair, estimate, gain_by, obser
 HINGE, SLIDE = Factor("R", "hinge", 0, 1, 0, 1), Factor("R", "slide", 1, 1, 1, 1)
 
 
+class Names(frozenset[str]):
+    """Names of functions with the sizes of their blocks; all may be called by runs."""
+
+    sizes: dict[str, int]
+
+    def of_runs(self, name: str) -> bool:
+        return name in self
+
+
 def model(**values: Any) -> Any:
     """Return a hinge, rad, and a slide, m, with an internal state and a multiplier."""
     given: dict[str, Any] = {
@@ -30,7 +39,10 @@ def model(**values: Any) -> Any:
         "v_names": ("v.hinge", "v.slide"), "v_units": ("rad/s", "m/s"), "beams": (),
         "library": SimpleNamespace(layout={"outputs": [{"name": "load", "unit": "N"}, {"name": "kept", "unit": "J"}]}),
     }  # fmt: skip  # a table
-    return SimpleNamespace(**{**given, **values})
+    given |= values
+    given["functions"] = functions = Names(given["functions"])
+    functions.sizes = {"q": given["nq"], "v": given["nv"], "z": given["nz"], "lam": len(given["multipliers"])}
+    return SimpleNamespace(**given)
 
 
 def record(q: Any, v: Any, z: Any, multipliers: Any = 0.0) -> Any:

@@ -6,7 +6,6 @@ kind of machine; never a path of the sender, and never machine code.
 
 from __future__ import annotations
 
-import hashlib
 import tempfile
 import threading
 import time
@@ -145,7 +144,4 @@ class WorkerState:
 
 def text_digest(model: CompiledModel) -> str:
     """Return an identity of the C of a compiled model, for any compiler."""
-    digest = hashlib.sha256()
-    for file in sorted(model.library.folder.glob("*.[ch]")):
-        digest.update(file.name.encode() + b"\0" + file.read_bytes())
-    return digest.hexdigest()
+    return model.library.fingerprint

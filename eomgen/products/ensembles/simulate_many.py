@@ -170,7 +170,8 @@ def simulate_many(
     _check_options(options, folder, resume=resume)
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)
     items, drawn, name = _designed(model, vary, table, samples, design, seed)
-    model.finish_compilation()  # many runs take longer than a compiler, and all have the bits of one library
+    if not model.library.lacking:
+        model.finish_compilation()  # many runs take longer than a compiler, and all have the bits of one library
     # laws of varied inputs are functions here too: a method without such inputs reports this before the first sample
     pilot = simulate(model, t_end, step, **with_scenes_laws(model, items, options), error_estimate=error_estimate)
     if pilot.interrupted:

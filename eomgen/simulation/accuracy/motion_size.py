@@ -74,10 +74,10 @@ def _equations(run: Run, rows: Array, parameters: Array, place: int, shift: floa
         u = run.signals.rows(t) if run.takes_rows else model.input_values(t, parameters=parameters)
     result = []
     with np.errstate(all="ignore"):
-        if "inverse_dynamics" in model.functions:
+        if model.functions.of_runs("inverse_dynamics"):
             # at the accelerations of the motion forces are zero: no measure for rounding
             result.append(model.inverse_dynamics(q, v, -a, t, u, z=z, parameters=parameters))
-        elif "forward_dynamics" in model.functions and not model.multipliers:
+        elif model.functions.of_runs("forward_dynamics") and not model.multipliers:
             result.append(accelerations(model, q, v, t, u, z=z, parameters=parameters))
         if "internal_rate" in model.functions:
             result.append(model.internal_rates(q, v, z, t, u, parameters=parameters))

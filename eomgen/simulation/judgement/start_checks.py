@@ -120,7 +120,7 @@ def decay_of_states(
 
     Without internal states, or if Fz is not finite, the result is None.
     """
-    if "internal_partials" not in model.functions:
+    if not model.functions.of_runs("internal_partials"):
         return None
     by_state = model.internal_partials(state.q, state.v, state.z, t, u, parameters=p).rate_z
     if not np.all(np.isfinite(by_state)):
@@ -144,11 +144,11 @@ def _decay(
     model: CompiledModel, state: InitialState, v: Array, t: float, u: Array | None, p: Array, step: float
 ) -> NDArray[np.floating[Any]] | None:
     """Return -d vdot/dv, (nv, nv), at velocities v: by partials, or by central differences if the model has none."""
-    if "partials" in model.functions:
+    if model.functions.of_runs("partials"):
         _, C, M = model.partials(state.q, v, np.zeros_like(v), t, u, z=state.z, parameters=p)
         known = np.all(np.isfinite(C)) and np.all(np.isfinite(M)) and np.linalg.matrix_rank(M) == len(M)
         return np.linalg.solve(M, C) if known else None
-    if "forward_dynamics" not in model.functions or not model.nv:
+    if not model.functions.of_runs("forward_dynamics") or not model.nv:
         return None
     reach = reach_of(model, state.q)
     least = _OF_REACH * np.where(reach > 0.0, reach, 1.0) / step
