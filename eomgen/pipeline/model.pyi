@@ -18,6 +18,7 @@ from eomgen.compiled.saving import save as _save
 from eomgen.products.derivatives.linearise import sensitivities as _sensitivities
 from eomgen.products.ensembles.simulate_many import simulate_many as _simulate_many
 from eomgen.products.pages.live import live as _live
+from eomgen.products.pages.report import report as _report
 from eomgen.simulation.checkpoint import resume as _resume
 from eomgen.simulation.floquet import floquet as _floquet
 from eomgen.simulation.run_model import attach as _attach
@@ -41,6 +42,7 @@ class Model(CompiledModel):
     sensitivities = _sensitivities
     simulate_many = _simulate_many
     live = _live
+    report = _report
     resume = _resume
     floquet = _floquet
     attach = _attach

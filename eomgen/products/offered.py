@@ -11,7 +11,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "laws": ("law", "laws"),
     "maps": ("map", "maps"),
     "optimisers": ("acados", "casadi", "jax", "torch"),
-    "pages": ("live",),
+    "pages": ("live", "report"),
     "reliability": ("RandomVibration", "random", "random_vibration"),
     "studies": (
         "Extremes",

@@ -3,7 +3,7 @@
 from eomgen.base.products import Product
 from eomgen.base.verbs import Verb
 
-__all__ = ["live"]
+__all__ = ["live", "report"]
 
 PRODUCT = Product(
     rows={
@@ -15,6 +15,14 @@ PRODUCT = Product(
                 ("eomgen.products.pages.live:live",),
                 behind="animate",
             ),
+            Verb(
+                "report",
+                "Write one page on scenes and runs: counts, findings, plots, modes.",
+                "eomgen.products.pages.commands:report",
+                ("eomgen.products.pages.report:report",),
+                behind="live",
+            ),
         )
     },
+    needs=("studies",),
 )

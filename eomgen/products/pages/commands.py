@@ -1,4 +1,4 @@
-"""``eomgen live``: a page in which a scene runs."""
+"""``eomgen live``: a page in which a scene runs; ``eomgen report``: a page on scenes and runs."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from eomgen.base.progress import terminal_bar
 from eomgen.cli.options import debug_option, run_options, scene_options
 from eomgen.cli.printing import say
-from eomgen.cli.running import outcome_code, read_scene, run
+from eomgen.cli.running import outcome_code, read_scene, run, say_notes
+from eomgen.errors import Problem, UsageError
 
 
 @click.command()
@@ -36,3 +38,66 @@ def live(scene: str, path: str, **options: Any) -> int:
     page = written(model, target, solution=solution)
     say(f"{solution.message}\nwritten to {page}, {page.stat().st_size / 1e3:.0f} kB: a page for a browser")
     return outcome_code(solution)
+
+
+@click.command()
+@click.argument("sources", nargs=-1, required=True, metavar="SCENE|DIR...")
+@click.option("--out", "path", required=True, metavar="FILE.html", help="Page to write.")
+@click.option("--check", "checks", is_flag=True, help="Check all closed forms of the scene, as eomgen check.")
+@click.option("--animation/--no-animation", default=True, show_default=True, help="Show the motion.")
+@debug_option
+def report(sources: tuple[str, ...], path: str, checks: bool, animation: bool) -> int:
+    """Write a report on a SCENE, which is run, or on runs of eomgen simulate: folders or solution.npz files.
+
+    Several runs are compared side by side. A folder may hold folders of runs. The page can be printed.
+    """
+    from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported with fine arguments
+    from eomgen.pipeline import pipeline  # noqa: PLC0415
+    from eomgen.products.pages.report import ReportedRun, report_page  # noqa: PLC0415
+    from eomgen.results.animation import check_name  # noqa: PLC0415
+    from eomgen.results.solution import Solution  # noqa: PLC0415
+
+    target = check_name(Path(path))
+    make_folder(target.parent)
+    runs, model, text = [], None, ""
+    for source in sources:
+        files = _stored_runs(Path(source))
+        if files:
+            runs += [ReportedRun(_name_of(file), Solution.load(file)) for file in files]
+            continue
+        scene = pipeline.load_scene(source)
+        say_notes(scene)
+        model, text = pipeline.build(scene), Path(source).read_text(encoding="utf-8")
+        with terminal_bar(scene.name) as progress:
+            runs.append(ReportedRun(scene.name, model.simulate(progress=progress)))
+    outcome = None
+    if checks and model is None:
+        raise UsageError(
+            Problem("--check", "closed forms are checked of scenes, and runs alone are given", "the scene")
+        )
+    if checks and model is not None:
+        from eomgen.products.studies import check  # noqa: PLC0415  # on request
+
+        outcome = check(model.scene)
+    page = report_page(runs, model, text=text, checks=outcome, animation=animation)
+    write_text(target, page)
+    say(f"written to {target}, {len(page.encode()) / 1e3:.0f} kB: a page for a browser")
+    return max(outcome_code(run.solution) for run in runs)
+
+
+def _stored_runs(path: Path) -> list[Path]:
+    """Return the stored runs of a file or a folder; none for a scene. Raises UsageError for a folder without runs."""
+    if path.suffix == ".npz":
+        return [path]
+    if not path.is_dir():
+        return []
+    own = path / "solution.npz"
+    files = [own] if own.is_file() else sorted(path.glob("*/solution.npz"))
+    if not files:
+        fault = "the folder holds no solution.npz, nor do folders in this folder"
+        raise UsageError(Problem(str(path), fault, f"eomgen simulate SCENE --out {path}"))
+    return files
+
+
+def _name_of(file: Path) -> str:
+    return file.resolve().parent.name if file.name == "solution.npz" else file.stem

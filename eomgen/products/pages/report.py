@@ -1,0 +1,435 @@
+"""Reports: one HTML page with scene, counts, runs, findings, plots, modes, checks, a comparison of runs, and the
+animation."""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.analysis.linearize import linearize
+from eomgen.base.arrays import Array
+from eomgen.base.calls import checked_call
+from eomgen.base.data import dataclass
+from eomgen.base.files import write_text
+from eomgen.errors import EomgenError, Problem, UsageError
+from eomgen.results.animation import animation_page, check_name, page_of
+from eomgen.simulation.simulate import simulate
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+    from eomgen.results.solution import Solution
+
+#: Rows of a curve, curves of a chart, and charts of a run at most.
+_ROWS, _CURVES, _CHARTS = 3000, 6, 24
+#: Rows of a table of values and of functions; the largest animation that a report holds, bytes; rows of modes.
+_LISTED, _ANIMATION, _MODES = 60, 6_000_000, 24
+_KINDS = {"q": "coordinates", "v": "velocities", "z": "internal states"}
+_PARTS = {"style": "pages/report.css", "curves": "html/curves.js", "report": "pages/report.js"}
+
+
+class CheckedForm(Protocol):
+    """A closed form with a verdict."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def verdict(self) -> str: ...
+
+
+class ChecksOfForms(Protocol):
+    """Checks of closed forms: a ``CheckReport``."""
+
+    @property
+    def summary(self) -> str: ...
+    @property
+    def forms(self) -> Sequence[CheckedForm]: ...
+
+
+@dataclass(frozen=True)
+class ReportedRun:
+    """A run of a report, with the name there."""
+
+    name: str
+    solution: Solution
+
+
+@checked_call('model.report("report.html")')
+def report(
+    model: CompiledModel,
+    path: str | Path,
+    solutions: Solution | Sequence[Solution] | None = None,
+    *,
+    checks: ChecksOfForms | None = None,
+) -> Path:
+    """Write a report on a model and runs: one HTML file for a browser, which can be printed.
+
+    Parameters
+    ----------
+    path : path
+        File to write, ``.html``.
+    solutions : Solution or sequence of Solution, optional
+        Runs; several are compared with one another. By default one run with the scene's values.
+    checks : CheckReport, optional
+        Checks of the closed forms of the scene, of ``eomgen.studies.check(scene)``.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    UsageError
+        A name that ends otherwise than in ``.html``.
+    FileError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/four_bar/scene.toml")
+    >>> model.report("four_bar_report.html").name
+    'four_bar_report.html'
+    """
+    target = check_name(Path(path))
+    given: list[Solution] = []
+    if solutions is None:
+        given.append(simulate(model))
+    elif isinstance(solutions, Sequence):
+        given += solutions
+    else:
+        given.append(solutions)
+    runs = [ReportedRun(_name(number, len(given)), solution) for number, solution in enumerate(given, 1)]
+    write_text(target, report_page(runs, model, checks=checks))
+    return target
+
+
+def _name(number: int, count: int) -> str:
+    return "run" if count == 1 else f"run {number}"
+
+
+def report_page(
+    runs: Sequence[ReportedRun],
+    model: CompiledModel | None,
+    *,
+    text: str = "",
+    checks: ChecksOfForms | None = None,
+    animation: bool = True,
+) -> str:
+    """Return the text of a report.
+
+    Parameters
+    ----------
+    runs : at least one
+    model : of the runs; without a model, as for runs from files, there are no counts, modes and checks
+    text : of the scene's file
+    """
+    if not runs:
+        raise UsageError(Problem("report", "a report needs a run", "a scene, or a folder with a solution.npz"))
+    charts = _Charts()
+    first = runs[0].solution
+    title = str(first.metadata.get("scene", "scene"))
+    parts = [_head(title, model)]
+    if model is not None:
+        parts += [_scene(model, text), _counts(model)]
+    parts += [_runs(runs)]
+    if len(runs) > 1:
+        parts.append(_comparison(runs, charts))
+    for run in runs:
+        parts.append(_plots(run, charts, single=len(runs) == 1))
+    if model is not None:
+        parts.append(_modes(model))
+    if checks is not None:
+        parts.append(_checks(checks))
+    parts += [_animation(runs)] if animation else []
+    data = {"name": f"{title}: report", "charts": charts.data}
+    version = str(first.metadata.get("version", ""))
+    return page_of("pages/report.html", _PARTS, data, version, content="\n".join(part for part in parts if part))
+
+
+class _Charts:
+    """Charts of a report: data, and canvases."""
+
+    def __init__(self) -> None:
+        self.data: list[dict[str, Any]] = []
+
+    def add(self, title: str, unit: str, across: str, curves: Iterable[tuple[str, Array, Array]]) -> str:
+        """Return the canvas of a chart of curves: name, abscissa (n,) and values (n,)."""
+        number = f"chart{len(self.data) + 1}"
+        packed = [
+            {"name": name, "x": _packed(x[rows]), "y": _packed(y[rows])} for name, x, y in curves for rows in [_rows(x)]
+        ]
+        self.data.append({"id": number, "title": title, "unit": unit, "across": across, "curves": packed})
+        label = html.escape(f"{title} over {across}")
+        return f'<canvas id="{number}" role="img" aria-label="{label}"></canvas>'
+
+
+def _rows(x: Array) -> NDArray[np.intp]:
+    if len(x) <= _ROWS:
+        return np.arange(len(x))
+    return np.unique(np.linspace(0, len(x) - 1, _ROWS).round().astype(int))
+
+
+def _packed(values: Array) -> str:
+    return base64.b64encode(np.asarray(values).astype("<f4").tobytes()).decode("ascii")
+
+
+def _text(text: object) -> str:
+    return html.escape(str(text))
+
+
+def _section(title: str, *parts: str) -> str:
+    inside = "\n".join(part for part in parts if part)
+    return f"<section>\n<h2>{_text(title)}</h2>\n{inside}\n</section>" if inside else ""
+
+
+def _table(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    """Return a table of plain texts; empty without rows."""
+    if not rows:
+        return ""
+    head = "".join(f"<th>{_text(heading)}</th>" for heading in headings)
+    head = f"<thead><tr>{head}</tr></thead>" if any(headings) else ""
+    body = "".join(f"<tr>{''.join(f'<td>{_text(cell)}</td>' for cell in row)}</tr>" for row in rows[:_LISTED])
+    more = f'<p class="soft">and {len(rows) - _LISTED} more</p>' if len(rows) > _LISTED else ""
+    return f'<div class="wide"><table>{head}<tbody>{body}</tbody></table></div>{more}'
+
+
+def _head(title: str, model: CompiledModel | None) -> str:
+    described = "" if model is None else model.description.description
+    return f'<h1>{_text(title)}</h1>\n<p class="soft">{_text(described)}</p>'
+
+
+def _scene(model: CompiledModel, text: str) -> str:
+    described = model.description
+    parameters = [
+        (item.name, f"{item.value:.6g}", item.unit, "tunable" if item.tunable else "fixed", item.description)
+        for item in described.parameters
+        if not item.standard_normal
+    ]
+    source = f"<details><summary>The scene file</summary><pre>{_text(text)}</pre></details>" if text else ""
+    notes = "".join(f"<p>note: {_text(note)}</p>" for note in dict.fromkeys(model.notes))
+    return _section("Scene", source, _table(("parameter", "value", "unit", "", "meaning"), parameters), notes)
+
+
+def _counts(model: CompiledModel) -> str:
+    layout, sizes = model.library.layout, model.functions.sizes
+    facts = [
+        ("bodies", len(model.bodies)),
+        ("coordinates q", sizes["q"]),
+        ("velocities v", sizes["v"]),
+        ("constraint equations", len(model.multipliers)),
+        ("degrees of freedom", sizes["v"] - len(model.multipliers)),
+        ("inputs", sizes["u"]),
+        ("internal states", sizes["z"]),
+        ("tunable parameters", sizes["p"]),
+        ("outputs", ", ".join(item["name"] for item in layout["outputs"]) or "none"),
+    ]
+    functions = [
+        (item["name"], item["description"], *(item["counts"].get(kind, 0) for kind in _OPERATIONS))
+        for item in layout["functions"]
+    ]
+    headings = ("function", "result", *_OPERATIONS.values())
+    return _section(
+        "Counts", _table(("", ""), facts), "<h3>Operations of the compiled functions</h3>", _table(headings, functions)
+    )
+
+
+_OPERATIONS = {
+    "additions": "additions", "multiplications": "multiplications", "divisions": "divisions", "functions": "functions",
+}  # fmt: skip  # a table
+
+
+def _runs(runs: Sequence[ReportedRun]) -> str:
+    parts = []
+    for run in runs:
+        solution, data = run.solution, run.solution.metadata
+        settings = ", ".join(f"{name} {value:.6g}" for name, value in data.get("settings", {}).items())
+        rows = [
+            ("outcome", solution.message),
+            ("method", f"{data.get('method', '')}: {settings}"),
+            ("from, to", f"t = {solution.t[0]:.9g} s to {solution.t[-1]:.9g} s, {len(solution.t)} rows"),
+            ("start", data.get("start", "")),
+            ("estimated error", solution.error.largest or solution.error),
+            ("energy balance", data.get("energy_balance", "")),
+            ("inputs", ", ".join(f"{name} = {value}" for name, value in data.get("inputs", {}).items())),
+            ("events", ", ".join(f"{name}: {count}" for name, count in solution.events.counts.items())),
+            ("profile of the compiler", data.get("profile", "")),
+        ]
+        rows += [
+            (key.replace("_", " "), f"{value:.6g}")
+            for key, value in solution.stats.items()
+            if isinstance(value, int | float)
+        ]
+        findings = "".join(
+            f'<p class="{_text(item.severity)}">{_text(item.severity)}: {_text(item)}</p>' for item in solution.findings
+        )
+        heading = f"<h3>{_text(run.name)}</h3>" if len(runs) > 1 else ""
+        shown = [(name, value) for name, value in rows if str(value)]
+        told = findings or "<p>no findings</p>"
+        parts.append(f"{heading}{_table(('', ''), shown)}<h3>Findings</h3>{told}")
+    return _section("Runs" if len(runs) > 1 else "Run", *parts)
+
+
+def _columns_of(solution: Solution) -> dict[str, tuple[Array, str]]:
+    """Return the columns that reports draw, with units: outputs, coordinates, velocities, states, inputs and
+    energies."""
+    units = solution.units()
+    kept = {}
+    for name, values in solution.columns().items():
+        if name != "t" and not name.startswith(("a.", "multipliers")) and len(values):
+            kept[name] = values, units.get(name, "")
+    return kept
+
+
+def _kind(name: str, solution: Solution) -> str:
+    stem = name.partition("[")[0]
+    if stem in solution.outputs:
+        return "outputs"
+    head = name.partition(".")[0]
+    return {"input": "inputs", "energy": "energy", **_KINDS}.get(head, "outputs")
+
+
+def _plots(run: ReportedRun, charts: _Charts, *, single: bool) -> str:
+    """Return the charts of a run: curves of one kind and one unit, a few in each."""
+    solution = run.solution
+    groups: dict[tuple[str, str], list[tuple[str, Array, Array]]] = {}
+    for name, (values, unit) in _columns_of(solution).items():
+        groups.setdefault((_kind(name, solution), unit), []).append((name, solution.t, values))
+    order = ["outputs", "coordinates", "velocities", "internal states", "inputs", "energy"]
+    canvases: list[str] = []
+    left = 0
+    for (kind, unit), curves in sorted(groups.items(), key=lambda group: order.index(group[0][0])):
+        for first in range(0, len(curves), _CURVES):
+            if len(canvases) < _CHARTS:
+                title = "power" if (kind, unit) == ("energy", "W") else kind
+                shown = curves[first : first + _CURVES]
+                canvases.append(charts.add(title, "" if unit == "1" else unit, "t, s", shown))
+            else:
+                left += len(curves[first : first + _CURVES])
+    more = f'<p class="soft">{left} further columns are not drawn: solution.csv has all columns.</p>' if left else ""
+    hint = '<p class="soft screen">Drag over a part of a plot to enlarge the part, double-click to see all again.</p>'
+    heading = "Plots" if single else f"Plots of {run.name}"
+    return _section(heading, hint, f'<div class="charts">{"".join(canvases)}</div>', more)
+
+
+def _comparison(runs: Sequence[ReportedRun], charts: _Charts) -> str:
+    """Return settings that differ, differences of the columns that all runs have, and these columns side by side."""
+    settings = [_settings(run.solution) for run in runs]
+    names = list(dict.fromkeys(name for one in settings for name in one))
+    differing = [
+        (name, *(one.get(name, "") for one in settings))
+        for name in names
+        if len({one.get(name, "") for one in settings}) > 1
+    ]
+    columns = [_columns_of(run.solution) for run in runs]
+    shared = [name for name in columns[0] if all(name in one for one in columns)]
+    first = runs[0].solution
+    rows = []
+    for name in shared:
+        row: list[object] = [name, columns[0][name][1]]
+        for run, other in zip(runs[1:], columns[1:], strict=True):
+            row += _difference(first.t, columns[0][name][0], run.solution.t, other[name][0])
+        rows.append(row)
+    headings = ["column", "unit"]
+    for run in runs[1:]:
+        headings += [f"largest difference, {run.name}", "at t, s", f"at the end, {run.name}"]
+    outputs = [name for name in shared if _kind(name, first) in ("outputs", "energy")] or shared
+    canvases = [
+        charts.add(
+            name,
+            "" if columns[0][name][1] == "1" else columns[0][name][1],
+            "t, s",
+            [(run.name, run.solution.t, one[name][0]) for run, one in zip(runs, columns, strict=True)],
+        )
+        for name in outputs[:_CHARTS]
+    ]
+    return _section(
+        "Comparison",
+        "<h3>Settings that differ</h3>",
+        _table(("", *(run.name for run in runs)), differing) or "<p>none</p>",
+        f"<h3>Differences from {_text(runs[0].name)}</h3>",
+        _table(headings, rows),
+        f'<div class="charts">{"".join(canvases)}</div>',
+    )
+
+
+def _settings(solution: Solution) -> dict[str, str]:
+    data: Mapping[str, Any] = solution.metadata
+    result = {"scene": str(data.get("scene", "")), "method": str(data.get("method", ""))}
+    for group in ("settings", "parameters", "inputs"):
+        result |= {
+            f"{group[:-1]} {name}": f"{value:.9g}" if isinstance(value, int | float) else str(value)
+            for name, value in data.get(group, {}).items()
+        }
+    return result | {"end, s": f"{solution.t[-1]:.9g}", "profile": str(data.get("profile", ""))}
+
+
+def _difference(t: Array, values: Array, other_t: Array, other: Array) -> tuple[str, str, str]:
+    """Return the largest difference over the times that both runs have, when, and the one at the last such time."""
+    last = min(t[-1], other_t[-1])
+    rows = np.flatnonzero((t <= last) & (t >= max(t[0], other_t[0])))
+    if not len(rows):
+        return "no common time", "", ""
+    gap = np.interp(t[rows], other_t, other) - values[rows]
+    worst = int(np.argmax(np.abs(gap)))
+    return f"{abs(gap[worst]):.3g}", f"{t[rows[worst]]:.6g}", f"{gap[-1]:.3g}"
+
+
+def _modes(model: CompiledModel) -> str:
+    """Return the modes of the linear model about the scene's own operating point, or why there are none."""
+    try:
+        linear: Any = linearize(model)
+        modes = linear.modes()
+    except EomgenError as error:
+        return _section("Modes", f"<p>There is no linear model: {_text(error)}</p>")
+    rows = []
+    for number in range(min(len(modes), _MODES)):
+        shape = np.abs(modes.shapes[:, number])
+        most = [modes.coordinates[k] for k in np.argsort(-shape)[:3] if shape[k] > 0.05]
+        value = modes.eigenvalues[number]
+        rows.append(
+            (
+                number + 1,
+                f"{modes.frequency[number]:.6g}",
+                f"{modes.damping_ratio[number] + 0.0:.4g}",
+                f"{value.real:.6g} {'+' if value.imag >= 0 else '-'} {abs(value.imag):.6g} i",
+                ", ".join(most),
+            )
+        )
+    headings = ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "largest coordinates")
+    about = f"{repr(linear).strip('<>').partition(':')[0]}: {modes.stability}"
+    return _section("Modes", f"<p>{_text(about)}</p>", _table(headings, rows))
+
+
+def _checks(checks: ChecksOfForms) -> str:
+    """Return the outcome of the checks of all closed forms."""
+    rows = [(form.name, form.verdict) for form in checks.forms]
+    return _section("Checks", f"<p>{_text(checks.summary)}</p>", _table(("closed form", "verdict"), rows))
+
+
+def _animation(runs: Sequence[ReportedRun]) -> str:
+    """Return the animations of the runs, or why there are none."""
+    parts = []
+    size = 0
+    for run in runs:
+        try:
+            page = animation_page(run.solution)
+        except EomgenError as error:
+            parts.append(f"<p>{_text(run.name)}: {_text(error)}</p>")
+            continue
+        size += len(page.encode())
+        if size > _ANIMATION:
+            parts.append(
+                f"<p>{_text(run.name)}: left out, as the report would be too large; eomgen animate writes a page.</p>"
+            )
+            continue
+        heading = f"<h3>{_text(run.name)}</h3>" if len(runs) > 1 else ""
+        inside = html.escape(page)
+        parts.append(
+            f'{heading}<iframe title="animation" sandbox="allow-scripts" loading="lazy" srcdoc="{inside}"></iframe>'
+        )
+    return _section("Animation", *parts)
