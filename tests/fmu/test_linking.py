@@ -126,3 +126,28 @@ def test_builders_make_libraries_with_the_same_bits(version: int, builder: objec
         for file in (folder, file_of("plant", version))
     ]
     assert np.array_equal(rows[0], rows[1]) and eomgen.load(SCENES / "plant.toml").name == "plant"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("machine", "begin"),
+    [
+        ("x86_64-windows", b"MZ"),
+        ("aarch64-linux", b"\x7fELF\x02\x01\x01"),
+        ("x86_64-linux", b"\x7fELF\x02\x01\x01"),
+        ("aarch64-darwin", b"\xcf\xfa\xed\xfe"),
+    ],
+)
+def test_zig_makes_libraries_for_other_machines(machine: str, begin: bytes) -> None:
+    pytest.importorskip("ziglang")
+    file = written(SCENES / "plant.toml", 3, binary=False, machines=[machine])
+    with zipfile.ZipFile(file) as archive:
+        (name,) = [name for name in archive.namelist() if name.startswith("binaries/")]
+        assert name.startswith(f"binaries/{machine}/plant.") and archive.read(name).startswith(begin)
+
+
+def test_machines_are_named() -> None:
+    with pytest.raises(eomgen.UsageError, match="no machine is called 'arm-windows'; try: x86_64-windows"):
+        eomgen.fmu(SCENES / "plant.toml", "unwritten.fmu", machines=["arm-windows"])
+    with pytest.raises(eomgen.UsageError, match="FMI 2.0 names x86 machines alone"):
+        eomgen.fmu(SCENES / "plant.toml", "unwritten.fmu", version=2, machines=["aarch64-linux"])

@@ -1,16 +1,22 @@
-"""This platform's library of an FMU, compiled with the headers of FMI that eomgen carries."""
+"""Libraries of an FMU, for this machine and for others by zig, compiled with the headers of FMI that eomgen carries."""
 
 from __future__ import annotations
 
 import platform
 import sys
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from eomgen.base.data import dataclass
 from eomgen.base.files import template_folder
+from eomgen.base.messages import nearest, shown
+from eomgen.errors import Problem, UsageError
 from eomgen.products.fmu.interface import Interface
 from eomgen.products.fmu.sources import wrapper_name
 from eomgen.toolchain.builder import SHARED, Builder
+from eomgen.toolchain.compiler import run_compiler
+from eomgen.toolchain.cross import zig
 
 #: Names of processors in FMI 3.0, and of platforms in FMI 2.0, which knows x86 alone.
 _PROCESSORS = {"AMD64": "x86_64", "x86_64": "x86_64", "arm64": "aarch64", "aarch64": "aarch64"}
@@ -45,9 +51,7 @@ def built(interface: Interface, files: Mapping[str, str], profile: str = "reprod
     ToolchainError
         There is no compiler, or a source cannot be compiled.
     """
-    wrapper = wrapper_name(interface)
-    shared = f"#define FMI{interface.version}_OVERRIDE_FUNCTION_PREFIX 1\n{files[wrapper]}"
-    whole = {**files, **headers(interface.version), wrapper: shared}
+    whole = _whole(interface, files)
     content = "\0".join(f"{name}\0{text}" for name, text in sorted(whole.items()))
 
     def write(folder: Path) -> None:
@@ -56,3 +60,73 @@ def built(interface: Interface, files: Mapping[str, str], profile: str = "reprod
 
     entry = Builder(profile=profile).build_folder(b"fmu\0" + content.encode(), write)
     return entry.file(SHARED).read_bytes()
+
+
+def _whole(interface: Interface, files: Mapping[str, str]) -> dict[str, str]:
+    """Return the sources of a shared library with the headers of FMI."""
+    wrapper = wrapper_name(interface)
+    shared = f"#define FMI{interface.version}_OVERRIDE_FUNCTION_PREFIX 1\n{files[wrapper]}"
+    return {**files, **headers(interface.version), wrapper: shared}
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine for which zig makes libraries.
+
+    Attributes
+    ----------
+    name : of FMI 3.0
+    triple : of zig
+    ending : of libraries
+    folder : of FMI 2.0; empty for a machine that FMI 2.0 does not name
+    """
+
+    name: str
+    triple: str
+    ending: str
+    folder: str = ""
+
+
+MACHINES: Mapping[str, Machine] = {
+    machine.name: machine
+    for machine in (
+        Machine("x86_64-linux", "x86_64-linux-gnu", ".so", "linux64"),
+        Machine("aarch64-linux", "aarch64-linux-gnu", ".so"),
+        Machine("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64"),
+        Machine("x86_64-darwin", "x86_64-macos", ".dylib", "darwin64"),
+        Machine("aarch64-darwin", "aarch64-macos", ".dylib"),
+    )
+}
+
+
+def machine_named(name: str, version: int) -> Machine:
+    """Return a machine. Raises UsageError with the known names."""
+    known = [machine.name for machine in MACHINES.values() if version == 3 or machine.folder]
+    if name not in known:
+        other = "; FMI 2.0 names x86 machines alone" if name in MACHINES else ""
+        fault = f"no machine is called {shown(name)}{other}"
+        raise UsageError(Problem("--for", fault, f"{nearest(name, known)}; known are {', '.join(known)}"))
+    return MACHINES[name]
+
+
+def cross_built(interface: Interface, files: Mapping[str, str], machine: Machine) -> tuple[str, bytes]:
+    """Return the path in the archive and the bytes of a library for another machine, made by zig.
+
+    Raises
+    ------
+    ToolchainError
+        zig is not installed, or a source cannot be compiled.
+    """
+    whole, identifier = _whole(interface, files), interface.identifier
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        for name, text in whole.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        output = folder / f"{identifier}{machine.ending}"
+        flags = ["-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s"]
+        flags += [] if machine.ending == ".dll" else ["-fPIC"]
+        sources = sorted(name for name in whole if name.endswith(".c"))
+        words = [*zig().command, "-target", machine.triple, *flags, *sources, "-o", output.name, "-lm"]
+        run_compiler(words, output)
+        inside = machine.folder if interface.version == 2 else machine.name
+        return f"binaries/{inside}/{output.name}", output.read_bytes()

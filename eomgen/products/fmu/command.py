@@ -37,6 +37,13 @@ from eomgen.scene.sources.register import all_options, source_of
     help="An input with a formula in the scene that importers may set; may be repeated.",
 )
 @click.option("--binary/--no-binary", default=True, show_default=True, help="Compile this machine's library.")
+@click.option(
+    "--for",
+    "machines",
+    multiple=True,
+    metavar="MACHINE",
+    help="Add the library of another machine, made by zig: x86_64-windows, aarch64-linux ...; may be repeated.",
+)
 @click.option("--reference/--no-reference", default=True, show_default=True, help="Add the motion of simulate.")
 @click.option(
     "--dae", is_flag=True, help="Importers may solve for accelerations and multipliers: FMI-LS-DAE, 1.0.0-alpha.1."
@@ -53,6 +60,7 @@ def fmu(
     method: str | None,
     inputs: Sequence[str],
     binary: bool,
+    machines: Sequence[str],
     reference: bool,
     dae: bool,
     parameters: Sequence[str],
@@ -84,6 +92,7 @@ def fmu(
             inputs=inputs,
             parameters=values or None,
             binary=binary,
+            machines=machines,
             reference=reference,
             dae=dae,
         )

@@ -19,14 +19,14 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.register import terms_of
 from eomgen.pipeline import pipeline
 from eomgen.products.fmu.archive import documents, packed, token_of
-from eomgen.products.fmu.binary import binary_path, built
+from eomgen.products.fmu.binary import binary_path, built, cross_built, machine_named
 from eomgen.products.fmu.checks import findings
 from eomgen.products.fmu.dae import MANIFEST, dae_manifest
 from eomgen.products.fmu.dependencies import PATTERNS
 from eomgen.products.fmu.derivatives import derivative_data
-from eomgen.products.fmu.interface import Interface, Options, interface_of, with_token
+from eomgen.products.fmu.interface import NO_TOKEN, Interface, Options, interface_of, with_token
 from eomgen.products.fmu.model_description import Experiment, build_description, model_description
-from eomgen.products.fmu.sources import compiled_sources, source_files
+from eomgen.products.fmu.sources import compiled_sources, source_files, wrapper_name
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
@@ -52,6 +52,7 @@ def fmu(
     inputs: Sequence[str] = (),
     parameters: Mapping[str, float | str] | None = None,
     binary: bool = True,
+    machines: Sequence[str] = (),
     reference: bool = True,
     profile: str = "reproducible",
     dae: bool = False,
@@ -79,6 +80,9 @@ def fmu(
         Values of tunable parameters, as in ``generate``: the start values of the FMU.
     binary : bool
         Whether the archive has this machine's library, and not sources alone.
+    machines : sequence of str
+        Further machines whose libraries zig makes: x86_64-linux, aarch64-linux, x86_64-windows, x86_64-darwin,
+        aarch64-darwin.
     reference : bool
         Whether the archive has the motion of ``simulate`` as a table.
     dae : bool
@@ -110,6 +114,7 @@ def fmu(
         inputs=inputs,
         parameters=parameters,
         binary=binary,
+        machines=machines,
         reference=reference,
         profile=profile,
         dae=dae,
@@ -137,12 +142,14 @@ def fmu_files(
     inputs: Sequence[str] = (),
     parameters: Mapping[str, float | str] | None = None,
     binary: bool = True,
+    machines: Sequence[str] = (),
     reference: bool = True,
     profile: str = "reproducible",
     dae: bool = False,
 ) -> FmuFiles:
     """Return the files of an FMU; see ``fmu``."""
     options = _checked(version, types, inputs, dae)
+    others = [machine_named(name, version) for name in machines]
     document = pipeline.load_scene(scene)
     described = pipeline.as_document(document)[1].describe(document)
     _check_exported(document, described, options)
@@ -161,8 +168,10 @@ def fmu_files(
     flags = _flags(program, options, simulation.step)
     texts = source_files(interface, derivatives)
     listed = compiled_sources(interface, texts)
-    interface = with_token(interface, token_of({**texts, "": model_description(interface, experiment, listed, flags)}))
-    texts = source_files(interface, derivatives)
+    token = token_of({**texts, "": model_description(interface, experiment, listed, flags)})
+    wrapper = wrapper_name(interface)
+    texts[wrapper] = texts[wrapper].replace(NO_TOKEN, token)
+    interface = with_token(interface, token)
     files: dict[str, str | bytes] = {f"sources/{name}": text for name, text in texts.items()}
     files["modelDescription.xml"] = model_description(interface, experiment, listed, flags)
     if options.dae:
@@ -172,6 +181,9 @@ def fmu_files(
     files |= documents(interface, experiment=experiment, types=TYPES, sources=listed)
     if binary:
         files[binary_path(interface)] = built(interface, texts, profile)
+    for machine in others:
+        path, library = cross_built(interface, texts, machine)
+        files.setdefault(path, library)
     if reference:
         files |= _reference(document, interface, method, parameters)
     _check(files)

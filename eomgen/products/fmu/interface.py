@@ -23,6 +23,8 @@ from eomgen.system.system import Quantity
 #: Names in the form that FMI calls structured.
 _IDENTIFIER = r"[A-Za-z_]\w*(\[\d+(,\d+)*\])?(\.[A-Za-z_]\w*(\[\d+(,\d+)*\])?)*"
 _STRUCTURED = re.compile(rf"(?a:{_IDENTIFIER}|der\({_IDENTIFIER}\))")
+#: In place of the token, which follows from all other texts.
+NO_TOKEN = "{00000000-0000-0000-0000-000000000000}"
 #: Kinds of variables with values that the equations give.
 CALCULATED = ("der_q", "der_v", "der_z", "output", "formula", "indicator", "residual", "drift")
 
@@ -119,7 +121,7 @@ class Interface:
     initial_unknowns: tuple[Unknown, ...]
     indicators: tuple[Unknown, ...]
     provides_derivatives: bool = False
-    token: str = ""
+    token: str = NO_TOKEN
 
     @property
     def identifier(self) -> str:
