@@ -10,7 +10,7 @@ from pathlib import Path
 
 from eomgen.base.data import dataclass
 from eomgen.base.files import template_folder
-from eomgen.base.messages import nearest, shown
+from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.products.fmu.interface import Interface
 from eomgen.products.fmu.sources import wrapper_name
@@ -105,7 +105,7 @@ def machine_named(name: str, version: int) -> Machine:
     if name not in known:
         other = "; FMI 2.0 names x86 machines alone" if name in MACHINES else ""
         fault = f"no machine is called {shown(name)}{other}"
-        raise UsageError(Problem("--for", fault, f"{nearest(name, known)}; known are {', '.join(known)}"))
+        raise UsageError(Problem("machines", fault, f"one of {', '.join(known)}"))
     return MACHINES[name]
 
 
