@@ -386,3 +386,51 @@ def test_steps_that_converge_in_halves_or_have_no_solution(monkeypatch: pytest.M
         NumericalError, match=r"the equations of the step to t = 0\.02 s, made linear, have no solution"
     ):
         found._run.linear._check(1, 3, np.array([0.01, 0.02, 0.03]))
+
+
+@pytest.mark.parametrize(
+    ("make", "method"),
+    [
+        (loop, "generalized_alpha_index3"),
+        pytest.param(loop, "hht_index3", marks=pytest.mark.slow),
+        pytest.param(absolute, "generalized_alpha_index3", marks=pytest.mark.slow),
+    ],
+)
+def test_runs_in_index_3_have_the_derivatives_of_differences(make: Any, method: str) -> None:
+    """Velocities are off the constraints, which are of positions alone; gradients are those of tangents, and second
+    derivatives differences of gradients. Differences have the rounding of accelerations, which is of the order of
+    1/step^2."""
+    _, model = built(make())
+    v = 0.5 * np.ones(model.nv)
+    start = model.consistent(model.initial_q, v)
+    by = ["mass", "length", "damping"]
+    options: dict[str, Any] = {"method": method, "initial": {"q": start.q, "v": start.v}}
+    with pytest.raises(UsageError) as caught:
+        model.sensitivities(10 * STEP, STEP, by=by, **options)
+    assert str(caught.value) == (
+        f"usage error: settings: {method} starts with velocities off the constraints, which have no derivatives here;"
+        ' try: settings={"perturb": 0}, for a start with the given velocities'
+    )
+    options["settings"] = {**TO_ROUNDING, "perturb": 0}
+    values = model.parameter_array()
+
+    def moved(k: int, by: float) -> dict[str, Any]:
+        return {**options, "parameters": values + by * np.eye(len(values))[k]}
+
+    found = model.sensitivities(10 * STEP, STEP, by=by, **options)
+    size, expected, second = 3e-4, [], []
+    for k in range(len(by)):
+        outputs, gradients = [], []
+        for distance in (-2, -1, 1, 2):
+            run = model.sensitivities(10 * STEP, STEP, by=by, **moved(k, distance * size))
+            outputs.append(run.outputs["y"])
+            gradients.append(run.gradients(["final(y[0])"])[0])
+        of_outputs, of_gradients = ((a - 8.0 * b + 8.0 * c - d) / (12.0 * size) for a, b, c, d in (outputs, gradients))
+        expected.append(of_outputs)
+        second.append(of_gradients)
+    table = found.derivatives["y"]
+    scale = np.max(np.abs(table), axis=(0, 1))
+    assert np.all(np.max(np.abs(table - np.stack(expected, axis=-1)), axis=(0, 1)) < 3e-8 * scale)
+    assert found.gradients(["final(y[0])"])[0] == pytest.approx(table[-1, 0], rel=1e-10, abs=1e-12)
+    hessian = found.hessian("final(y[0])")
+    assert np.max(np.abs(hessian - np.stack(second))) < 3e-8 * np.max(np.abs(hessian))

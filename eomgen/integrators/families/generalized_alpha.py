@@ -254,7 +254,7 @@ class GeneralizedAlpha(Family):
 
     @property
     def linear_step(self) -> LinearStep | None:
-        if self.form != STABILISED or self.variant != "F0":
+        if self.variant != "F0":
             return None
         first_order = self.rate_alpha_m, self.rate_gamma
         return LinearStep(*map(float, (self.alpha_m, self.alpha_f, self.beta, self.gamma, *first_order)))

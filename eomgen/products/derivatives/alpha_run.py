@@ -137,8 +137,12 @@ class StartedRun(LinearRun[PartType]):
         model, begun = self.run.model, motion.start
         self.coefficients = (self.run.grid.step, *method)
         holonomic = self.equations.holonomic
-        self.linear = LinearSteps(model.functions.sizes, model.factors, self.coefficients, holonomic)
         self.inverse_inertia = begun.get("inverse_inertia", np.zeros(0)) if holonomic else np.zeros(0)
+        eta = holonomic if self.inverse_inertia.size else 0
+        self.linear = LinearSteps(model.functions.sizes, model.factors, self.coefficients, eta)
+        first = self.equations.nv + self.equations.nz + holonomic
+        #: Equations of a step among all: index 3 is without the rates of the constraints on positions.
+        self.kept = np.delete(np.arange(first + self.equations.nl), slice(first, first + holonomic - eta))
         self.along = (
             on_constraints(self.beginning, self.asked, self.inverse_inertia) if model.multipliers else self.asked
         )
@@ -193,6 +197,8 @@ class AlphaRun(StartedRun[AlphaPart]):
             raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
         before, after = States(*(array[:-1] for array in states)), States(*(array[1:] for array in states))
         values = rows_of(blocks, slice(None, -1))
+        if len(self.kept) < partials.Jq.shape[1]:
+            partials = EquationPartials(*(matrix[:, self.kept] for matrix in vars(partials).values()))
         matrices, eta = step_matrices(
             self.equations, partials, before, after, values, part.memory, self.coefficients, self.inverse_inertia
         )
@@ -202,4 +208,8 @@ class AlphaRun(StartedRun[AlphaPart]):
         return self.linear.tangents(part.matrices, dp, state, part.times)[0]
 
     def take_back(self, part: AlphaPart, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array]:
-        return self.linear.adjoints(part.matrices, direct, state, gradient, part.times)
+        multipliers, ends = self.linear.adjoints(part.matrices, direct, state, gradient, part.times)
+        rows = self.equations.nv + self.equations.nz + self.equations.holonomic + self.equations.nl
+        whole = np.zeros((len(multipliers), rows, multipliers.shape[2]))
+        whole[:, self.kept] = multipliers
+        return whole, ends

@@ -88,8 +88,8 @@ def sensitivities(
     of : sequence of str
         Outputs; all by default.
     method : str
-        ``generalized_alpha``, ``hht``, ``wbz``, ``newmark``, ``trapezoidal``; ``tdg1``, ``tdg1_star``, ``tdg2``,
-        ``tdg2s`` or ``tdg3``.
+        ``generalized_alpha``, ``hht``, ``wbz``, ``newmark``, ``trapezoidal``, also in index 3 with
+        ``settings={"perturb": 0}``; ``tdg1``, ``tdg1_star``, ``tdg2``, ``tdg2s`` or ``tdg3``.
     rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of ``simulate``
 
     Returns
@@ -298,6 +298,9 @@ def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial:
     """Raise UsageError for runs without derivatives here, and say why."""
     layout = chosen.library.layout
     _check_jumps(layout, chosen.method)
+    if _in_index_3(layout, chosen.method) and chosen.settings.get("perturb", 1.0):
+        fault = f"{chosen.name} starts with velocities off the constraints, which have no derivatives here"
+        raise UsageError(Problem("settings", fault, 'settings={"perturb": 0}, for a start with the given velocities'))
     if layout["method"].get("jumps") and len(model.discontinuity_times(grid.start, grid.reached)):
         first = float(model.discontinuity_times(grid.start, grid.reached)[0])
         fault = f"forces jump at t = {first:.6g} s, and steps are cut in two there; these have no derivatives here"
@@ -316,10 +319,15 @@ def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial:
     check_initial(initial)
 
 
+def _in_index_3(layout: Mapping[str, Any], method: Method) -> bool:
+    """Return whether steps hold constraints on positions alone."""
+    return bool(layout["sizes"]["holonomic"]) and getattr(method, "form", "") == "index3"
+
+
 def _check_jumps(layout: Mapping[str, Any], method: Method) -> None:
     """Raise UsageError for samples and events without derivatives."""
     jumps = "events" if "events" in layout["method"] else "sampled states" if layout["sampled"] else ""
-    if jumps and not isinstance(method.linear_step, LinearStep):
+    if jumps and (_in_index_3(layout, method) or not isinstance(method.linear_step, LinearStep)):
         fault = f"the scene has {jumps}, across which this method has no derivatives"
         raise UsageError(Problem("method", fault, "generalized_alpha, hht, wbz, newmark or trapezoidal"))
     states = layout["states"]
