@@ -61,7 +61,7 @@ def test_the_fastest_motion_of_panda_is_within_its_limits_and_is_that_of_the_ste
     ):
         assert np.all(low - 1e-6 <= values) and np.all(values <= high + 1e-6)
     by_speed = np.max(np.abs(own_demo["END"] - own_demo["START"]) / limits.speed)
-    assert by_speed < best.t[-1] < 1.2 * by_speed
+    assert by_speed < best.t[-1] < 1.01 * by_speed
     model, state, h = eomgen.build(scene, profile="quick", method="rk4"), best.x[0], best.t[1]
     names = [item.name for item in model.description.inputs]
     for k, torques in enumerate(best.u):
