@@ -48,7 +48,7 @@ def model_of(name: str) -> eomgen.Model:
 class Unit:
     """An FMU in model exchange, through FMPy."""
 
-    def __init__(self, made: FmuFiles, folder: Path) -> None:
+    def __init__(self, made: FmuFiles, folder: Path, *, leave: bool = True) -> None:
         self.interface, self.version = made.interface, made.interface.version
         zipfile.ZipFile(io.BytesIO(packed(made.files))).extractall(folder)
         described = fmpy.read_model_description(str(folder))
@@ -60,7 +60,8 @@ class Unit:
         if self.version == 2:
             self.unit.setupExperiment(startTime=0.0)
         self.unit.enterInitializationMode()
-        self.unit.exitInitializationMode()
+        if leave:
+            self.unit.exitInitializationMode()
         self.continuous = False
 
     def at(self, state: dict[str, Any]) -> None:
@@ -224,3 +225,26 @@ def test_references_that_are_no_unknowns_or_knowns_are_named(unit_of: Any) -> No
     for wrong in ((knowns[:1], knowns[:1]), (unknowns[:1], unknowns[:1]), (unknowns[:1], [9999])):
         with pytest.raises(Exception, match="fmi3GetDirectionalDerivative"):
             unit.directional(*wrong, np.ones(1))
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_derivatives_during_the_initialization(version: int, tmp_path: Path) -> None:
+    """Of start values without constraints; a start with constraints is assembled at the end of the initialization."""
+    found = {}
+    for name in ("double_pendulum_on_shaking_base", "four_bar"):
+        folder = tmp_path / name
+        folder.mkdir()
+        one = Unit(exported(name, version), folder, leave=False)
+        unknowns, knowns, _ = pairs(exported(name, version))
+        try:
+            if name == "four_bar":
+                with pytest.raises(Exception, match=f"fmi{version}GetDirectionalDerivative"):
+                    one.directional(unknowns, knowns[:1], np.ones(1))
+                continue
+            for stage in ("before", "after"):
+                found[stage] = [one.directional(unknowns, [known], np.ones(1)).tolist() for known in knowns]
+                if stage == "before":
+                    one.unit.exitInitializationMode()
+        finally:
+            one.unit.freeInstance()
+    assert found["before"] == found["after"]
