@@ -19,6 +19,7 @@ from eomgen.products.fmu.archive import packed
 from eomgen.products.fmu.export import FmuFiles, fmu_files
 from tests.fmu.oracle import Rates
 from tests.mechanics.test_argument_derivatives import gimbal
+from tests.models.c_laws import TYRE_LAW, wheel_scene
 
 fmpy = pytest.importorskip("fmpy")
 
@@ -248,3 +249,24 @@ def test_derivatives_during_the_initialization(version: int, tmp_path: Path) -> 
         finally:
             one.unit.freeInstance()
     assert found["before"] == found["after"]
+
+
+@pytest.mark.slow
+def test_derivatives_through_a_law_in_c(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    jacobians = []
+    model = eomgen.build(wheel_scene(None), profile="quick")
+    state = random_state(model, rng)
+    state["v"] = model.initial_v + np.array([0.1, 15.0, 0.2, 0.05, 50.0])
+    for number, scene in enumerate((wheel_scene(TYRE_LAW, tmp_path), wheel_scene(None))):
+        made = fmu_files(scene, types="me", reference=False, profile="quick")
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        one = Unit(made, folder)
+        one.at(state)
+        unknowns, knowns, _ = pairs(made)
+        jacobians.append(np.stack([one.directional(unknowns, [known], np.ones(1)) for known in knowns], axis=1))
+        one.unit.freeInstance()
+    assert np.max(np.abs(jacobians[0] - jacobians[1])) <= 1e-12 * np.max(np.abs(jacobians[1]))
