@@ -190,7 +190,7 @@ def test_derivatives_are_those_of_complex_steps(
 
 @pytest.mark.parametrize("name", ["double_pendulum_on_shaking_base", "four_bar"])
 def test_derivatives_at_communication_points(name: str, tmp_path: Path) -> None:
-    """Of the state at the end of a step, whose accelerations are those of the method in this memory."""
+    """Of the state at the end of a step, whose accelerations come from the method."""
     made, model = exported(name, 3), model_of(name)
     zipfile.ZipFile(io.BytesIO(packed(made.files))).extractall(tmp_path)
     described = fmpy.read_model_description(str(tmp_path))
