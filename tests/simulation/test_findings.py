@@ -185,7 +185,7 @@ def test_decay_without_partials_is_the_damping_by_the_mass(speed: float, monkeyp
         start_checks, "accelerations", lambda model, q, v, *_, **__: np.linalg.solve(M, -C @ np.atleast_2d(v).T).T
     )
     monkeypatch.setattr(start_checks, "reach_of", lambda model, q: np.array([0.5, 0.0]))
-    model = SimpleNamespace(functions=["forward_dynamics"], nv=2)
+    model = SimpleNamespace(functions=SimpleNamespace(of_runs=lambda name: name == "forward_dynamics"), nv=2)
     state = SimpleNamespace(q=np.zeros(2), v=np.array([speed, -speed]), z=np.zeros(0))
     decay = start_checks._decay(cast(Any, model), cast(Any, state), state.v, 0.0, None, np.zeros(0), 1e-2)
     np.testing.assert_allclose(decay, np.linalg.solve(M, C), rtol=1e-7, atol=1e-6)

@@ -34,6 +34,8 @@ _ITEM = 2
 _BREAK = re.compile(
     r"(?<=,) (?=\S)|(?<= =) (?=\S)| (?=(?:&&|\|\||[+?:-]) )|(?<=:) (?=return )|(?<=[;{]) (?=return |\(void\))"
 )
+#: A part of a table of numbers.
+_NUMBERS = re.compile(r"[\d{},.e+ -]*")
 #: Tokens without breaks inside: texts and comments.
 _CLOSED = re.compile(r'"(?:[^"\\]|\\.)*"|/\*.*?\*/')
 
@@ -139,8 +141,14 @@ def _folded_code(line: str, indent: str) -> list[str]:
             size = len(rest) if marked else _WINDOW
             line, rest = line + rest[:size], rest[size:]
             continue
-        closed = [match.span() for match in _CLOSED.finditer(line)] if marked else []
         start = len(line) - len(line.lstrip())
+        if _NUMBERS.fullmatch(head):  # the rule below, without a look at each of the breaks
+            cut = line.rfind(", ", start, WIDTH) + 1
+            if cut > 0:
+                pieces.append(line[:cut])
+                line = indent + line[cut + 1 :]
+                continue
+        closed = [match.span() for match in _CLOSED.finditer(line)] if marked else []
         cuts = [
             match.start()
             for match in _BREAK.finditer(line, start, WIDTH + 1)
