@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.cli import main
 from eomgen.errors import UsageError
 from eomgen.products.fmu.archive import packed
 from eomgen.products.fmu.checks import findings
@@ -256,3 +257,13 @@ def test_ida_integrates_as_the_model_does(name: str, end: float) -> None:
     run = model.simulate(end, end / 5, method="rk45_partitioned", tolerance=1e-12, error_estimate=False)
     q = run.q[:, : system.size - model.nv - model.nz]
     assert np.max(np.abs(solution.y[:, : q.shape[1]] - q)) <= 1e-7
+
+
+def test_the_command_writes_the_layer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "pendulum.fmu"
+    arguments = ["fmu", str(SCENES["pendulum"]), "--dae", "--no-binary", "--no-reference", "-o", str(file)]
+    assert main(arguments) == 0
+    assert MANIFEST in zipfile.ZipFile(file).namelist()
+    capsys.readouterr()
+    assert main([*arguments, "--version", "2"]) == 2
+    assert "differential-algebraic systems are a layer over model exchange of FMI 3.0" in capsys.readouterr().err
