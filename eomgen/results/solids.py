@@ -118,7 +118,7 @@ def drawn_shape(shape: Shape, sizes: Sequence[float], position: Sequence[float])
         faces = np.frombuffer(shape.faces, np.int32).reshape(-1, 3)
         mirrored = np.prod(np.sign(sizes)) ** (3 // len(sizes)) < 0.0
         parts = _by_color(vertices, faces[:, ::-1] if mirrored else faces, shape.face_colors)
-        closed = _is_closed(faces.tolist())
+        closed = shape.closed or _is_closed(faces.tolist())
     else:
         parts, closed = parts_of(shape.kind, sizes), True
     return [

@@ -326,6 +326,7 @@ class Shape:
     opacity : 1 for a shape that hides all objects behind it
     vertices, faces : of a mesh: (n, 3) float32 and (m, 3) int32 as bytes, counterclockwise from outside
     face_colors : of a mesh: (m, 3) int16 as bytes, red, green and blue, 0 to 255, -1 for ``color``; empty without any
+    closed : whether no back of a face of a mesh is seen
     implied : whether the shape follows from a tyre or a rolling constraint
     """
 
@@ -340,6 +341,7 @@ class Shape:
     vertices: bytes = b""
     faces: bytes = b""
     face_colors: bytes = b""
+    closed: bool = False
     implied: bool = False
 
 

@@ -205,10 +205,9 @@ function draw() {
 
   for (const shape of shown.solids ? shapes : []) {
     const seen = shape.opacity * faded(shape.body);
-    const world = shape.vertices.map((vertex) => placed(pose(shape.carrier), vertex));
-    const flat = world.map((vertex) => camera.project(vertex));
-    if (shown.shadows && shown.ground && shape.carrier >= 0 && faded(shape.body) === 1) castShadow(world);
-    addFaces(add, shape, world, flat, inSight(shape.rgb), seen, lightOf);
+    const here = pose(shape.carrier);
+    if (shown.shadows && shown.ground && shape.carrier >= 0 && faded(shape.body) === 1) castShadow(shape.outer.map((vertex) => placed(here, vertex)));
+    addShape(add, shape, here, inSight(shape.rgb), seen, lightOf);
   }
 
   for (const joint of scene.joints) {
@@ -270,6 +269,30 @@ function draw() {
   for (const thing of things) thing.paint();
   drawScale();
   reportView();
+}
+
+/** Brightnesses of the faces of a shape. */
+const LIGHTS = 24;
+
+/** The faces of a rigid shape that look at the camera, of an open one all of them, by planes in its own frame. */
+function addShape(add, shape, here, rgb, alpha, lightOf) {
+  const back = [0, 1, 2].map((k) => [here.R[0][k], here.R[1][k], here.R[2][k]]);
+  const [ex, ey, ez] = turned(back, minus(camera.eye, here.p));
+  const [lx, ly, lz] = turned(back, lightOf);
+  const flat = shape.vertices.map((vertex) => camera.project(placed(here, vertex)));
+  const fills = [...Array(LIGHTS + 1).keys()].map((k) => css(shaded(rgb, 0.62 + (0.5 * k) / LIGHTS), alpha));
+  const { faces, middles, normals, closed } = shape;
+  for (let number = 0; number < faces.length; number++) {
+    const [a, b, c] = [3 * number, 3 * number + 1, 3 * number + 2];
+    const [dx, dy, dz] = [middles[a] - ex, middles[b] - ey, middles[c] - ez];
+    const away = normals[a] * dx + normals[b] * dy + normals[c] * dz >= 0;
+    if (away && closed) continue;
+    const face = faces[number];
+    if (face.some((k) => flat[k][2] < camera.near)) continue;
+    const light = (away ? -1 : 1) * (normals[a] * lx + normals[b] * ly + normals[c] * lz);
+    const fill = fills[Math.round(LIGHTS * Math.min(Math.max(light, 0), 1))];
+    add(Math.hypot(dx, dy, dz), () => polygon(face.map((k) => flat[k]), fill, alpha < 1 ? null : fill));
+  }
 }
 
 /** The faces of a mesh that look at the camera; of one that is open all of them. */

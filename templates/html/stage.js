@@ -60,8 +60,13 @@ const bodies = scene.bodies.map((body, index) => {
   const colour = scene.shapes.find((shape) => shaped && shape.body === index && shape.own)?.color;
   return { ...body, shaped, colour: colour ? rgbOf(colour) : colourOf(body), reach: shaped ? [] : reachOf(body) };
 });
+/** Directions in which the outermost vertices of a shape cast its shadow. */
+const DIRECTIONS = [-1, 0, 1].flatMap((x) => [-1, 0, 1].flatMap((y) => [-1, 0, 1].map((z) => [x, y, z]))).filter((direction) => norm(direction) > 0);
+
 const shapes = scene.shapes.map((shape) => ({
   ...shape,
+  ...planesOf(shape.vertices, shape.faces),
+  outer: outermost(shape.vertices),
   rgb: shape.color ? rgbOf(shape.color) : shape.body < 0 ? rgbOf("#8a94a3") : bodies[shape.body].colour,
   corners: cornersAmong(shape.vertices),
 }));
@@ -83,6 +88,25 @@ function cornersAround({ solid: { kind, size, center, axes }, links }) {
 function cornersAmong(places) {
   const [low, high] = [Math.min, Math.max].map((pick) => [0, 1, 2].map((k) => places.reduce((value, place) => pick(value, place[k]), places[0][k])));
   return cornersOf(minus(high, low)).map((corner) => plus(between(low, high, 0.5), corner));
+}
+
+/** Middles and normals of faces, three numbers each, in the frame of a rigid shape. */
+function planesOf(vertices, faces) {
+  const [middles, normals] = [new Float64Array(3 * faces.length), new Float64Array(3 * faces.length)];
+  faces.forEach((face, number) => {
+    const normal = unit(cross(minus(vertices[face[1]], vertices[face[0]]), minus(vertices[face[2]], vertices[face[1]])));
+    for (let k = 0; k < 3; k++) {
+      normals[3 * number + k] = normal[k];
+      for (const corner of face) middles[3 * number + k] += vertices[corner][k] / face.length;
+    }
+  });
+  return { middles, normals };
+}
+
+/** The vertices of a shape that lie farthest in some directions; all of a shape with few. */
+function outermost(vertices) {
+  if (vertices.length <= 2 * DIRECTIONS.length) return vertices;
+  return DIRECTIONS.map((direction) => vertices.reduce((best, vertex) => (dot(vertex, direction) > dot(best, direction) ? vertex : best), vertices[0]));
 }
 
 /** Whether a solid hides a place of its body. */

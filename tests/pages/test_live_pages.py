@@ -165,3 +165,10 @@ def test_ranges_of_sliders_keep_the_requirements_and_the_value() -> None:
     assert range_of(0.0, "m", lambda value: 0.0 <= value < 0.2) == (0.0, 0.1)
     assert range_of(0.5, "rad", lambda value: abs(value) < 1.0) == (-0.5, 0.8)
     assert range_of(3.0, "", lambda value: value == 3.0) == (3.0, 3.0)
+
+
+@pytest.mark.slow
+def test_the_vehicle_steps_faster_than_real_time(tmp_path: Path) -> None:
+    model, solution = run_of("active_vehicle")
+    told = in_node(model.live(tmp_path / "page.html", solution=solution), SCENES["active_vehicle"])
+    assert told["seconds"] < 0.5 * SCENES["active_vehicle"]  # the picture has the rest of the time of a frame

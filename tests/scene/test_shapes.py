@@ -436,31 +436,38 @@ def test_formats_hold_the_same_tetrahedron_and_its_faces_look_outward(tmp_path: 
     ]
     data = {"binary.stl": binary(triangles), "text.stl": text_of(triangles), "part.obj": "\n".join(lines).encode()}
     (tmp_path / name).write_bytes(data[name])
-    vertices, read, _ = read_mesh(tmp_path / name)
+    vertices, read, _, closed = read_mesh(tmp_path / name)
+    assert closed
     assert sorted(vertices.tolist()) == sorted(CORNERS.tolist())
     assert len(read) == 4 and volume(vertices, read) == pytest.approx(4.0)
 
 
 def test_nodes_of_a_binary_gltf_file_place_the_mesh_with_z_up(tmp_path: Path) -> None:
     (tmp_path / "part.glb").write_bytes(glb())
-    vertices, faces, _ = read_mesh(tmp_path / "part.glb")
+    vertices, faces, _, closed = read_mesh(tmp_path / "part.glb")
     x, y, z = CORNERS.T
     in_file = 2.0 * np.stack([-z, x, -y], axis=1) + [1, 0, 5]  # of (x, z, -y), turned about z
     expected = np.stack([in_file[:, 0], -in_file[:, 2], in_file[:, 1]], axis=1)
     assert sorted(np.round(vertices, 5).tolist()) == sorted(np.round(expected, 5).tolist())
-    assert volume(vertices, faces) == pytest.approx(32.0, rel=1e-6)
+    assert volume(vertices, faces) == pytest.approx(32.0, rel=1e-6) and closed
+
+
+def test_a_surface_with_a_hole_is_open_and_one_with_a_turned_face_too(tmp_path: Path) -> None:
+    for name, faces in (("hole.stl", FACES[:3]), ("turned.stl", [*FACES[:3], FACES[3][::-1]])):
+        (tmp_path / name).write_bytes(binary(CORNERS[faces]))
+        assert not read_mesh(tmp_path / name).closed
 
 
 @pytest.mark.parametrize("kind", ["triangles", "polylist", "polygons", "trifans", "tristrips"])
 def test_a_collada_file_holds_the_tetrahedron_in_its_place_units_and_colour(tmp_path: Path, kind: str) -> None:
     (tmp_path / "part.dae").write_bytes(collada(kind))
-    vertices, faces, colors = read_mesh(tmp_path / "part.dae")
+    vertices, faces, colors, closed = read_mesh(tmp_path / "part.dae")
     x, y, z = CORNERS.T
     turned = np.stack([-y, x, z], axis=1) * [2.0, 2.0, 2.0] + [1.0, 2.0, 3.0]  # about z, then moved: inner nodes first
     expected = 0.01 * np.stack([turned[:, 0], -turned[:, 2], turned[:, 1]], axis=1)  # y of the file is up
     assert sorted(np.round(vertices, 9).tolist()) == sorted(np.round(expected, 9).tolist())
     assert volume(vertices, faces) == pytest.approx(32.0e-6, rel=1e-9)
-    assert colors.tolist() == [[255, 128, 0]] * 4
+    assert colors.tolist() == [[255, 128, 0]] * 4 and closed
 
 
 def test_faces_of_a_collada_file_have_the_colours_of_their_materials_unless_the_shape_has_one(tmp_path: Path) -> None:
@@ -485,8 +492,8 @@ def test_a_fine_mesh_is_thinned_and_keeps_its_form(tmp_path: Path) -> None:
     )
     assert len(triangles) > 4 * MOST
     (tmp_path / "ball.stl").write_bytes(binary(triangles))
-    vertices, faces, _ = read_mesh(tmp_path / "ball.stl")
-    assert 0.3 * MOST < len(faces) <= MOST
+    vertices, faces, _, closed = read_mesh(tmp_path / "ball.stl")
+    assert 0.3 * MOST < len(faces) <= MOST and closed
     assert volume(vertices, faces) == pytest.approx(4.0 / 3.0 * np.pi, rel=0.03)
     assert np.ptp(vertices, axis=0) == pytest.approx(2.0, rel=0.03)
 

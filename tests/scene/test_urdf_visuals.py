@@ -154,3 +154,29 @@ def test_colours_of_255_are_noted() -> None:
         'colours that pictures limit to parts from 0 to 1 (1: hand): rgba="255 0 0 1"; try: parts of 255 divided by 255'
     ]
     assert [shape.color for shape in scene.shapes] == ["#ff0000"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("file", "options", "colors"),
+    [
+        ("panda_description/urdf/panda.urdf", {}, {"#ffffff", "#404040"}),
+        ("anymal_c_simple_description/urdf/anymal.urdf", {"root": "free"}, set()),
+    ],
+)
+def test_robots_have_their_own_surfaces_within_the_budget(file: str, options: dict[str, str], colors: set[str]) -> None:
+    from tests.oracles.pinocchio_oracle import robot_file
+
+    scene = eomgen.load(robot_file(file), **options)
+    assert not [note for note in scene.notes if "left out" in note or "collision geometry in place" in note]
+    meshes = [shape for shape in scene.shapes if shape.kind == "mesh"]
+    triangles = sum(len(shape.faces) // 12 for shape in meshes)
+    assert 3_000 < triangles <= 12_000
+    shown = {color for shape in meshes for color in _colors(shape)}
+    assert colors <= shown
+    assert any(shape.closed for shape in meshes)
+
+
+def _colors(shape: object) -> set[str]:
+    rows = np.frombuffer(shape.face_colors, "<i2").reshape(-1, 3)  # type: ignore[attr-defined]
+    return {"#" + "".join(f"{part:02x}" for part in row) for row in np.unique(rows, axis=0).tolist() if row[0] >= 0}

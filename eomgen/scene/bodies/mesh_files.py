@@ -42,14 +42,18 @@ class Mesh(NamedTuple):
     vertices : (n, 3)
     faces : (m, 3), numbers of vertices, counterclockwise from outside
     colors : (m, 3) red, green and blue of the faces, 0 to 255, -1 for the colour of the shape; (0, 3) without any
+    closed : whether the surface of the file is closed, so that no back of a face is seen
     """
 
     vertices: Array
     faces: NDArray[np.intp]
     colors: NDArray[np.int16]
+    closed: bool = False
 
 
 _PLAIN = np.zeros((0, 3), dtype=np.int16)
+#: Part of the edges of a closed surface that may belong to one face alone or to faces that turn the same way.
+_GAPS = 0.02
 
 
 class MeshError(Exception):
@@ -109,7 +113,7 @@ def read_mesh(path: Path, most: int = MOST) -> Mesh:
         raise MeshError(name, "the mesh has no triangles", "an export with the surfaces of the part")
     if not np.all(np.isfinite(vertices)):
         raise MeshError(name, "a vertex of the mesh is not a finite number", "the export of the mesh once more")
-    mesh = _merged(vertices, faces, colors)
+    mesh = _merged(vertices, faces, colors)._replace(closed=_is_closed(vertices, faces))
     if not len(mesh.faces):
         raise MeshError(name, "each triangle of the mesh has two equal corners", "the export of the mesh once more")
     return _thinned(_outward(mesh), most)
@@ -298,6 +302,16 @@ def _merged(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16])
     return _used(unique, places.reshape(-1, 3), colors)
 
 
+def _is_closed(vertices: Array, faces: NDArray[np.intp]) -> bool:
+    """Return whether nearly each edge joins faces that turn opposite ways around the edge: small gaps show no
+    insides."""
+    places = _groups(vertices)[faces]
+    edges = np.concatenate([places[:, [0, 1]], places[:, [1, 2]], places[:, [2, 0]]])
+    ways = np.sign(edges[:, 1] - edges[:, 0])
+    left = np.bincount(_groups(np.sort(edges, axis=1).astype(float)), ways)
+    return bool(np.sum(left != 0.0) <= _GAPS * len(left))
+
+
 def _numbered(colors: NDArray[np.int16]) -> NDArray[np.intp]:
     """Return a number for the colour of each face."""
     return _groups(colors.astype(float))
@@ -341,6 +355,6 @@ def _thinned(mesh: Mesh, most: int) -> Mesh:
         joined = places[mesh.faces]
         kept = np.sort(np.unique(_groups(np.sort(joined, axis=1)), return_index=True)[1])
         colors = mesh.colors[kept] if len(mesh.colors) else mesh.colors
-        mesh = _used(sums / np.bincount(places)[:, np.newaxis], joined[kept], colors)
+        mesh = _used(sums / np.bincount(places)[:, np.newaxis], joined[kept], colors)._replace(closed=mesh.closed)
         cells *= 0.8
     return mesh

@@ -43,7 +43,7 @@ _EXAMPLES = {
     "semi_axes": "[0.2, 0.1, 0.1]", "file": '"part.stl"',
 }  # fmt: skip  # a table
 #: Triangles of all meshes of a scene together: with more of them pages of animations are slow.
-_MOST_TOGETHER = 16_000
+_MOST_TOGETHER = 12_000
 #: Colours by name.
 COLORS = {
     "black": "#1b1f24", "white": "#f5f5f5", "grey": "#8a94a3", "gray": "#8a94a3", "silver": "#c3cad3",
@@ -277,7 +277,7 @@ class _Reader:
             return None
         colors = b"" if shape.color else mesh.colors.astype("<i2").tobytes()
         packed = mesh.vertices.astype("<f4").tobytes(), mesh.faces.astype("<i4").tobytes()
-        return replace(shape, vertices=packed[0], faces=packed[1], face_colors=colors)
+        return replace(shape, vertices=packed[0], faces=packed[1], face_colors=colors, closed=mesh.closed)
 
 
 def _noun(kind: str) -> str:
