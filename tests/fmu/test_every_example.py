@@ -14,6 +14,7 @@ from fmpy.validation import validate_fmu
 
 import eomgen
 from tests.fmu.importers import columns, recorded, run, toolbox_findings, written
+from tests.fmu.test_linking import rebuilt_by_bd2cmake
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob("*/scene.toml"))
@@ -72,6 +73,17 @@ def test_co_simulation_has_the_bits_of_simulate(name: str, version: int) -> None
     assert known
     for column, values in known.items():
         assert np.array_equal(rows[column][: len(values)], values), column
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", SCENES)
+def test_a_second_builder_makes_libraries_with_the_same_bits(name: str, tmp_path: Path) -> None:
+    with zipfile.ZipFile(written(scene_of(name), 3, binary=False)) as archive:
+        archive.extractall(tmp_path)
+    rebuilt_by_bd2cmake(tmp_path)
+    step = scene_of(name).simulation.step
+    rows, others = (run(file, "CoSimulation", 5 * step, step) for file in (tmp_path, file_of(name, 3)))
+    assert len(rows) == 6 and all(np.array_equal(rows[column], others[column]) for column in recorded(tmp_path))
 
 
 def refined(name: str, end: float, interval: float) -> eomgen.Solution:

@@ -131,6 +131,18 @@ def test_an_event_that_stops_the_run_asks_the_importer_to_end() -> None:
         assert stopped.t[-1] < 0.9 and abs(rows["time"][-1] - stopped.t[-1]) < 2 * STEP, (version, kind)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+@pytest.mark.parametrize("version", [2, 3])
+def test_events_are_logged_in_their_category(version: int, kind: str) -> None:
+    messages: list[tuple[bytes, bytes]] = []
+    file = written(EXAMPLES / "bouncing_ball" / "scene.toml", version)
+    run(file, kind, 0.5, 0.01, debug_logging=True, logger=lambda *words: messages.append(words[-2:]))
+    (category, text) = messages[0]
+    assert len(messages) == 1 and category == b"logEvents"
+    assert text.startswith(b"the event bounce at t = 0.35231")
+
+
 def test_parts_that_an_fmu_cannot_have_are_refused() -> None:
     refusals = [
         (tomllib.loads(CART + CALLED.replace("KEYS", "")), "functions of the caller give samples of a controller"),
