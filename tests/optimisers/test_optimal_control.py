@@ -1,4 +1,4 @@
-"""Optimal control over eomgen's steps: the swing-up of an acrobot and the fastest motion of a Panda."""
+"""Optimal control over eomgen's steps: swing-up of an acrobot, fastest motion of a Panda, car with preview."""
 
 from __future__ import annotations
 
@@ -21,21 +21,27 @@ def demo(example: str) -> dict[str, Any]:
     return runpy.run_path(str(EXAMPLES / example / "demo.py"))
 
 
+def hold(function: Any, native: Any, sizes: tuple[int, int, int], rng: np.random.Generator) -> None:
+    """Hold ends, Jacobians and Hessians of two steps together at random states; sizes of x, u and p."""
+    x, u, p = sizes
+    y, w, made = ca.MX.sym("y", sum(sizes) + 1), ca.MX.sym("w", x), []
+    for step in (function, native):
+        end = step(y[:x], y[x : x + u], y[x + u : x + u + p], y[-1])
+        outputs = [end, ca.jacobian(end, y), ca.hessian(ca.dot(w, end), y)[0]]
+        made.append(ca.Function("made", [y, w], outputs))
+    for _ in range(20):
+        point = np.concatenate([rng.normal(size=x + u), rng.uniform(0.5, 2.0, p), [0.03]])
+        weights = rng.normal(size=x)
+        for found, expected in zip(made[0](point, weights), made[1](point, weights), strict=True):
+            scale = np.max(np.abs(np.array(expected)))
+            assert np.max(np.abs(np.array(found) - np.array(expected))) < 1e-11 * scale
+
+
 @pytest.mark.slow
 def test_the_acrobot_has_the_step_and_the_optimum_of_casadis_symbols(rng: np.random.Generator) -> None:
     own_demo = demo("acrobot_swing_up")
     step, native = eomgen.casadi(own_demo["SCENE"], profile="quick")["step"], own_demo["native_step"]()
-    y, w, made = ca.MX.sym("y", 10), ca.MX.sym("w", 4), []
-    for function in (step, native):
-        end = function(y[:4], y[4], y[5:9], y[9])
-        outputs = [end, ca.jacobian(end, y), ca.hessian(ca.dot(w, end), y)[0]]
-        made.append(ca.Function("made", [y, w], outputs))
-    for _ in range(20):
-        point = np.concatenate([rng.normal(size=5), rng.uniform(0.5, 2.0, 4), [0.05]])
-        weights = rng.normal(size=4)
-        for found, expected in zip(made[0](point, weights), made[1](point, weights), strict=True):
-            scale = np.max(np.abs(np.array(expected)))
-            assert np.max(np.abs(np.array(found) - np.array(expected))) < 1e-11 * scale
+    hold(step, native, (4, 1, 4), rng)
     p = eomgen.build(own_demo["SCENE"], profile="quick").parameter_array()
     best, other = (own_demo["swing_up"](function, p) for function in (step, native))
     assert best.success and other.success
@@ -75,3 +81,26 @@ def test_the_fastest_motion_of_panda_is_within_its_limits_and_is_that_of_the_ste
         state = np.concatenate([run.q[-1], run.v[-1]])
         assert state == pytest.approx(best.x[k + 1], abs=1e-6)
     assert state[:7] == pytest.approx(own_demo["END"], abs=1e-6)
+
+
+@pytest.mark.slow
+def test_the_car_with_preview_has_the_step_and_the_optimum_of_casadis_symbols(rng: np.random.Generator) -> None:
+    own_demo = demo("vehicle_with_preview")
+    model = eomgen.build(own_demo["SCENE"], profile="quick", method="rk4")
+    step, native = eomgen.casadi(model, profile="quick")["step"], own_demo["native_step"]()
+    hold(step, native, (8, 4, 1), rng)
+    p = model.parameter_array()
+    best, other = (own_demo["driven"](function, p) for function in (step, native))
+    assert best.success and other.success
+    assert best.iterations == other.iterations
+    assert best.x == pytest.approx(other.x, abs=1e-7)
+    passive = own_demo["driven"](step, p, active=False)
+    assert best.heave < 0.1 * passive.heave and best.pitch < 0.1 * passive.pitch
+    assert best.x[39, 0] > 0.01  # before the front wheel reaches the bump at 0.4 s
+    h = float(passive.t[1])
+    heights, state, names = own_demo["road"](passive.t[:-1] + h / 2.0), np.zeros(8), ["road_front", "road_rear"]
+    for k, (front, rear) in enumerate(heights):
+        inputs = {"force_front": 0.0, "force_rear": 0.0, **dict(zip(names, (float(front), float(rear)), strict=True))}
+        run = model.simulate(h, h, method="rk4", initial={"q": state[:4], "v": state[4:]}, inputs=inputs)
+        state = np.concatenate([run.q[-1], run.v[-1]])
+        assert state == pytest.approx(passive.x[k + 1], abs=1e-8)
