@@ -15,7 +15,7 @@ BIN := $(VENV)/bin
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 # An environment or package index set by the user is respected; nothing here names one.
 
-.PHONY: demo acados test test-all test-long coverage browser lint types golden errors mutants bench clean
+.PHONY: demo live acados test test-all test-long coverage browser lint types golden errors mutants bench clean
 
 $(VENV)/made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -80,6 +80,13 @@ lint: $(VENV)/installed-test
 
 types: $(VENV)/installed-test
 	$(BIN)/mypy
+
+# Live pages of the examples that docs/live.md lists.
+live: $(VENV)/installed
+	@for scene in four_bar/scene bouncing_ball/scene active_vehicle/scene elastic_slider_crank/scene spin_up_beam/exact \
+	    pi_servo/sampled heavy_top/joint_coordinates double_pendulum_on_shaking_base/scene; do \
+	    $(BIN)/eomgen live examples/$$scene.toml --out out/live/$$(dirname $$scene).html || exit; \
+	done
 
 golden: $(VENV)/installed-test
 	$(BIN)/python -m tests.golden --update

@@ -3,6 +3,8 @@
 const live = scene.live;
 /** Stored frames per second of the page's clock, and how many are kept. */
 const [FRAMES, KEPT] = [120, 9600];
+/** Speed unless the viewer chooses one: real time, for motions shorter than a second slower. */
+const usual = live.duration >= 1 ? 1 : state.speed;
 const restTime = { start, end }; // of the run that Python made: the picture is laid around it
 const roads = scene.roads;
 let motion = null;
@@ -215,7 +217,12 @@ function choose(slider, number) {
 }
 
 const GROUPS = { parameter: "parameters", input: "inputs", position: "positions", velocity: "velocities", state: "states" };
-const short = (value) => String(+value.toPrecision(4));
+/** A number of a slider in four digits. */
+function short(value, { low, high }) {
+  if (Math.abs(value) < 1e-9 * (high - low)) return "0";
+  const rounded = +value.toPrecision(4);
+  return Math.abs(rounded) >= 1e6 ? rounded.toExponential() : String(rounded);
+}
 
 function addSlider(slider) {
   const [row, name, range, box, unit] = ["div", "label", "input", "input", "span"].map((tag) => document.createElement(tag));
@@ -230,7 +237,7 @@ function addSlider(slider) {
   box.setAttribute("aria-label", `${slider.name}${slider.unit ? `, ${slider.unit}` : ""}`);
   slider.show = () => {
     range.value = String(slider.now ?? 0);
-    box.value = slider.now === null ? "" : short(slider.now);
+    box.value = slider.now === null ? "" : short(slider.now, slider);
     box.placeholder = slider.value === null ? "f(t)" : "";
     row.classList.toggle("changed", slider.now !== slider.value);
   };
@@ -284,7 +291,7 @@ const keyOf = (slider) => `${{ parameter: "p", input: "u", position: "q", veloci
 function keep() {
   const settings = new URLSearchParams();
   for (const slider of sliders) if (slider.now !== slider.value) settings.set(keyOf(slider), String(+slider.now.toPrecision(9)));
-  if (state.speed !== 1) settings.set("speed", String(state.speed));
+  if (state.speed !== usual) settings.set("speed", String(state.speed));
   if (page.dataset.theme) settings.set("theme", page.dataset.theme);
   const text = settings.toString();
   try {
@@ -305,7 +312,7 @@ function takeAddress() {
     slider.show();
   }
   const speed = Number(settings.get("speed"));
-  state.speed = speed > 0 && Number.isFinite(speed) ? speed : 1;
+  state.speed = speed > 0 && Number.isFinite(speed) ? speed : usual;
   byId("speed").value = String(state.speed);
 }
 
