@@ -92,7 +92,10 @@ def four_bar() -> Path:
 #: Scene and term; the first ones' rotations have more than one axis.
 CASES = [
     *(("gimbal", term) for term in DYNAMICS),
-    *(("gate", term) for term in ("residual", "constraint", "constraint_velocity", "constraint_acceleration")),
+    *(
+        ("gate", term)
+        for term in ("residual", "constraint", "constraint_velocity", "constraint_acceleration", "momenta")
+    ),
     *(("drone", term) for term in ("internal_rate", "outputs", "frame_poses")),
     *(("double_pendulum", term) for term in DYNAMICS),
 ]
@@ -127,7 +130,7 @@ def changed(model: eomgen.Model, term: str, state: Mapping[str, Array]) -> Array
             if "base" in functions:
                 moved["base"] = functions("base", moved)[0]
             taken = {name: moved[name] for name in functions.inputs(term)}
-            columns.append(functions(term, taken)[0].imag.ravel() / STEP)
+            columns.append(np.concatenate([part.imag.ravel() for part in functions(term, taken)]) / STEP)
     return np.stack(columns, axis=-1)
 
 

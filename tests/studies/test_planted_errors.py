@@ -155,6 +155,8 @@ PLANTED = [
             ("gate", "constraint_acceleration_hessian"),
             ("drone", "frame_poses_derivatives"),
             ("drone", "frame_poses_hessian"),
+            ("gate", "momenta_derivatives"),
+            ("gate", "momenta_hessian"),
         )
     ),
     *_of("gate", "constraint_acceleration", "w_dot"),
