@@ -98,10 +98,10 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
     work = 'model = eomgen.build("scene.toml", profile="quick")'
     step = f"{work}; model.simulate(1e-3, 1e-3)"
     start(step, tmp_path / "cache")
-    check(start(work, tmp_path / "cache"), 114, 19, [])
-    check(start(step, tmp_path / "cache"), 156, 39, [])
+    check(start(work, tmp_path / "cache"), 116, 19, [])
+    check(start(step, tmp_path / "cache"), 158, 39, [])
     loaded = step.replace('build("scene.toml"', 'build(eomgen.load("scene.toml")')
-    check(start(loaded, tmp_path / "cache"), 164, 40, [])
+    check(start(loaded, tmp_path / "cache"), 166, 40, [])
 
 
 @pytest.mark.slow

@@ -167,7 +167,11 @@ class Library:
                     f"({size},) or ({count or 'samples'}, {size})",
                 )
         count = count or 1
-        for position, (array, size) in enumerate(zip(outputs, results, strict=True)):
+        self._check_outputs(number, count, outputs)
+        return BoundCall(self, number, count, inputs, strides, outputs)
+
+    def _check_outputs(self, number: int, count: int, outputs: Sequence[Array]) -> None:
+        for position, (array, size) in enumerate(zip(outputs, self._output_sizes[number], strict=True)):
             if array.dtype != self.dtype or not array.flags.c_contiguous:
                 raise self._wrong_kind(array, number, "outputs", position)
             if array.size != count * size:
@@ -175,7 +179,6 @@ class Library:
                     f"{self._argument(number, 'outputs', position)} has {array.size} numbers for {count} samples of"
                     f" {size}"
                 )
-        return BoundCall(self, number, count, inputs, strides, outputs)
 
     def call(self, function: int | str, inputs: Sequence[Array], outputs: Sequence[Array]) -> None:
         """Evaluate a function once; see ``bind`` for the arrays."""

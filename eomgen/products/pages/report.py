@@ -328,15 +328,6 @@ def _comparison(runs: Sequence[ReportedRun], charts: _Charts) -> str:
     columns = [_columns_of(run.solution) for run in runs]
     shared = [name for name in columns[0] if all(name in one for one in columns)]
     first = runs[0].solution
-    rows = []
-    for name in shared:
-        row: list[object] = [name, columns[0][name][1]]
-        for run, other in zip(runs[1:], columns[1:], strict=True):
-            row += _difference(first.t, columns[0][name][0], run.solution.t, other[name][0])
-        rows.append(row)
-    headings = ["column", "unit"]
-    for run in runs[1:]:
-        headings += [f"largest difference, {run.name}", "at t, s", f"at the end, {run.name}"]
     outputs = [name for name in shared if _kind(name, first) in ("outputs", "energy")] or shared
     canvases = [
         charts.add(
@@ -352,9 +343,24 @@ def _comparison(runs: Sequence[ReportedRun], charts: _Charts) -> str:
         "<h3>Settings that differ</h3>",
         _table(("", *(run.name for run in runs)), differing) or "<p>none</p>",
         f"<h3>Differences from {_text(runs[0].name)}</h3>",
-        _table(headings, rows),
+        _differences(runs, shared),
         f'<div class="charts">{"".join(canvases)}</div>',
     )
+
+
+def _differences(runs: Sequence[ReportedRun], shared: Sequence[str]) -> str:
+    """Return the table of differences from the first run, a row for each of the columns that all runs have."""
+    columns = [_columns_of(run.solution) for run in runs]
+    headings = ["column", "unit"]
+    for run in runs[1:]:
+        headings += [f"largest difference, {run.name}", "at t, s", f"at the end, {run.name}"]
+    rows = []
+    for name in shared:
+        row: list[object] = [name, columns[0][name][1]]
+        for run, other in zip(runs[1:], columns[1:], strict=True):
+            row += _difference(runs[0].solution.t, columns[0][name][0], run.solution.t, other[name][0])
+        rows.append(row)
+    return _table(headings, rows)
 
 
 def _settings(solution: Solution) -> dict[str, str]:

@@ -113,8 +113,6 @@ def page_source(layout: Mapping[str, Any], *, left_to_stepper: bool) -> tuple[st
     """
     method, sizes = layout["method"], layout["sizes"]
     places, row = state_layout(method), row_layout(method)
-    functions = [item for item in layout["functions"] if item["name"] in FUNCTIONS]
-    by_name = {item["name"]: item for item in functions}
     nu, rows = sizes["u"], max(part.stop for part in row.values())
     events = "events" in method
     blocks: list[tuple[str, int, str]] = [
@@ -140,34 +138,8 @@ def page_source(layout: Mapping[str, Any], *, left_to_stepper: bool) -> tuple[st
         ("base", sizes["base"], "State of the base."),
         ("inputs_u", nu, "Inputs by the scene's formulas."),
     ]
-    arguments = {"p": "present", "t": "row_of_motion", "u": "u", "base": "base"}
-    arguments |= {name: f"row_of_motion + {row[name].start}" for name in ("q", "v", "lam", "z") if name in row}
-    arguments["a"] = f"row_of_motion + {row['vdot'].start}"
-    for absent in ("lam", "z"):
-        arguments.setdefault(absent, "row_of_motion")
-    called = []
-    for number, item in enumerate(layout["functions"]):
-        name = item["name"]
-        if name not in by_name:
-            continue
-        names = ["base"] if name == "base" else [f"{name}_{output['name']}" for output in item["outputs"]]
-        if name not in ("base", "inputs"):
-            blocks += [
-                (block, output["size"], f"{output['description']}.")
-                for block, output in zip(names, item["outputs"], strict=True)
-            ]
-        if name == "inputs":
-            names = ["inputs_u"]
-        described = f"{item['description'][:1].upper()}{item['description'][1:]}."
-        called.append(
-            {
-                "name": name,
-                "number": number,
-                "description": described,
-                "arguments": [arguments[block] for block in item["inputs"]],
-                "outputs": names,
-            }
-        )
+    called, results = _called(layout, row)
+    blocks += results
     modes = (
         [(places["mode"].start + k, mode["parameter"]) for k, mode in enumerate(method["events"]["modes"])]
         if events
@@ -181,7 +153,7 @@ def page_source(layout: Mapping[str, Any], *, left_to_stepper: bool) -> tuple[st
             version=__version__,
             blocks=[{"name": name, "size": size, "meaning": meaning} for name, size, meaning in blocks],
             functions=called,
-            names=list(by_name),
+            names=[item["name"] for item in called],
             rows=method["rows_per_step"],
             within=method.get("input_times", [0.0, 1.0]),
             nu=nu,
@@ -210,3 +182,40 @@ def check_supported(layout: Mapping[str, Any], name: str) -> None:
     if layout["method"].get("samples", {}).get("from_caller"):
         fault = "a sampled controller calls a function of Python, and a page has none"
         raise ModelError(Problem(name, fault, hint))
+
+
+def _called(
+    layout: Mapping[str, Any], row: Mapping[str, slice]
+) -> tuple[list[dict[str, Any]], list[tuple[str, int, str]]]:
+    """Return the functions that the page calls, with the places of their arguments, and blocks of their results as
+    names, sizes and meanings."""
+    arguments = {"p": "present", "t": "row_of_motion", "u": "u", "base": "base"}
+    arguments |= {name: f"row_of_motion + {row[name].start}" for name in ("q", "v", "lam", "z") if name in row}
+    arguments["a"] = f"row_of_motion + {row['vdot'].start}"
+    for absent in ("lam", "z"):
+        arguments.setdefault(absent, "row_of_motion")
+    called: list[dict[str, Any]] = []
+    results: list[tuple[str, int, str]] = []
+    for number, item in enumerate(layout["functions"]):
+        name = item["name"]
+        if name not in FUNCTIONS:
+            continue
+        names = ["base"] if name == "base" else [f"{name}_{output['name']}" for output in item["outputs"]]
+        if name not in ("base", "inputs"):
+            results += [
+                (block, output["size"], f"{output['description']}.")
+                for block, output in zip(names, item["outputs"], strict=True)
+            ]
+        if name == "inputs":
+            names = ["inputs_u"]
+        described = f"{item['description'][:1].upper()}{item['description'][1:]}."
+        called.append(
+            {
+                "name": name,
+                "number": number,
+                "description": described,
+                "arguments": [arguments[block] for block in item["inputs"]],
+                "outputs": names,
+            }
+        )
+    return called, results

@@ -148,24 +148,34 @@ def _folded_code(line: str, indent: str) -> list[str]:
                 pieces.append(line[:cut])
                 line = indent + line[cut + 1 :]
                 continue
-        closed = [match.span() for match in _CLOSED.finditer(line)] if marked else []
-        cuts = [
-            match.start()
-            for match in _BREAK.finditer(line, start, WIDTH + 1)
-            if match.start() <= WIDTH and not any(first < match.start() < last for first, last in closed)
-        ]
-        if not cuts:  # a long name of a function with one long argument
-            cut = line.rfind("(", start, WIDTH) + 1
-            if cut == 0 or any(first < cut < last for first, last in closed):
-                break
-            pieces.append(line[:cut])
-            line = indent + line[cut:]
-            continue
-        late = [cut for cut in cuts if cut > WIDTH // 2] or cuts[-1:]
-        cut = min(late, key=lambda cut: (line.count("(", 0, cut) - line.count(")", 0, cut), -cut))
+        cut, after = _cut(line, start, [match.span() for match in _CLOSED.finditer(line)] if marked else [])
+        if not cut:
+            break
         pieces.append(line[:cut])
-        line = indent + line[cut + 1 :]
+        line = indent + line[after:]
     return [*pieces, line + rest]
+
+
+def _cut(line: str, start: int, closed: Sequence[tuple[int, int]]) -> tuple[int, int]:
+    """Return the end of the first piece of a line and the start of the next; (0, 0) if the line cannot be broken.
+
+    Parameters
+    ----------
+    line : str
+    start : number of spaces at its beginning
+    closed : first and last character of texts and comments, which stay whole
+    """
+    cuts = [
+        match.start()
+        for match in _BREAK.finditer(line, start, WIDTH + 1)
+        if match.start() <= WIDTH and not any(first < match.start() < last for first, last in closed)
+    ]
+    if not cuts:  # a long name of a function with one long argument
+        cut = line.rfind("(", start, WIDTH) + 1
+        return (0, 0) if any(first < cut < last for first, last in closed) else (cut, cut)
+    late = [cut for cut in cuts if cut > WIDTH // 2] or cuts[-1:]
+    cut = min(late, key=lambda cut: (line.count("(", 0, cut) - line.count(")", 0, cut), -cut))
+    return cut, cut + 1
 
 
 _SUM, _PRODUCT, _PREFIX, _ATOM = 1, 2, 3, 4
