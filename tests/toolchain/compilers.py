@@ -52,8 +52,8 @@ def compilers() -> dict[str, str]:
 
 def motion(example: str) -> Motion:
     """Return the rows of the first steps of an example, by the compiler that ``CC`` names."""
-    model = eomgen.build(ROOT / "examples" / example, profile="reproducible")
-    settings = getattr(model, "description", model).simulation
+    described = eomgen.load(ROOT / "examples" / example)
+    model, settings = eomgen.build(described, profile="reproducible"), described.simulation
     solution: Any = model.simulate(
         min(settings.duration, STEPS * settings.step), settings.step, error_estimate=False, record_every=1
     )
@@ -132,9 +132,11 @@ def wasm_difference(example: str, folder: Path) -> str:
     in_node = printed(example, zig, folder, real=NODE)
     if native == in_node and len(native) > 1:
         return ""
-    rows = (number for number, pair in enumerate(zip(native, in_node, strict=False)) if pair[0] != pair[1])
-    row = next(rows, -1)
-    return f"{len(native)} rows, and {len(in_node)}" if row < 0 else f"row {row}: {native[row]}, {in_node[row]}"
+    for number, pair in enumerate(zip(native, in_node, strict=False)):
+        for column, (one, other) in enumerate(zip(*(line.split(",") for line in pair), strict=False)):
+            if one != other:
+                return f"row {number}, column {column}: {one}, {other}"
+    return f"{len(native)} rows, and {len(in_node)}"
 
 
 def row(name: str, folder: Path) -> dict[str, str]:
@@ -148,7 +150,7 @@ def row(name: str, folder: Path) -> dict[str, str]:
         try:
             cells["wasm"] = wasm_difference(name, own)
         except (eomgen.EomgenError, AttributeError, KeyError, subprocess.CalledProcessError) as error:
-            cells["wasm"] = f"no stand-alone program: {error}"
+            cells["wasm"] = "no stand-alone program" if isinstance(error, KeyError) else f"none: {error}"
         shutil.rmtree(own)
     return cells
 

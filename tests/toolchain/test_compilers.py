@@ -12,7 +12,7 @@ import pytest
 from eomgen.errors import ToolchainError
 from eomgen.toolchain import compiler, doctor
 from eomgen.toolchain.compiler import find_compiler, zig_program
-from tests.toolchain.compilers import compilers, difference, examples, motions
+from tests.toolchain.compilers import END, START, compilers, difference, examples, motions
 from tests.toolchain.fire import environment, script
 
 ROOT = Path(__file__).parents[2]
@@ -75,6 +75,14 @@ def test_differences_are_named() -> None:
     assert difference(one, {"q": np.nextafter(one["q"], 9.0)}) == "q in row 0: np.float64(0.0), np.float64(5e-324)"
     assert difference(one, {"q": one["q"][:1]}) == "2 rows of q, and 1"
     assert difference(one, "toolchain error") == "toolchain error"
+
+
+def test_the_page_has_rows_of_examples_in_their_order() -> None:
+    text = (ROOT / "docs" / "compilers.md").read_text(encoding="utf-8").partition(START)[2].partition(END)[0]
+    rows = [line.split(" | ") for line in text.splitlines() if line.startswith("| ")][1:]
+    names = [row[0].strip("| ") + ".toml" for row in rows]
+    assert len(names) >= 47 and [name for name in examples() if name in names] == names
+    assert {cell for row in rows for cell in row[1:4]} == {"equal"}  # with gcc, clang and zig
 
 
 @pytest.mark.slow
