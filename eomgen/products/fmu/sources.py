@@ -89,6 +89,9 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
         "states": interface.states,
         "nx": len(interface.states),
         "rotations": rotations,
+        "quaternions": [_name_of_quaternion(interface, factor["q_start"]) for factor in rotations],
+        "reports": bool(event_rows(program) or method.get("samples"))
+        or (interface.exchange and bool(sizes["lam"] or rotations)),
         "continuous": continuous,
         "inputs": inputs,
         "formulas": sorted(set(range(sizes["u"])) - set(inputs)),
@@ -108,6 +111,11 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
         "adaptive": any(item["name"] == "tolerance" for item in method["settings"]),
         "derivatives": derivatives,
     }
+
+
+def _name_of_quaternion(interface: Interface, start: int) -> str:
+    """Return the name of the variables whose first four are a quaternion, without their index."""
+    return next(item.name for item in interface.of("q") if item.index == start).rsplit("[", 1)[0]
 
 
 def _places(interface: Interface) -> list[str]:

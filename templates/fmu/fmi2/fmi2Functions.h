@@ -159,11 +159,17 @@ This definition has been changed to always export the symbols.
 #endif
 
 
-/* 
-Macro to construct the real function name.
-This definition has been changed to add no prefix.
+/*
+Macro to construct the real function name: the function name with FMI2_FUNCTION_PREFIX
+before it, if that is defined.
 */
-#define fmi2FullName(name) name
+#ifdef FMI2_FUNCTION_PREFIX
+    #define fmi2Joined(prefix, name)   prefix ## name
+    #define fmi2Expanded(prefix, name) fmi2Joined(prefix, name)
+    #define fmi2FullName(name)         fmi2Expanded(FMI2_FUNCTION_PREFIX, name)
+#else
+    #define fmi2FullName(name) name
+#endif
 
 
 /***************************************************
