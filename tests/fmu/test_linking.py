@@ -20,7 +20,8 @@ from eomgen.base.files import template_folder
 from tests.fmu.importers import run, written
 
 SCENES = Path(__file__).parents[2] / "examples" / "coupled_fmus" / "scenes"
-MAIN = Path(__file__).with_name("two_models.c")
+#: Programs of both models, by the version of FMI.
+MAINS = {3: Path(__file__).with_name("two_models.c"), 2: Path(__file__).with_name("two_models_fmi2.c")}
 HEADERS = template_folder() / "fmu"
 
 
@@ -52,40 +53,50 @@ def definitions(name: str, folder: Path) -> list[str]:
     return [*macros, f'-D{upper}_TOKEN="{description.guid}"']
 
 
-def program(folder: Path, flags: Sequence[str]) -> Path:
+def program(folder: Path, flags: Sequence[str], version: int = 3) -> Path:
     """Return a program of both models."""
+    flags = [*flags, "-DEOMGEN_FMU_STATIC"] if version == 2 else flags
+    headers = HEADERS / f"fmi{version}"
     objects: list[Path] = []
     macros: list[str] = []
     for name in ("plant", "controller"):
-        sources = unpacked(name, 3, folder) / "sources"
+        sources = unpacked(name, version, folder) / "sources"
         macros += definitions(name, sources.parent)
         for source in sorted(sources.glob("*.c")):
             objects.append(folder / f"{name}_{source.stem}.o")
-            includes = ["-I", sources, "-I", HEADERS / "fmi3"]
+            includes = ["-I", sources, "-I", headers]
             words = ["cc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", *flags, "-c"]
             compiled([*words, *includes, source, "-o", objects[-1]])
-    words = ["cc", "-std=c99", "-D_POSIX_C_SOURCE=200809L", "-pthread", *flags, *macros, "-I", HEADERS / "fmi3"]
+    words = ["cc", "-std=c99", "-D_POSIX_C_SOURCE=200809L", "-pthread", *flags, *macros, "-I", headers]
     target = folder / "both"
-    compiled([*words, MAIN, *objects, "-o", target, "-lm"])
+    compiled([*words, MAINS[version], *objects, "-o", target, "-lm"])
     return target
 
 
 @pytest.mark.slow
 def test_two_models_link_into_one_program_whose_instances_run_on_threads(tmp_path: Path) -> None:
-    both = program(tmp_path, ["-O1"])
-    symbols = subprocess.run(["nm", "-g", both], capture_output=True, text=True, check=True).stdout
-    named = {line.split()[-1] for line in symbols.splitlines() if " T " in line}
-    assert {"plant_fmi3DoStep", "controller_fmi3DoStep"} <= named
-    assert not [name for name in named if name.startswith("fmi3")]
-    done = subprocess.run([both], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "") and float(done.stdout) > 0.0
+    angles = list[float]()
+    for version in (3, 2):
+        (tmp_path / str(version)).mkdir()
+        both = program(tmp_path / str(version), ["-O1"], version)
+        symbols = subprocess.run(["nm", "-g", both], capture_output=True, text=True, check=True).stdout
+        named = {line.split()[-1] for line in symbols.splitlines() if " T " in line}
+        assert {f"plant_fmi{version}DoStep", f"controller_fmi{version}DoStep"} <= named
+        assert not [name for name in named if name.startswith("fmi")]
+        done = subprocess.run([both], capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
+        angles.append(float(done.stdout))
+    assert angles[0] == angles[1] > 0.0
 
 
 @pytest.mark.slow
 def test_sanitizers_and_valgrind_have_no_findings(tmp_path: Path) -> None:
-    checked = program(tmp_path, ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"])
-    done = subprocess.run([checked], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
+    for version in (2, 3):
+        (tmp_path / str(version)).mkdir()
+        flags = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+        checked = program(tmp_path / str(version), flags, version)
+        done = subprocess.run([checked], capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
     if shutil.which("valgrind") is not None:
         (tmp_path / "plain").mkdir()
         plain = program(tmp_path / "plain", ["-O1", "-g"])
