@@ -108,8 +108,8 @@ class Logged:
         if version == 2:
             callbacks = fmpy.fmi2.fmi2CallbackFunctions()
             callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(self.note)
-            callbacks.allocateMemory = fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.fmi2.allocateMemory)
-            callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.fmi2.freeMemory)
+            callbacks.allocateMemory = fmpy.fmi2.defaultCallbacks.allocateMemory
+            callbacks.freeMemory = fmpy.fmi2.defaultCallbacks.freeMemory
             addLoggerProxy(ctypes.byref(callbacks))
             self.fmu.instantiate(callbacks=callbacks, loggingOn=True)
             self.fmu.setupExperiment(startTime=0.0)
