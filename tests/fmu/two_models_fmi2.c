@@ -1,5 +1,5 @@
-/* Two FMUs of FMI 2.0 in one program, linked statically by their prefixes: both step, and the plant goes back by a copy.
- * Prints the last angle. */
+/* Two FMUs of FMI 2.0 in one program, linked statically by their prefixes: both step, and the plant goes back by a
+ * copy. Prints the last angle. */
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
