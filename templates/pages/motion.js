@@ -157,8 +157,8 @@ class Motion {
     return status ? `there is no start here: ${this.text(status)}` : "";
   }
 
-  /** Write the state nearest to another one that meets the constraints as the start; the coordinates that are kept stay
-   * as they are, unless the constraints cannot be met then. Returns an empty text, or why there is none. */
+  /** Write the state nearest to another one that meets the constraints as the start; kept coordinates do not
+   * change unless the constraints have no other solution. Returns an empty text, or the fault. */
   closed(q, v, t, kept, spun) {
     const { start_q, start_v } = this.blocks;
     start_q.set(q);
@@ -177,7 +177,7 @@ class Motion {
     return "the loops do not close with these values";
   }
 
-  /** Correct start_q to the constraints. Returns whether they are met. */
+  /** Correct start_q to the constraints. Returns whether the constraints are met. */
   moved(t, kept) {
     const phi = this.blocks.constraint_Phi;
     if (!phi) return true;
@@ -227,7 +227,7 @@ class Motion {
     return met;
   }
 
-  /** Go on with changed parameters and inputs; a loop that they open is closed. Returns an empty text or a fault. */
+  /** Go on with changed parameters and inputs; a loop opened by new values is closed. Returns an empty text or a fault. */
   change() {
     this.set();
     if (this.isClosed()) return "";

@@ -187,8 +187,8 @@ def check_supported(layout: Mapping[str, Any], name: str) -> None:
 def _called(
     layout: Mapping[str, Any], row: Mapping[str, slice]
 ) -> tuple[list[dict[str, Any]], list[tuple[str, int, str]]]:
-    """Return the functions that the page calls, with the places of their arguments, and blocks of their results as
-    names, sizes and meanings."""
+    """Return the functions called by the page with the places of all arguments, and the blocks of results: name, size
+    and meaning."""
     arguments = {"p": "present", "t": "row_of_motion", "u": "u", "base": "base"}
     arguments |= {name: f"row_of_motion + {row[name].start}" for name in ("q", "v", "lam", "z") if name in row}
     arguments["a"] = f"row_of_motion + {row['vdot'].start}"
