@@ -204,7 +204,7 @@ def test_steps_without_end_and_sizes_that_differ_are_errors() -> None:
     one = ctypes.c_size_t(1)
     for name in ("GetFloat64", "SetFloat64"):
         assert unit.call(name, None, ctypes.c_size_t(0), (ctypes.c_double * 1)(), one) == 3
-        assert unit.messages[-1] == f"fmi3{name}: 1 values for 0 value references"
+        assert unit.messages[-1] == f"fmi3{name}: 1 values, but the variables have 0"
 
 
 @pytest.mark.parametrize("version", VERSIONS)

@@ -48,6 +48,7 @@ from eomgen.scene.sources.register import all_options, source_of
 @click.option(
     "--dae", is_flag=True, help="Importers may solve for accelerations and multipliers: FMI-LS-DAE, 1.0.0-alpha.1."
 )
+@click.option("--arrays", is_flag=True, help="Vectors are arrays, one variable each (FMI 3.0).")
 @set_option
 @scene_options
 @json_option
@@ -63,6 +64,7 @@ def fmu(
     machines: Sequence[str],
     reference: bool,
     dae: bool,
+    arrays: bool,
     parameters: Sequence[str],
     as_json: bool,
     **reading: Any,
@@ -95,6 +97,7 @@ def fmu(
             machines=machines,
             reference=reference,
             dae=dae,
+            arrays=arrays,
         )
     if as_json:
         print_json({"file": str(path), "version": int(version), "bytes": path.stat().st_size})

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from xml.etree import ElementTree as ET
 
+from eomgen.products.fmu.arrays import folded
 from eomgen.products.fmu.dependencies import Known
 from eomgen.products.fmu.interface import Interface, Unknown, Variable
 
@@ -37,17 +38,17 @@ def dae_manifest(interface: Interface) -> str:
         ET.SubElement(algebraic, "AlgebraicVariable", valueReference=str(item.reference))
     structure = ET.SubElement(root, "ModelStructure")
     rates = [item for item in interface.variables if item.derivative is not None]
-    _add(structure, "Output", _unknowns(interface, interface.of("output")))
-    _add(structure, "ContinuousStateDerivative", _unknowns(interface, rates))
-    _add(structure, "InitialUnknown", interface.initial_unknowns)
-    _add(structure, "EventIndicator", (Unknown(item.reference) for item in interface.of("indicator")))
-    _add(structure, "Residual", _unknowns(interface, interface.of("residual")))
+    _add(structure, interface, "Output", _unknowns(interface, interface.of("output")))
+    _add(structure, interface, "ContinuousStateDerivative", _unknowns(interface, rates))
+    _add(structure, interface, "InitialUnknown", interface.initial_unknowns)
+    _add(structure, interface, "EventIndicator", (Unknown(item.reference) for item in interface.of("indicator")))
+    _add(structure, interface, "Residual", _unknowns(interface, interface.of("residual")))
     ET.indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'
 
 
-def _add(parent: ET.Element, name: str, unknowns: Iterable[Unknown]) -> None:
-    for unknown in unknowns:
+def _add(parent: ET.Element, interface: Interface, name: str, unknowns: Iterable[Unknown]) -> None:
+    for unknown in folded(interface, unknowns):
         element = ET.SubElement(parent, name, valueReference=str(unknown.reference))
         if unknown.dependencies is not None:
             element.set("dependencies", " ".join(map(str, unknown.dependencies)))

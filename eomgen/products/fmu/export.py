@@ -19,6 +19,7 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.register import terms_of
 from eomgen.pipeline import pipeline
 from eomgen.products.fmu.archive import documents, packed, token_of
+from eomgen.products.fmu.arrays import listed
 from eomgen.products.fmu.binary import binary_path, built, cross_built, machine_named
 from eomgen.products.fmu.checks import findings
 from eomgen.products.fmu.dae import MANIFEST, dae_manifest
@@ -56,6 +57,7 @@ def fmu(
     reference: bool = True,
     profile: str = "reproducible",
     dae: bool = False,
+    arrays: bool = False,
 ) -> Path:
     """Write a scene as an FMU: model description, sources, this machine's library, documentation, reference results.
 
@@ -88,6 +90,8 @@ def fmu(
     dae : bool
         Whether importers can take the model as a differential-algebraic system and solve for accelerations and
         multipliers: FMI-LS-DAE, draft 1.0.0-alpha.1.
+    arrays : bool
+        Whether vectors (outputs, quaternions, positions, velocities of a joint) are arrays of FMI 3.0.
     profile : str
         Of the library: ``reproducible`` (the bits of ``simulate`` with this profile), or as of ``build``.
 
@@ -118,6 +122,7 @@ def fmu(
         reference=reference,
         profile=profile,
         dae=dae,
+        arrays=arrays,
     )
     path = Path(f"{made.interface.name}.fmu" if file is None else file)
     check_writable(path)
@@ -146,9 +151,10 @@ def fmu_files(
     reference: bool = True,
     profile: str = "reproducible",
     dae: bool = False,
+    arrays: bool = False,
 ) -> FmuFiles:
     """Return the files of an FMU; see ``fmu``."""
-    options = _checked(version, types, inputs, dae)
+    options = _checked(version, types, inputs, dae, arrays)
     others = [machine_named(name, version) for name in machines]
     document = pipeline.load_scene(scene)
     described = pipeline.as_document(document)[1].describe(document)
@@ -200,7 +206,7 @@ def _check(files: Mapping[str, str | bytes]) -> None:
         raise ModelError(f"the FMU would break the standard: {faults[0]}{more}", "a report to the authors of eomgen")
 
 
-def _checked(version: int, types: Sequence[str] | str, inputs: Sequence[str], dae: bool) -> Options:
+def _checked(version: int, types: Sequence[str] | str, inputs: Sequence[str], dae: bool, arrays: bool) -> Options:
     """Return checked options. Raises UsageError."""
     if version not in (2, 3):
         raise UsageError(Problem("version", f"there is no version {shown(str(version))} of FMI here", "2 or 3"))
@@ -213,7 +219,9 @@ def _checked(version: int, types: Sequence[str] | str, inputs: Sequence[str], da
     if dae and (version != 3 or "me" not in names):
         fault = "differential-algebraic systems are a layer over model exchange of FMI 3.0"
         raise UsageError(Problem("dae", fault, "version 3 with me"))
-    return Options(version, tuple(name for name in TYPES if name in names), tuple(inputs), dae)
+    if arrays and version != 3:
+        raise UsageError(Problem("arrays", "FMI 2.0 has scalars alone", "version 3"))
+    return Options(version, tuple(name for name in TYPES if name in names), tuple(inputs), dae, arrays)
 
 
 def _check_exported(scene: Scene, described: Description, options: Options) -> None:
@@ -268,6 +276,8 @@ def _reference(
     if values:
         table = np.concatenate(values, axis=1)
         columns |= {item.name: table[:, item.index] for item in interface.of("output")}
+    labels = {name: label for whole in listed(interface) for name, label in whole.labels.items()}
+    columns = {labels.get(name, name): column for name, column in columns.items()}
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(columns)

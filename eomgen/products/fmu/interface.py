@@ -90,12 +90,14 @@ class Options:
     types : of ``me`` (model exchange) and ``cs`` (co-simulation)
     inputs : names of inputs with a formula that importers may set
     dae : whether the FMU can leave accelerations and multipliers to the importer, see ``dae.py``
+    arrays : whether vectors are arrays, see ``arrays.py``
     """
 
     version: int
     types: tuple[str, ...]
     inputs: tuple[str, ...] = ()
     dae: bool = False
+    arrays: bool = False
 
 
 @dataclass(frozen=True)
@@ -168,6 +170,7 @@ class Interface:
     def types(self) -> Mapping[str, str]:
         """Names of types, as TorsionalStiffness, by units."""
         taken, result = {item.name for item in self.variables}, dict[str, str]()
+        taken |= {name.partition("[")[0] for name in taken}
         for unit in self.units:
             if unit.name in NAMED:
                 name = "".join(word.capitalize() for word in NAMED[unit.name].split()[1:])

@@ -11,6 +11,7 @@ from xml.etree import ElementTree as ET
 from eomgen.base.data import dataclass
 from eomgen.base.version import __version__
 from eomgen.codegen.targets.c.printer import number
+from eomgen.products.fmu.arrays import folded, listed
 from eomgen.products.fmu.interface import Interface, Unknown, Variable
 from eomgen.products.fmu.units import FmuUnit
 
@@ -176,8 +177,11 @@ def _written_3(interface: Interface, experiment: Experiment, sources: Sequence[s
     _categories(root)
     _experiment(root, experiment)
     variables = ET.SubElement(root, "ModelVariables")
-    for item in interface.variables:
+    for whole in listed(interface):
+        item = whole.variable
         attributes = {**_head(item), **_value_attributes(item, interface.types)}
+        if whole.size > 1 and item.start is not None:
+            attributes["start"] = " ".join(number(one.start or 0.0) for one in whole.numbers)
         if item.kind == "switch":
             ET.SubElement(variables, "Boolean", {**attributes, "start": "false"})
             continue
@@ -185,7 +189,9 @@ def _written_3(interface: Interface, experiment: Experiment, sources: Sequence[s
             attributes["derivative"] = str(item.derivative)
         if item.reinit and interface.exchange:
             attributes["reinit"] = "true"
-        ET.SubElement(variables, "Float64", attributes)
+        element = ET.SubElement(variables, "Float64", attributes)
+        if whole.size > 1:
+            ET.SubElement(element, "Dimension", start=str(whole.size))
     structure = ET.SubElement(root, "ModelStructure")
     for name, unknowns in (
         ("Output", interface.outputs),
@@ -193,7 +199,7 @@ def _written_3(interface: Interface, experiment: Experiment, sources: Sequence[s
         ("InitialUnknown", interface.initial_unknowns),
         ("EventIndicator", interface.indicators),
     ):
-        for unknown in unknowns:
+        for unknown in folded(interface, unknowns):
             ET.SubElement(structure, name, {"valueReference": str(unknown.reference), **_dependencies(unknown, 0)})
     return _text(root)
 

@@ -11,6 +11,7 @@ from eomgen.codegen.program import Program
 from eomgen.codegen.targets.c.printer import folded
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.codegen.targets.c.templates import environment
+from eomgen.products.fmu.arrays import listed
 from eomgen.products.fmu.dependencies import PATTERNS
 from eomgen.products.fmu.interface import Interface, event_rows, mode_parameters
 
@@ -69,9 +70,6 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
     sizes = program.sizes
     rotations = [factor for factor in program.factors if factor["group"] != "R"]
     continuous = [item.index for item in interface.of("z")]
-    inputs = [item.index for item in interface.of("input")]
-    given = "inputs" in program.function_names
-    jumps = [item for item in program.discontinuities if item["order"] <= _ROUGHEST]
     method = program.method
     return {
         "program": program,
@@ -92,20 +90,16 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
         "quaternions": [_name_of_quaternion(interface, factor["q_start"]) for factor in rotations],
         "reports": bool(event_rows(program) or method.get("samples"))
         or (interface.exchange and bool(sizes["lam"] or rotations)),
+        **_inputs(interface, program),
         "continuous": continuous,
-        "inputs": inputs,
-        "formulas": sorted(set(range(sizes["u"])) - set(inputs)),
-        "given": given,
-        "follows_not_a_number": "jumps" in method or method["own_steps"] or method["inputs"] == "series",
-        "linear": method["inputs"] == "sampled",
         "events": event_rows(program),
         "modes": mode_parameters(program),
         "samples": method.get("samples"),
-        "once": sorted({item["time"] for item in jumps if not item["period"]}),
-        "periodic": list(dict.fromkeys((item["time"], item["period"]) for item in jumps if item["period"])),
+        **_time_events(program),
         "places": _places(interface),
         "explicit": explicit,
         "dae": interface.options.dae,
+        "sizes_of_arrays": _sizes(interface) if interface.options.arrays else (),
         "solved": not explicit,
         "scratch": () if derivatives is None else derivatives["scratch"],
         "adaptive": any(item["name"] == "tolerance" for item in method["settings"]),
@@ -113,9 +107,35 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
     }
 
 
+def _inputs(interface: Interface, program: Program) -> dict[str, Any]:
+    """Return the names of the templates on inputs: set by the importer, and followed by formulas of the scene."""
+    method, inputs = program.method, [item.index for item in interface.of("input")]
+    return {
+        "inputs": inputs,
+        "formulas": sorted(set(range(program.sizes["u"])) - set(inputs)),
+        "given": "inputs" in program.function_names,
+        "follows_not_a_number": "jumps" in method or method["own_steps"] or method["inputs"] == "series",
+        "linear": method["inputs"] == "sampled",
+    }
+
+
+def _time_events(program: Program) -> dict[str, Any]:
+    """Return times, and times with periods, at which forces or their first derivatives jump."""
+    jumps = [item for item in program.discontinuities if item["order"] <= _ROUGHEST]
+    return {
+        "once": sorted({item["time"] for item in jumps if not item["period"]}),
+        "periodic": list(dict.fromkeys((item["time"], item["period"]) for item in jumps if item["period"])),
+    }
+
+
 def _name_of_quaternion(interface: Interface, start: int) -> str:
     """Return the name of the variables whose first four are a quaternion, without their index."""
     return next(item.name for item in interface.of("q") if item.index == start).rsplit("[", 1)[0]
+
+
+def _sizes(interface: Interface) -> list[int]:
+    """Return the number of values by value references; 0 for numbers within an array."""
+    return [size for whole in listed(interface) for size in (whole.size, *[0] * (whole.size - 1))]
 
 
 def _places(interface: Interface) -> list[str]:

@@ -109,6 +109,12 @@ class Variable:
         """Whether the variable has dimensions."""
         return self.values.first("Dimension") is not None
 
+    @property
+    def size(self) -> int | None:
+        """Number of values; None if a structural parameter gives a dimension."""
+        sizes = [integer(element.attributes.get("start", "")) for element in self.values.all("Dimension")]
+        return None if None in sizes else math.prod(size for size in sizes if size is not None)
+
 
 class Variables:
     """The variables of a model description, and references to variables."""
@@ -236,6 +242,8 @@ def _check_range(variable: Variable, starts: Sequence[str], report: Report) -> N
         report.add(element, "the nominal value is zero", "nominal")
     if len(starts) > 1 and not variable.is_array:
         report.add(element, f"a scalar has {len(starts)} start values", "start")
+    elif variable.is_array and starts and variable.size not in (None, len(starts)) and len(starts) > 1:
+        report.add(element, f"an array of {variable.size} values has {len(starts)} start values", "start")
     lowest, highest = -math.inf if low is None else low, math.inf if high is None else high
     for start in starts:
         value = number(start)
@@ -295,6 +303,8 @@ def _check_derivative(variable: Variable, variables: Variables, convention: str,
         report.add(
             element, f'derivative names "{state.name}", which is neither a local variable nor an output', "derivative"
         )
+    if state.size != variable.size:
+        report.add(element, f'derivative names "{state.name}", which has another size', "derivative")
     if variables.derivatives[key] is not variable:
         report.add(element, f'"{state.name}" has two derivatives', "derivative")
     if named is not None and (named["order"] or "1") == "1" and named["name"] != state.name:

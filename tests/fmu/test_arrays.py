@@ -1,0 +1,185 @@
+"""Vectors as arrays of FMI 3.0: the same numbers as by scalars, in runs, by reference and in derivatives."""
+
+from __future__ import annotations
+
+import subprocess
+import zipfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import fmpy.fmi3
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+
+import eomgen
+from eomgen.base.files import template_folder
+from eomgen.products.fmu.checks import findings
+from eomgen.products.fmu.export import fmu_files
+from tests.fmu.importers import run, toolbox_findings, written
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+BODY = EXAMPLES / "free_spinning_body" / "scene.toml"
+ERRORS: list[str] = []
+
+
+@cache
+def file_of(*, arrays: bool) -> Path:
+    return written(BODY, 3, arrays=arrays)
+
+
+def opened(file: Path) -> tuple[Any, dict[str, Any]]:
+    """Return an FMU in continuous-time mode, and variables by name."""
+    unzipped = fmpy.extract(str(file))
+    description = fmpy.read_model_description(unzipped)
+    loaded = fmpy.fmi3.FMU3Model(
+        guid=description.guid,
+        unzipDirectory=unzipped,
+        modelIdentifier=description.modelExchange.modelIdentifier,
+        instanceName="one",
+    )
+    ERRORS.clear()
+    loaded.instantiate(loggingOn=True, logMessage=lambda _env, _status, _category, text: ERRORS.append(text.decode()))
+    loaded.enterInitializationMode(startTime=0.0)
+    loaded.exitInitializationMode()
+    return loaded, {item.name: item for item in description.modelVariables}
+
+
+@cache
+def texts(**options: Any) -> Any:
+    return fmu_files(BODY, binary=False, reference=False, **options)
+
+
+def numbers_of(name: str) -> tuple[str, ...]:
+    """Return the scalars of an array of the body."""
+    first = {"q.free.orientation": 0, "q.free.position": 4, "v.free.angular": 0, "v.free.linear": 3}
+    inner = name.removeprefix("der(").removesuffix(")")
+    size = 4 if inner.endswith("orientation") else 3
+    if inner not in first:
+        return (name,) if name in ("time", "energy") else tuple(f"{name}[{k}]" for k in range(size))
+    labels = [f"{inner[:6]}[{first[inner] + k}]" for k in range(size)]
+    return tuple(labels if inner == name else [f"der({label})" for label in labels])
+
+
+def test_vectors_are_variables_with_a_dimension() -> None:
+    files = texts(arrays=True).files
+    text = str(files["modelDescription.xml"])
+    orientation = 'name="q.free.orientation" valueReference="1" causality="local" variability="continuous"'
+    assert (
+        f'{orientation} initial="exact" start="1.0 0.0 0.0 0.0" reinit="true">\n      <Dimension start="4" />' in text
+    )
+    assert 'name="der(v.free.angular)" valueReference="21"' in text and 'derivative="8"' in text
+    assert 'name="energy" valueReference="33"' in text and text.count("<Dimension") == 10
+    assert '<ContinuousStateDerivative valueReference="18" dependencies="1 11" dependenciesKind=' in text
+    assert "size_of[34]" in str(files["sources/free_spinning_body_fmi3.c"])
+    assert texts().files["modelDescription.xml"] != text and "<Dimension" not in str(texts().files)
+
+
+@pytest.mark.slow
+def test_runs_have_the_numbers_of_scalars() -> None:
+    file = file_of(arrays=True)
+    assert validate_fmu(str(file)) == [] and toolbox_findings(file) == []
+    names = ["q.free.orientation", "q.free.position", "v.free.angular", "v.free.linear", "omega", "handle", "energy"]
+    scalars = [label for name in names for label in numbers_of(name)]
+    for kind in ("CoSimulation", "ModelExchange"):
+        rows = run(file, kind, 0.1, 1e-3, output=names)
+        plain = run(file_of(arrays=False), kind, 0.1, 1e-3, output=scalars)
+        table = np.concatenate([np.reshape(rows[name], (len(rows["time"]), -1)) for name in names], axis=1)
+        assert np.array_equal(table, np.stack([plain[name] for name in scalars], axis=1)), kind
+
+
+@pytest.mark.slow
+def test_values_and_derivatives_are_in_the_order_of_the_numbers(rng: np.random.Generator) -> None:
+    loaded, variables = opened(file_of(arrays=True))
+    plain, scalars = opened(file_of(arrays=False))
+    knowns = ["v.free.linear", "q.free.orientation", "v.free.angular"]
+    unknowns = ["omega", "der(q.free.position)", "energy", "der(v.free.angular)", "der(q.free.orientation)"]
+
+    def references(names: list[str]) -> tuple[list[int], list[int]]:
+        whole = [variables[name].valueReference for name in names]
+        return whole, [scalars[label].valueReference for name in names for label in numbers_of(name)]
+
+    (known, single_known), (unknown, single_unknown) = references(knowns), references(unknowns)
+    values = rng.normal(size=10)
+    loaded.setFloat64(known, list(values))
+    plain.setFloat64(single_known, list(values))
+    assert loaded.getFloat64(known, nValues=10) == list(values)
+    assert loaded.getFloat64(unknown, nValues=14) == plain.getFloat64(single_unknown)
+    seed = list(rng.normal(size=10))
+    along = loaded.getDirectionalDerivative(unknown, known, seed, nSensitivity=14)
+    assert along == plain.getDirectionalDerivative(single_unknown, single_known, seed) and np.any(along)
+    seed = list(rng.normal(size=14))
+    back = loaded.getAdjointDerivative(unknown, known, seed, nSensitivity=10)
+    assert back == plain.getAdjointDerivative(single_unknown, single_known, seed, nSensitivity=10) and np.any(back)
+
+
+@pytest.mark.slow
+def test_wrong_references_and_sizes_are_refused() -> None:
+    loaded, _ = opened(file_of(arrays=True))
+    for references, count, message in (
+        ([2], 1, "2 is no value reference"),
+        ([99], 1, "99 is no value reference"),
+        ([1], 3, "fmi3GetFloat64: 3 values for variables with 4"),
+        ([1] * 9, 36, "one call is for 34 numbers at most, all of the model"),
+    ):
+        with pytest.raises(Exception, match="fmi3GetFloat64"):
+            loaded.getFloat64(references, nValues=count)
+        assert ERRORS[-1] == message
+    with pytest.raises(Exception, match="fmi3GetDirectionalDerivative"):
+        loaded.getDirectionalDerivative([14], [8], [1.0], nSensitivity=4)
+    assert "the sizes of seed and sensitivity do not fit" in ERRORS[-1]
+
+
+@pytest.mark.slow
+def test_sources_compile_without_warnings(tmp_path: Path) -> None:
+    with zipfile.ZipFile(file_of(arrays=True)) as archive:
+        archive.extractall(tmp_path)
+    words = [
+        "cc",
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Wpedantic",
+        "-Werror",
+        "-c",
+        "-I",
+        template_folder() / "fmu" / "fmi3",
+    ]
+    source = tmp_path / "sources" / "free_spinning_body_fmi3.c"
+    done = subprocess.run(
+        [*map(str, words), source, "-o", tmp_path / "a.o"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dae", [False, True])
+def test_scenes_with_constraints_have_arrays(dae: bool) -> None:
+    scene = EXAMPLES / "four_bar" / "scene.toml"
+    file = written(scene, 3, arrays=True, dae=dae)
+    assert validate_fmu(str(file)) == []
+    rows = run(file, "CoSimulation", 0.01, 1e-3, output=["tracer", "speed"])
+    plain = run(written(scene, 3), "CoSimulation", 0.01, 1e-3, output=["tracer[0]", "tracer[2]", "speed"])
+    assert np.array_equal(rows["tracer"][:, 0], plain["tracer[0]"]) and np.array_equal(rows["speed"], plain["speed"])
+    assert rows["tracer"].shape == (len(plain["time"]), 3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "cause"),
+    [
+        ('start="1.0 0.0 0.0 0.0"', 'start="1.0 0.0 0.0"', "an array of 4 values has 3 start values"),
+        ('derivative="8"', 'derivative="1"', 'derivative names "q.free.orientation", which has another size'),
+        ('<Dimension start="4" />', '<Dimension start="0" />', "the size of a dimension is zero"),
+    ],
+)
+def test_the_check_knows_arrays(old: str, new: str, cause: str) -> None:
+    text = str(texts(arrays=True).files["modelDescription.xml"])
+    assert old in text and findings(text) == findings(text.replace("eomgen ", "another "))
+    assert any(cause in sentence for sentence in findings(text.replace(old, new, 1)))
+
+
+def test_fmi_2_has_no_arrays() -> None:
+    with pytest.raises(eomgen.UsageError, match=r"arrays: FMI 2\.0 has scalars alone; try: version 3"):
+        fmu_files(BODY, version=2, arrays=True)
