@@ -121,7 +121,7 @@ def test_wrong_references_and_sizes_are_refused() -> None:
     for references, count, message in (
         ([2], 1, "2 is no value reference"),
         ([99], 1, "99 is no value reference"),
-        ([1], 3, "fmi3GetFloat64: 3 values for variables with 4"),
+        ([1], 3, "fmi3GetFloat64: 3 values, but the variables have 4"),
         ([1] * 9, 36, "one call is for 34 numbers at most, all of the model"),
     ):
         with pytest.raises(Exception, match="fmi3GetFloat64"):

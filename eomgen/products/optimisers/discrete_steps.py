@@ -358,13 +358,14 @@ def chain_of(program: Program, functions: Sequence[Exported], method: str | None
     rows, holonomic = program.sizes["lam"], program.sizes["holonomic"]
     name = canonical_name(default_method(program) if method is None else method)
     made: Any = method_named(name)
+    recorders = {
+        "composition": (_EXPLICIT, not rows, _composition),
+        "runge_kutta": (_EXPLICIT, not rows, _runge_kutta),
+        "rattlie": (_VARIATIONAL, 0 < rows == holonomic, _variational),
+    }
     needed: tuple[str, ...]
-    if made.family == "composition":
-        needed, fits, record = _EXPLICIT, not rows, _composition
-    elif made.family == "runge_kutta":
-        needed, fits, record = _EXPLICIT, not rows, _runge_kutta
-    elif made.family == "rattlie":
-        needed, fits, record = _VARIATIONAL, 0 < rows == holonomic, _variational
+    if (recorder := recorders.get(made.family)) is not None:
+        needed, fits, record = recorder
     elif isinstance(made.linear_step, LinearStep) and not made.chooses_steps:
         needed, fits, record = _IMPLICIT[bool(rows)], not holonomic, _alpha
     else:
