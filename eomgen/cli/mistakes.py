@@ -55,10 +55,16 @@ _EXAMPLES: Mapping[str, str] = {
 }
 
 
+def _of_scenes(verbs: Collection[str]) -> list[str]:
+    """Return the verbs that take a scene, from ``info`` on."""
+    names = list(verbs)
+    return names[names.index("info") :] if "info" in names else names
+
+
 def of_verb(word: str, verbs: Collection[str]) -> str:
     """Return the remedy for a word that is not a verb."""
     if word.endswith((".toml", ".urdf")):
-        return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join(list(verbs)[:7])}"
+        return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join(_of_scenes(verbs)[:7])}"
     return _VERBS.get(word.lower()) or nearest(word, list(verbs))
 
 

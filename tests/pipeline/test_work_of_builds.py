@@ -29,7 +29,7 @@ CALLS: Mapping[bool, Mapping[str, int]] = {
     True: {"read": 1500, "derived": 123_000, "sampled": 4800, "stepped": 15_400, "program": 25_800},
 }
 #: The same of all stages from the scene to the Program, of a long beam.
-CONTINUED = 180
+CONTINUED = 182
 
 
 def calls(work: Callable[[], Any]) -> tuple[Any, int]:
