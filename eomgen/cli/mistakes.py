@@ -48,6 +48,8 @@ _CHOICES: Mapping[str, str] = {
 }
 _EXTRA = re.compile(r"unexpected extra arguments? \((.+)\)")
 _GIVEN = re.compile(r": '([^']*)' is ")
+#: Verbs at the head of the list that make or copy scenes and take none.
+_WITHOUT_SCENE = ("new", "examples")
 #: Examples of arguments and options that are missing.
 _EXAMPLES: Mapping[str, str] = {
     "scene": "the path of a .toml or .urdf file",
@@ -55,16 +57,10 @@ _EXAMPLES: Mapping[str, str] = {
 }
 
 
-def _of_scenes(verbs: Collection[str]) -> list[str]:
-    """Return the verbs that take a scene, from ``info`` on."""
-    names = list(verbs)
-    return names[names.index("info") :] if "info" in names else names
-
-
 def of_verb(word: str, verbs: Collection[str]) -> str:
     """Return the remedy for a word that is not a verb."""
     if word.endswith((".toml", ".urdf")):
-        return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join(_of_scenes(verbs)[:7])}"
+        return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join([verb for verb in verbs if verb not in _WITHOUT_SCENE][:7])}"
     return _VERBS.get(word.lower()) or nearest(word, list(verbs))
 
 
