@@ -60,7 +60,8 @@ _EXAMPLES: Mapping[str, str] = {
 def of_verb(word: str, verbs: Collection[str]) -> str:
     """Return the remedy for a word that is not a verb."""
     if word.endswith((".toml", ".urdf")):
-        return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join([verb for verb in verbs if verb not in _WITHOUT_SCENE][:7])}"
+        others = [verb for verb in verbs if verb not in _WITHOUT_SCENE][:7]
+        return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join(others)}"
     return _VERBS.get(word.lower()) or nearest(word, list(verbs))
 
 
