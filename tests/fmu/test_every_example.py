@@ -104,7 +104,7 @@ def refined(name: str, end: float, interval: float) -> eomgen.Solution:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.long), 3])  # both have the same equations
 def test_model_exchange_meets_a_refined_run(name: str, version: int) -> None:
     simulation = scene_of(name).simulation
     interval = simulation.step
