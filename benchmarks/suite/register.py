@@ -109,7 +109,7 @@ PER_TRAJECTORY = "trajectory of 10 s"
 AGAINST_HEYOKA = "heyoka's Taylor series at round-off (SciPy's DOP853 at 1e-13 where it is missing), all samples to {}"
 
 PYTHONS_PART = "60 % is the series, whose orders wait for one another; the rest is checks and statistics in Python"
-OF_SERIES = "series of 15 terms in lanes take 90 % of the time; SciPy's is that of its Python"
+OF_SERIES = "series of 15 terms in lanes take 90 % of the time; SciPy spends most of its time in Python"
 EVEN = "both take series of 17 to 20 terms in lanes; eomgen also compares accelerations at the end of each"
 
 TRAJECTORIES = (

@@ -84,6 +84,9 @@ def check_writable(path: Path) -> None:
     """Raise FileError if a file could not be written, before the work whose result the file takes."""
     import tempfile  # noqa: PLC0415  # before long work only
 
+    if path.exists() and not path.is_file():
+        kind = "a folder" if path.is_dir() else "no regular file"
+        raise FileError(Problem(str(path), f"this is {kind}, and a file is to be written", "the name of a new file"))
     try:
         with tempfile.NamedTemporaryFile("wb", dir=path.parent, prefix=f".{path.name}."):
             pass

@@ -13,7 +13,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from eomgen.base.data import dataclass, field, without_garbage_collection
+from eomgen.base.data import dataclass, field, replace, without_garbage_collection
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.messages import shown
 from eomgen.base.products import placed, rows_of
@@ -44,6 +44,8 @@ class Verb:
         model as its first argument, ``model``.
     behind : str
         Name of the verb before this verb in lists; at the end if there is none of this name.
+    takes_scene : bool
+        Whether the command takes a scene.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Verb:
     command: str = ""
     methods: tuple[str, ...] = ()
     behind: str = ""
+    takes_scene: bool = True
     #: Entry point of a row of another distribution, set by the register.
     entry: EntryPoint | None = field(default=None, compare=False, repr=False)
 
@@ -87,8 +90,10 @@ class Verb:
 Verb.__module__ = "eomgen.verbs"  # the name from which other distributions import it
 
 CORE: tuple[Verb, ...] = (
-    Verb("new", "Make a folder with a first scene, or with an example.", "eomgen.cli.first_steps:new"),
-    Verb("examples", "List the examples, or copy one.", "eomgen.cli.first_steps:examples"),
+    Verb(
+        "new", "Make a folder with a first scene, or with an example.", "eomgen.cli.first_steps:new", takes_scene=False
+    ),
+    Verb("examples", "List the examples, or copy one.", "eomgen.cli.first_steps:examples", takes_scene=False),
     Verb("info", "Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info:info"),
     Verb("generate", "Write the model and its stepper as a folder of C.", "eomgen.cli.generate:generate"),
     Verb(
@@ -125,10 +130,20 @@ CORE: tuple[Verb, ...] = (
     ),
     Verb("plot", "Draw a stored solution, over time or over another column.", "eomgen.cli.plot:plot"),
     Verb("animate", "Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate:animate"),
-    Verb("schema", "Print the JSON Schema of scene files.", "eomgen.cli.schema:schema"),
-    Verb("doctor", "Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.doctor:doctor"),
-    Verb("cite", "Print BibTeX of eomgen and of the papers of a method.", "eomgen.cli.cite:cite"),
-    Verb("completion", "Print the script by which a shell completes words.", "eomgen.cli.first_steps:completion"),
+    Verb("schema", "Print the JSON Schema of scene files.", "eomgen.cli.schema:schema", takes_scene=False),
+    Verb(
+        "doctor",
+        "Examine the machine: compiler, headers, cache, packages.",
+        "eomgen.cli.doctor:doctor",
+        takes_scene=False,
+    ),
+    Verb("cite", "Print BibTeX of eomgen and of the papers of a method.", "eomgen.cli.cite:cite", takes_scene=False),
+    Verb(
+        "completion",
+        "Print the script by which a shell completes words.",
+        "eomgen.cli.first_steps:completion",
+        takes_scene=False,
+    ),
     Verb("save", methods=("eomgen.compiled.saving:save",)),
     Verb("steady_motion", methods=("eomgen.analysis.steady_motion:steady_motion",)),
     Verb("floquet", methods=("eomgen.simulation.floquet:floquet",)),
@@ -212,4 +227,4 @@ def _checked(entry: EntryPoint, names: set[str], taken_methods: set[str]) -> Ver
     taken = [*({row.name} & names), *(name for name in given if name in taken_methods)]
     if taken:
         raise broken(entry, f"takes the name {taken[0]}, which there is")
-    return Verb(row.name, row.summary, row.command, row.methods, row.behind, entry)
+    return replace(row, entry=entry)

@@ -168,7 +168,7 @@ def _print_machines(
         each = ", ".join(f"{total[key]} {key}" for key in _COUNTED)
         say(f"a step of {step['method']}: {each}, the same in every step")
     elif step:
-        calls = [f"{part['what']} {sum(part[key] for key in _COUNTED)}" for part in step["parts"]]
+        calls = [f"{part['function']} {sum(part[key] for key in _COUNTED)}" for part in step["parts"]]
         say(f"operations of each function that steps of {step['method']} call: {', '.join(calls)}")
 
 

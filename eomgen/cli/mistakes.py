@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import click
 
@@ -48,8 +49,9 @@ _CHOICES: Mapping[str, str] = {
 }
 _EXTRA = re.compile(r"unexpected extra arguments? \((.+)\)")
 _GIVEN = re.compile(r": '([^']*)' is ")
-#: Verbs at the head of the list that make or copy scenes and take none.
-_WITHOUT_SCENE = ("new", "examples")
+if TYPE_CHECKING:
+    from eomgen.base.verbs import Verb
+
 #: Examples of arguments and options that are missing.
 _EXAMPLES: Mapping[str, str] = {
     "scene": "the path of a .toml or .urdf file",
@@ -57,10 +59,10 @@ _EXAMPLES: Mapping[str, str] = {
 }
 
 
-def of_verb(word: str, verbs: Collection[str]) -> str:
-    """Return the remedy for a word that is not a verb."""
+def of_verb(word: str, verbs: Mapping[str, Verb]) -> str:
+    """Return the remedy for a word that is not a verb; ``verbs`` are the rows of the register by name."""
     if word.endswith((".toml", ".urdf")):
-        others = [verb for verb in verbs if verb not in _WITHOUT_SCENE][:7]
+        others = [name for name, verb in verbs.items() if verb.takes_scene][:7]
         return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join(others)}"
     return _VERBS.get(word.lower()) or nearest(word, list(verbs))
 

@@ -61,7 +61,7 @@ def operations_of_calls(scene: Scene, method: str) -> dict[str, Any]:
     facts = derive(scene, []).facts
     system = derive(scene, list(terms_of(method, facts.constraints, facts.internal_states, not facts.ill_scaled)))
     parts = [
-        {"what": name, **{key: int(getattr(system.counts[name], key)) for key in _OPERATIONS}}
+        {"function": name, **{key: int(getattr(system.counts[name], key)) for key in _OPERATIONS}}
         for name in system.functions
     ]
     return {"method": method, "parts": parts}

@@ -343,12 +343,7 @@ class Builder:
         except ToolchainError as error:
             if faults := [fault for p in error.problems for fault in faults_in(p.what, written or {})]:
                 raise ToolchainError(faults) from None
-            raise ToolchainError(
-                [
-                    type(p)(f"C compiler, sources kept in {self.cache.failed_folder(key)}", p.what, p.hint)
-                    for p in error.problems
-                ]
-            ) from error
+            raise self._with_kept_sources(error, key) from error
         seconds = time.perf_counter() - began
         _LOG.info(
             "compiled %d lines of C, %d files anew, in %.2f s by %s, %s",
@@ -458,7 +453,15 @@ class Builder:
                 source.with_suffix(".o").unlink(missing_ok=True)
 
         with self.cache.claim(key):
-            return self.cache.get(key) or self.cache.put(key, fill)
+            try:
+                return self.cache.get(key) or self.cache.put(key, fill)
+            except ToolchainError as error:
+                raise self._with_kept_sources(error, key) from error
+
+    def _with_kept_sources(self, error: ToolchainError, key: str) -> ToolchainError:
+        """Return an error of the compiler that names the folder to which the cache has moved the sources."""
+        place = f"C compiler, sources kept in {self.cache.failed_folder(key)}"
+        return ToolchainError([type(p)(place, p.what, p.hint) for p in error.problems])
 
     def begin_wrapper(self, cdef: str, header: str) -> None:
         """Compile the extension module's object while the caller derives equations, if the cache has none; faults are

@@ -545,16 +545,26 @@ def _end(process: subprocess.Popen[str]) -> None:
             os.killpg(process.pid, signal.SIGKILL)
 
 
-def run_compiler(command: Sequence[str], made: Path) -> str:
-    """Run a compiler in the folder of the file that the command makes, and return the warnings. Raises ToolchainError
-    or FileError."""
-    return _run(command, made, time.monotonic() + DEFAULT_TIMEOUT)
+def run_compiler(command: Sequence[str], made: Path, place: str = "") -> str:
+    """Run a compiler in the folder of the file that the command makes, and return the warnings.
+
+    Parameters
+    ----------
+    place : of faults in messages; the folder by default, which has to be kept then
+
+    Raises
+    ------
+    ToolchainError, FileError
+    """
+    return _run(command, made, time.monotonic() + DEFAULT_TIMEOUT, place=place)
 
 
-def _run(command: Sequence[str], made: Path, deadline: float, running: RunningCompilers | None = None) -> str:
+def _run(
+    command: Sequence[str], made: Path, deadline: float, running: RunningCompilers | None = None, place: str = ""
+) -> str:
     import subprocess  # noqa: PLC0415  # a library of the cache needs no process
 
-    where = f"C compiler, sources kept in {made.parent}"
+    where = place or f"C compiler, sources kept in {made.parent}"
     try:
         with (
             _guarded(command) as (words, options),

@@ -118,6 +118,7 @@ def cross_build(folder: Path, name: str) -> CrossBuild:
     flags = [word for word in words if word.startswith(("-std", "-O", "-f", "-D"))]
     common = [*compiler.command, "-target", target.triple, *target.flags, *flags, "-g0"]
     output = (folder / f"{prefix}-{name}{target.ending}").resolve()
+    place = f"zig for {name}, sources in {folder}"
     frames: dict[str, int] = {}
     calls: dict[str, set[str]] = {}
     with tempfile.TemporaryDirectory() as scratch:
@@ -126,16 +127,16 @@ def cross_build(folder: Path, name: str) -> CrossBuild:
             if not word.endswith(".c") or word == "main.c":
                 continue
             source, made = str((folder / word).resolve()), Path(scratch) / f"{Path(word).stem}.o"
-            frames |= _frames(run_compiler([*common, _SAY_FRAMES, "-c", source, "-o", str(made)], made))
+            frames |= _frames(run_compiler([*common, _SAY_FRAMES, "-c", source, "-o", str(made)], made, place))
             listing = made.with_suffix(".ll")
-            run_compiler([*common, "-S", "-emit-llvm", source, "-o", str(listing)], listing)
+            run_compiler([*common, "-S", "-emit-llvm", source, "-o", str(listing)], listing, place)
             calls |= _calls(listing.read_text(encoding="utf-8"))
             objects.append(made)
         code = sum(code_bytes(made.read_bytes()) for made in objects)
         main = [str((folder / "main.c").resolve())] if target.linked else ["-nostdlib", "-r"]
         end = ["-s", "-lm"] if target.linked else []
         command = [*common, *main, *map(str, objects), *end, "-o", str(output)]
-        run_compiler(command, output)
+        run_compiler(command, output, place)
     return CrossBuild(name, output, output.stat().st_size, code, _deepest(frames, calls), shlex.join(command))
 
 

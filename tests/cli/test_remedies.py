@@ -8,6 +8,7 @@ from typing import Any
 import click
 import pytest
 
+from eomgen.base.verbs import Verb
 from eomgen.cli import mistakes, options
 from eomgen.errors import UsageError
 
@@ -75,7 +76,8 @@ def test_remedies_of_extra_words(words: str, extra: str, remedy: str) -> None:
 
 
 def test_other_names_of_verbs() -> None:
-    verbs = ("simulate", "info", "check", "linearize", "generate", "animate", "equilibrium", "tune")
+    names = ("new", "simulate", "info", "check", "linearize", "generate", "animate", "equilibrium", "tune")
+    verbs = {name: Verb(name, takes_scene=name != "new") for name in names}
     others = {
         "run": "simulate", "Modal": "linearize", "compile": "generate", "lint": "info", "movie": "animate",
         "TRIM": "equilibrium", "verify": "check", "simulat": "simulate",

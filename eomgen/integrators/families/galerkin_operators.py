@@ -6,7 +6,7 @@ On a step of length 1 a motion is a polynomial of degree p through the p + 1 nod
     P = gamma (1 - N),   N e_j = e_{j+1},   N e_p = 0,
 
 integrates polynomials of degree below p exactly and has one eigenvalue, gamma. It differs from the parent's in its
-action on L_p alone: Burrage, BIT 18 (1978) 22; Butcher, BIT 19 (1979) 425.
+action on L_p alone: Burrage, BIT 18 (1978) 22; Butcher, J. ACM 26 (1979) 731.
 """
 
 from __future__ import annotations

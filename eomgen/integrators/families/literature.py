@@ -1,6 +1,7 @@
 """Papers of the methods, as BibTeX: the register by the names in ``source`` of a method.
 
-Titles and pages are as the journals print them; ``note`` names data that could not be checked.
+Titles and pages follow the references of the methods' docstrings and have not been compared with the journals; ``note``
+names data that are known to be incomplete.
 """
 
 from __future__ import annotations

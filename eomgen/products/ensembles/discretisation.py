@@ -54,30 +54,30 @@ class EnsembleJudgement:
     ) -> None:
         """Take the run without variations, whether estimates are wanted, and notes before and after all others."""
         self._asked = work, nominal, estimates, interrupted
-        self._around = notes, last
+        self._other_notes = notes, last
 
     @cached_property
-    def _found(self) -> tuple[SampleErrors, tuple[str, ...]]:
+    def _evaluated(self) -> tuple[SampleErrors, tuple[str, ...]]:
         work, nominal, estimates, interrupted = self._asked
         errors, of_samples = sample_errors(work, nominal, examined=estimates and not interrupted)
         given = work.options.common.get("inputs") or {}
         unresolved = unresolved_processes(work.model, nominal, given) if estimates else []
-        before, after = self._around
+        before, after = self._other_notes
         return errors, tuple(filter(None, (*before, *unresolved, _doubts(nominal), *of_samples, *after)))
 
     @property
     def error(self) -> SampleErrors:
         """Estimated errors of the run without variations and of a few samples over the design."""
-        return self._found[0]
+        return self._evaluated[0]
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes on the design, the starts, the processes that steps do not resolve, and on doubtful samples."""
-        return self._found[1]
+        return self._evaluated[1]
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the results alone, since another process has no compiled model."""
-        return {"_found": self._found}
+        return {"_evaluated": self._evaluated}
 
 
 def _doubts(nominal: Solution) -> str:

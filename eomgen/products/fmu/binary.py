@@ -127,6 +127,6 @@ def cross_built(interface: Interface, files: Mapping[str, str], machine: Machine
         flags += [] if machine.ending == ".dll" else ["-fPIC"]
         sources = sorted(name for name in whole if name.endswith(".c"))
         words = [*zig().command, "-target", machine.triple, *flags, *sources, "-o", output.name, "-lm"]
-        run_compiler(words, output)
+        run_compiler(words, output, f"zig for {machine.name}")
         inside = machine.folder if interface.version == 2 else machine.name
         return f"binaries/{inside}/{output.name}", output.read_bytes()

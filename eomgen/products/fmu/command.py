@@ -23,7 +23,7 @@ from eomgen.scene.sources.register import all_options, source_of
 
 
 @click.command()
-@click.option("-o", "--output", "file", default=None, metavar="FILE", help="The file; NAME.fmu by default.")
+@click.option("-o", "--output", "--out", "file", default=None, metavar="FILE", help="The file; NAME.fmu by default.")
 @click.option("--version", type=click.Choice(["2", "3"]), default="3", show_default=True, help="Of FMI: 2.0 or 3.0.")
 @click.option(
     "--type", "types", default="me,cs", show_default=True, metavar="TYPES", help="Model exchange, co-simulation."
@@ -44,7 +44,7 @@ from eomgen.scene.sources.register import all_options, source_of
     metavar="MACHINE",
     help="Add the library of another machine, made by zig: x86_64-windows, aarch64-linux ...; may be repeated.",
 )
-@click.option("--reference/--no-reference", default=True, show_default=True, help="Add the motion of simulate.")
+@click.option("--reference/--no-reference", default=None, help="Add the motion of simulate; as --binary by default.")
 @click.option(
     "--dae", is_flag=True, help="Importers may solve for accelerations and multipliers: FMI-LS-DAE, 1.0.0-alpha.1."
 )
@@ -62,7 +62,7 @@ def fmu(
     inputs: Sequence[str],
     binary: bool,
     machines: Sequence[str],
-    reference: bool,
+    reference: bool | None,
     dae: bool,
     arrays: bool,
     parameters: Sequence[str],

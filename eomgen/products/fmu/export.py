@@ -12,7 +12,7 @@ import numpy as np
 
 from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass, replace
-from eomgen.base.files import check_writable, write_bytes
+from eomgen.base.files import check_writable, make_folder, write_bytes
 from eomgen.base.messages import nearest, shown
 from eomgen.codegen.targets.c.target import C
 from eomgen.errors import ModelError, Problem, UsageError
@@ -54,7 +54,7 @@ def fmu(
     parameters: Mapping[str, float | str] | None = None,
     binary: bool = True,
     machines: Sequence[str] = (),
-    reference: bool = True,
+    reference: bool | None = None,
     profile: str = "reproducible",
     dae: bool = False,
     arrays: bool = False,
@@ -86,7 +86,7 @@ def fmu(
         Further machines whose libraries zig makes: x86_64-linux, aarch64-linux, x86_64-windows, x86_64-darwin,
         aarch64-darwin.
     reference : bool
-        Whether the archive has the motion of ``simulate`` as a table.
+        Whether the archive has the motion of ``simulate`` as a table, which needs a compiler; as ``binary`` by default.
     dae : bool
         Whether importers can take the model as a differential-algebraic system and solve for accelerations and
         multipliers: FMI-LS-DAE, draft 1.0.0-alpha.1.
@@ -110,6 +110,10 @@ def fmu(
     >>> eomgen.fmu("examples/double_pendulum_on_shaking_base/scene.toml", "pendulum.fmu").name
     'pendulum.fmu'
     """
+    path = None if file is None else Path(file)
+    if path is not None:
+        make_folder(path.parent)
+        check_writable(path)
     made = fmu_files(
         scene,
         version=version,
@@ -124,8 +128,9 @@ def fmu(
         dae=dae,
         arrays=arrays,
     )
-    path = Path(f"{made.interface.name}.fmu" if file is None else file)
-    check_writable(path)
+    if path is None:
+        path = Path(f"{made.interface.name}.fmu")
+        check_writable(path)
     write_bytes(path, packed(made.files))
     return path
 
@@ -148,7 +153,7 @@ def fmu_files(
     parameters: Mapping[str, float | str] | None = None,
     binary: bool = True,
     machines: Sequence[str] = (),
-    reference: bool = True,
+    reference: bool | None = None,
     profile: str = "reproducible",
     dae: bool = False,
     arrays: bool = False,
@@ -190,7 +195,7 @@ def fmu_files(
     for machine in others:
         path, library = cross_built(interface, texts, machine)
         files.setdefault(path, library)
-    if reference:
+    if binary if reference is None else reference:
         files |= _reference(document, interface, method, parameters)
     _check(files)
     return FmuFiles(interface, files)
