@@ -113,6 +113,8 @@ def draw(rows: list[tuple[float, float, float]], file: Path) -> None:
     axes = figure.add_subplot()
     axes.loglog(1e3 * steps, held, "o-", label="held inputs, order 1")
     axes.loglog(1e3 * steps, line, "s-", label="linear inputs, order 2")
+    axes.set_xticks(1e3 * steps, [f"{1e3 * step:g}" for step in steps])
+    axes.set_xticks([], minor=True)
     axes.set_xlabel("communication step, ms")
     axes.set_ylabel("largest error of the motor's angle, rad")
     axes.grid(True, which="both", alpha=0.3)
