@@ -8,14 +8,13 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 
 import eomgen
 from eomgen.products.fmu.archive import packed
 from eomgen.products.fmu.export import fmu_files
-
-ca = pytest.importorskip("casadi")
 
 DEMO = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "cart_pole_swing_up" / "demo.py"))
 

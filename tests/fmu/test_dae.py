@@ -9,8 +9,12 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
+import fmpy
+import fmpy.fmi3
 import numpy as np
 import pytest
+from fmpy import validation
+from sksundae import ida
 
 import eomgen
 from eomgen.cli import main
@@ -21,9 +25,6 @@ from eomgen.products.fmu.dae import COMMIT, MANIFEST, VERSION
 from eomgen.products.fmu.export import FmuFiles, fmu_files
 from tests.fmu.importers import toolbox_findings
 from tests.fmu.test_derivatives import random_state
-
-fmpy = pytest.importorskip("fmpy")
-validation = pytest.importorskip("fmpy.validation")
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = {
@@ -239,7 +240,6 @@ def test_residuals_are_the_terms_of_the_model(name: str, rng: np.random.Generato
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "end"), [("four_bar", 0.2), ("heavy_top", 0.5)])
 def test_ida_integrates_as_the_model_does(name: str, end: float) -> None:
-    ida = pytest.importorskip("sksundae.ida")
     system, model = System(folder_of(name)), model_of(name)
     y, rate = system.start()
     count = len(system.algebraic)

@@ -10,6 +10,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import fmpy
+import fmpy.fmi2
+import fmpy.fmi3
 import numpy as np
 import pytest
 
@@ -20,8 +23,6 @@ from eomgen.products.fmu.export import FmuFiles, fmu_files
 from tests.fmu.oracle import Rates
 from tests.mechanics.test_argument_derivatives import gimbal
 from tests.models.c_laws import TYRE_LAW, wheel_scene
-
-fmpy = pytest.importorskip("fmpy")
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = sorted(path.parent.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("scene.toml"))

@@ -219,7 +219,6 @@ def test_composite_bodies_have_the_hessian_of_the_operations(
 @pytest.mark.parametrize(("name", "operations"), [("panda", 5060), ("talos", 37215)])
 def test_hessians_of_robots_are_those_of_casadi(name: str, operations: int, rng: np.random.Generator) -> None:
     """CasADi differentiates a recursion in its own symbols, the free joint's turn by its exponential."""
-    pytest.importorskip("casadi")
     pytest.importorskip("pinocchio")
     optimisers = importlib.import_module("benchmarks.optimisers")
     described = scene_of_robot(ROBOTS[name])
