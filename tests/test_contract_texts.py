@@ -85,7 +85,14 @@ def test_no_further_function_lacks_an_example() -> None:
     assert {name for name in without - INTERNAL if not name.startswith("SceneBuilder.")} == WITHOUT_EXAMPLE
 
 
-@pytest.mark.parametrize("name", [name for name, function in CONTRACT.items() if ">>>" in (function.__doc__ or "")])
+EXAMPLES = [name for name, function in CONTRACT.items() if ">>>" in (function.__doc__ or "")]
+# The compiler zig, which the second tier installs, makes WebAssembly.
+WITH_ZIG = {"Model.live"}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in WITH_ZIG)) for name in EXAMPLES]
+)
 def test_examples_run_as_they_stand(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     matplotlib.use("Agg")
     (tmp_path / "examples").symlink_to(Path(__file__).parents[1] / "examples")
