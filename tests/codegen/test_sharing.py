@@ -117,7 +117,7 @@ def numbers_of_corners(program: Program) -> set[float]:
     return {number for text, *_, numbers in calls if program.shared[text].calls >= CORNERS for number in numbers}
 
 
-@pytest.mark.slow_except("double-True", "float-False")
+@pytest.mark.slow_except("float-False")
 @pytest.mark.parametrize("uneven", [False, True])
 @pytest.mark.parametrize("real", ["double", "float", "complex", "lanes"])
 def test_corners_have_the_bits_of_text_of_their_own(

@@ -44,7 +44,7 @@ def compiled_evaluator(system: System, library: Library) -> Evaluate:
     return run
 
 
-@pytest.mark.slow_except("anymal_b")
+@pytest.mark.slow_except("panda")
 @pytest.mark.parametrize("name", ROBOTS)
 def test_compiled_robots_against_pinocchio(name: str, tmp_path: Path, rng) -> None:
     path, root, lock = ROBOTS[name]

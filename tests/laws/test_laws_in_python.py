@@ -217,6 +217,7 @@ def test_mistakes(folder: Path, text: str, law: dict[str, Any], error: type[Eomg
     assert message in str(caught.value), str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_function_that_does_not_return_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("eomgen.products.laws.checks._LONGEST", 0.2)
     text = "ran = []\ndef drag(s):\n    while True:\n        pass\n"

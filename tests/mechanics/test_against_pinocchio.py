@@ -25,6 +25,7 @@ ROBOTS: dict[str, tuple[str, str, tuple[str, ...], int]] = {
     "talos": ("talos_data/robots/talos_reduced.urdf", "free", (), 38),
     "double_pendulum_continuous": ("double_pendulum_description/urdf/double_pendulum_continuous.urdf", "fixed", (), 2),
 }
+LARGE = {"anymal_b", "talos"}
 TERMS = ["mass", "coupling", "force", "inverse_dynamics", "forward_dynamics"]
 STATES = 20
 
@@ -42,7 +43,7 @@ def model(name: str) -> tuple[System, Evaluate, PinocchioOracle, Array]:
     return system, tape_evaluator(system), oracle_from_urdf(robot_file(path), scene, root, lock), by_component
 
 
-@pytest.fixture(params=ROBOTS)
+@pytest.fixture(params=[pytest.param(name, marks=[pytest.mark.slow] * (name in LARGE)) for name in ROBOTS])
 def robot(request: pytest.FixtureRequest) -> tuple[System, Evaluate, PinocchioOracle, Array]:
     return model(request.param)
 
@@ -104,7 +105,7 @@ def test_partials_of_the_arm(rng) -> None:
     assert relative_error(found["M"], oracle.mass(state), 2) <= 1e-12
 
 
-@pytest.mark.parametrize("name", ["anymal_b", "solo12"])
+@pytest.mark.parametrize("name", [pytest.param("anymal_b", marks=pytest.mark.slow), "solo12"])
 def test_partials_with_a_free_root(name: str, rng) -> None:
     path, root, lock, _ = ROBOTS[name]
     system = derive(load(robot_file(path), root=root, lock=lock), ["partials"])

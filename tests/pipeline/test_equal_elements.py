@@ -98,6 +98,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(equal_elements, "_MANY_OF_OTHERS", 92)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few")
 def test_c_of_a_long_beam_is_that_of_the_derived_one() -> None:
     made, derived = programs(cantilever(96))

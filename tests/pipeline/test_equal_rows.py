@@ -59,6 +59,7 @@ def files(program: Program) -> dict[str, str]:
     return generate_files(dataclasses.replace(program, later=()))
 
 
+@pytest.mark.slow
 def test_the_program_of_a_net_is_the_one_that_is_derived() -> None:
     scene = net(49)
     rows = equal_rows.equal_rows(scene)
@@ -69,6 +70,7 @@ def test_the_program_of_a_net_is_the_one_that_is_derived() -> None:
     assert files(made) == files(derived)
 
 
+@pytest.mark.slow
 def test_numbers_that_grow_from_row_to_row_are_taken_from_the_scene() -> None:
     def stiffer(text: str) -> str:
         return text.replace('second = "eye_{i}_{j}", SPRING', 'second = "eye_{i}_{j}", stiffness = "{1000 + 0.1 * i}"')

@@ -74,7 +74,8 @@ def stages(data: Mapping[str, Any]) -> dict[str, int]:
     return counts
 
 
-@pytest.mark.parametrize("held", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("held", [False, True])
 def test_calls_grow_with_the_elements_of_a_beam_and_no_faster(held: bool) -> None:
     stages(beam(4, held=held))  # imports, and laws that are derived once
     few, more, most = (stages(beam(elements, held=held)) for elements in (12, 24, 48))

@@ -138,6 +138,7 @@ def test_a_share_or_a_number_of_modes_is_needed() -> None:
         expand(Exponential(1.0, 1.0), 1.0)
 
 
+@pytest.mark.slow
 def test_shares_that_need_too_many_modes_are_refused_with_the_share_that_does_not() -> None:
     with pytest.raises(
         UsageError, match=f"needs more than {MOST_MODES} modes; {MOST_MODES} have 0.997.*; try: share = "

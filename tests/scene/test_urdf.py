@@ -52,7 +52,7 @@ def assert_agrees(scene: Scene, model: pin.Model) -> None:
         np.testing.assert_allclose(inertia, expected.inertia, atol=1e-9 * max(1.0, float(np.max(expected.inertia))))
 
 
-@pytest.mark.slow_except("fixed-panda", "free-anymal", "free-ur5", "fixed-solo12")
+@pytest.mark.slow_except("fixed-panda", "free-ur5", "fixed-solo12")
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("root", ["fixed", "free"])
 def test_agrees_with_pinocchio(name: str, root: str) -> None:
@@ -65,6 +65,7 @@ def test_agrees_with_pinocchio(name: str, root: str) -> None:
     assert_agrees(load(path, root=root), model)
 
 
+@pytest.mark.slow
 def test_locked_joints_agree_with_pinocchio() -> None:
     path = ROBOTS / FILES["panda"]
     fingers = ("panda_finger_joint1", "panda_finger_joint2", "panda_joint4")

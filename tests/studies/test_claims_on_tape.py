@@ -105,7 +105,7 @@ CHECKED: dict[str, tuple[str, ...]] = {
 }  # fmt: skip  # a table
 
 
-@pytest.mark.slow_cases("rod")
+@pytest.mark.slow_cases("rod", "gate", "drone")
 @pytest.mark.parametrize("scene", CHECKED)
 def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> None:
     system, (claims, states) = derived(scene), claims_of(scene)
