@@ -8,14 +8,21 @@ from typing import Any
 
 from eomgen.errors import FileError, Problem, UsageError
 
+#: Inches: an edge or a gap; the lines of a heading, of a title, an exponent and a label of axes, and of the numbers
+#: below axes.
+_GAP, _HEADING, _TITLE, _EXPONENT, _LABEL, _NUMBERS = 0.1, 0.3, 0.24, 0.2, 0.22, 0.26
 
-def new_figure(size: tuple[float, float]) -> Any:
-    """Return an empty figure of a width and a height in inches."""
+
+def new_figure(size: tuple[float, float], *, placed: bool = False) -> Any:
+    """Return an empty figure of a width and a height in inches.
+
+    ``placed`` leaves the layout of matplotlib out, for ``place_panels``.
+    """
     # slow to import, and only drawing needs this class
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    figure = Figure(figsize=size, layout="constrained", dpi=110)
+    figure = Figure(figsize=size, layout=None if placed else "constrained", dpi=110)
     FigureCanvasAgg(figure)
     return figure
 
@@ -25,6 +32,56 @@ def pyplot_figure(size: tuple[float, float]) -> Any:
     from matplotlib import pyplot  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     return pyplot.figure(figsize=size, layout="constrained")
+
+
+def place_panels(figure: Any, panels: Sequence[Any], columns: int, height: float, heading: str) -> None:
+    """Place panels with legends to their right, so that no text covers another.
+
+    The layout of matplotlib, which serves any figure, measures all texts several times: it takes more time than the
+    drawing, most of a run of a small scene.
+
+    Parameters
+    ----------
+    figure : Figure of matplotlib
+        A new one with ``placed``. It keeps its width and becomes as high as its panels and legends need.
+    panels : sequence of Axes
+        Row by row, with labels and legends; labels of y-axes get one place in each column.
+    columns : int
+        Of panels.
+    height : float
+        Of each panel, inches.
+    heading : str
+    """
+    renderer, width = figure.canvas.get_renderer(), figure.get_size_inches()[0]
+    places = [(axis, *divmod(number, columns)) for number, axis in enumerate(panels)]
+    rows, inner = places[-1][1] + 1, width / columns - 4.0
+    for axis, _, column in places:  # numbers of an axis depend on its length
+        axis.set_position((0.1 + column / columns, 0.1, inner / width, height / figure.get_size_inches()[1]))
+    above, heights, left, right, aside = [0.0] * rows, [0.0] * rows, [0.0] * columns, [0.0] * columns, []
+    for axis, row, column in places:
+        numbers = max(axis.get_yticklabels(), key=lambda label: len(label.get_text()), default=axis.yaxis.label)
+        left[column] = max(left[column], numbers.get_window_extent(renderer).width / figure.dpi + _GAP)
+        exponent = bool(axis.yaxis.get_major_formatter().get_offset())
+        title = bool(axis.get_title(loc="left"))
+        above[row] = max(above[row], _GAP + title * _TITLE + exponent * _EXPONENT)
+        below = bool(axis.xaxis.get_tick_params()["labelbottom"]) * _NUMBERS + bool(axis.get_xlabel()) * _LABEL
+        legend = axis.get_legend().get_window_extent(renderer)
+        apart = _GAP if legend.height / figure.dpi < height else _NUMBERS  # from the last number below the panel
+        right[column] = max(right[column], legend.width / figure.dpi + apart + _GAP)
+        aside.append(apart)
+        heights[row] = max(heights[row], height + below, legend.height / figure.dpi)
+    total = _HEADING + sum(above) + sum(heights) + _GAP
+    figure.set_size_inches(width, total)
+    figure.suptitle(heading, fontsize=11, y=1.0 - _GAP / total)
+    margin = _LABEL + 2.0 * _GAP  # of a label
+    inner = (width - sum(left) - sum(right)) / columns - margin
+    for (axis, row, column), apart in zip(places, aside, strict=True):
+        x = sum(left[: column + 1]) + sum(right[:column]) + column * inner + (column + 1) * margin
+        top = _HEADING + sum(above[: row + 1]) + sum(heights[:row])
+        axis.set_position((x / width, 1.0 - (top + height) / total, inner / width, height / total))
+        axis.yaxis.set_label_coords(-(left[column] + _GAP) / inner, 0.5)
+        axis.xaxis.set_label_coords(0.5, -_NUMBERS / height)
+        axis.get_legend().set_bbox_to_anchor((1.0 + apart / inner, 1.0), axis.transAxes)
 
 
 def axes_of_caller(call: str, axes: object, panels: Sequence[str]) -> list[Any]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, new_figure, place_panels, pyplot_figure, saved
 from eomgen.base.messages import listed, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
@@ -65,6 +65,8 @@ _SMALL = 1.0 / 30.0
 #: Rotation, rad, below which rotation vectors are drawn in place of quaternions, and above which an angle is one of a
 #: wheel or a rotor.
 _TURNED = 3.0
+#: Height of a panel in a file, inches.
+_HEIGHT = 2.3
 #: Letters in one line of a legend, and in the name of a file.
 _LEGEND, _FILE_NAME = 34, 80
 
@@ -102,12 +104,9 @@ def draw(solution: RecordedSolution, folder: Path) -> list[Path]:
         elif kind == "states":
             curves = _without_copies(curves)  # noqa: PLW2901 - copies would lie on the states
         panels = _panels(curves)
-        shown = panels[:_PANELS]
-        figure = new_figure(_size(len(shown)))
-        _fill(_subplots(figure, len(shown)), solution, shown)
         hidden = sum(len(panel) for panel in panels[_PANELS:])
         heading = f"{title}: {kind}" + (f" (the first {len(curves) - hidden} of {len(curves)})" if hidden else "")
-        figure.suptitle(heading + _marks(solution.events), fontsize=11)
+        figure = _figure(solution, panels[:_PANELS], None, heading + _marks(solution.events))
         files.append(saved(figure, folder / f"{kind}.png", "another folder, or --no-plots"))
     return files
 
@@ -124,7 +123,7 @@ def draw_over(solution: RecordedSolution, folder: Path, over: str) -> list[Path]
     """
     abscissa = only_curve(solution, over, "--over")
     curves, left_out = _over(solution, (), abscissa)
-    figure = _figure(solution, _panels(curves)[:_PANELS], abscissa, left_out)
+    figure = _figure(solution, _panels(curves)[:_PANELS], abscissa, _heading(solution, abscissa, left_out))
     return [saved(figure, folder / "outputs_over.png", "another folder, or --no-plots")]
 
 
@@ -145,23 +144,27 @@ def draw_chosen(solution: RecordedSolution, names: Sequence[str], over: str | No
     """
     abscissa = None if over is None else only_curve(solution, over, "--over")
     panels, left_out = _chosen_panels(solution, names, abscissa)
-    figure = _figure(solution, panels, abscissa, left_out)
+    figure = _figure(solution, panels, abscissa, _heading(solution, abscissa, left_out))
     words = [*(names or ["outputs"]), *([] if over is None else ["over", over])]
     file = re.sub(r"[^A-Za-z0-9.-]+", "_", "_".join(words))[:_FILE_NAME].strip("_.")
     return saved(figure, folder / f"{file}.png")
 
 
 def _figure(
-    solution: RecordedSolution, panels: Sequence[Sequence[PlottedCurve]], abscissa: PlottedCurve | None, left_out: str
+    solution: RecordedSolution, panels: Sequence[Sequence[PlottedCurve]], abscissa: PlottedCurve | None, heading: str
 ) -> Any:
-    """Return a figure of panels with the name of the scene, and outputs that are left out, as its title."""
-    figure = new_figure(_size(len(panels)))
-    _fill(_subplots(figure, len(panels)), solution, panels, abscissa)
-    title = f"{solution.metadata.get('scene', '')}"
-    figure.suptitle(
-        title + (_marks(solution.events) if abscissa is None else f": over {abscissa.name}{left_out}"), fontsize=11
-    )
+    """Return a figure of panels for a file."""
+    figure = new_figure(_size(len(panels)), placed=True)
+    axes = _subplots(figure, len(panels))
+    _fill(axes, solution, panels, abscissa)
+    place_panels(figure, axes, _columns(len(panels)), _HEIGHT, heading)
     return figure
+
+
+def _heading(solution: RecordedSolution, abscissa: PlottedCurve | None, left_out: str) -> str:
+    """Return the name of the scene, with outputs that are left out, as the heading of a figure."""
+    title = f"{solution.metadata.get('scene', '')}"
+    return title + (_marks(solution.events) if abscissa is None else f": over {abscissa.name}{left_out}")
 
 
 def _chosen_panels(

@@ -385,3 +385,36 @@ def test_mistakes_of_the_verb_are_named(
     error = capsys.readouterr().err
     assert text.format(run=tmp_path) in error and error.count("\n") == 1
     assert not list(tmp_path.glob("*.png"))
+
+
+@pytest.mark.parametrize("panels", [2, 4])
+def test_no_text_of_a_file_covers_another_or_is_cut(panels: int) -> None:
+    run = pendulum().simulate(0.05, 1e-3)
+    wave = np.sin(np.arange(len(run.t)))
+
+    def of(name: str, part: float, described: str = "") -> plots.PlottedCurve:
+        return plots.PlottedCurve(name, "N", part * wave, "", "p", described)
+
+    wide = [of("p[0]", 1.0), replace(of("p[1]", 1e-3, "small"), values=18.19 + 1e-4 * wave)]
+    tall = [of(f"p{k}", 3e7, f"{k}: of a bearing in which many rollers share the load, " * 3) for k in range(6)]
+    tall = [replace(curve, output=f"p{k}") for k, curve in enumerate(tall)]
+    shown = [[of("p[0]", 2e8, "the title"), of("p[1]", 2e8, "the title")], tall, [wide[1]], [wide[0]]][:panels]
+    figure = plots._figure(run, shown, None, "the heading")
+    assert figure.get_layout_engine() is None, "that of matplotlib takes longer than the drawing"
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()
+    boxes = [figure.texts[0].get_window_extent(renderer)]
+    for axis in (axis for axis in figure.axes if axis.get_visible()):
+        exponent = axis.yaxis.get_offset_text()
+        texts = [axis.yaxis.label, axis.xaxis.label, axis._left_title, exponent]
+        low, high = axis.get_ylim()
+        numbers = [label for label in axis.get_yticklabels() if low <= label.get_position()[1] <= high]
+        numbers += [label for label in axis.get_xticklabels() if label.get_visible()]
+        inked = [text for text in (*texts, *numbers) if text.get_text()]
+        boxes += [text.get_window_extent(renderer) for text in (*inked, axis.get_legend())]
+    boxes = [box for box in boxes if box.width > 0.0]
+    assert len(boxes) > 10 * panels
+    width, height = figure.canvas.get_width_height()
+    assert all(box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height for box in boxes)
+    covered = [(one, two) for k, one in enumerate(boxes) for two in boxes[:k] if one.overlaps(two)]
+    assert covered == []
