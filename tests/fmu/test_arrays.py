@@ -119,8 +119,8 @@ def test_values_and_derivatives_are_in_the_order_of_the_numbers(rng: np.random.G
 def test_wrong_references_and_sizes_are_refused() -> None:
     loaded, _ = opened(file_of(arrays=True))
     for references, count, message in (
-        ([2], 1, "2 is no value reference"),
-        ([99], 1, "99 is no value reference"),
+        ([2], 1, "the value reference 2 is within an array, which has the one of its first number"),
+        ([99], 1, "no variable has the value reference 99; the last one is 33"),
         ([1], 3, "fmi3GetFloat64: 3 values, but the variables have 4"),
         ([1] * 9, 36, "one call is for 34 numbers at most, all of the model"),
     ):

@@ -80,9 +80,29 @@ def stopped_ball() -> dict[str, Any]:
     return data
 
 
+def ranged_ball() -> dict[str, Any]:
+    """Return one ball with a mass, a restitution, an input, an internal state and outputs."""
+    data = tomllib.loads(BALLS)
+    del data["bodies"]["other"], data["joints"]["right"], data["events"]["hit_right"]
+    data["parameters"] = {
+        "mass": {"value": 0.2, "unit": "kg", "tunable": True},
+        "bounce": {"value": 0.5, "tunable": True},
+    }
+    data["bodies"]["one"]["mass"] = "mass"
+    data["events"]["hit_left"]["restitution"] = "bounce"
+    data["inputs"] = {"push": {"unit": "N"}}
+    data["efforts"] = {"hand": {"joint": "left", "effort": "push"}}
+    data["outputs"] = {"height": {"formula": "q.left", "unit": "m"}}
+    return data
+
+
 @cache
 def file_of(name: str, version: int) -> Path:
-    made: dict[str, Callable[[], Any]] = {"balls": lambda: tomllib.loads(BALLS), "stopped": stopped_ball}
+    made: dict[str, Callable[[], Any]] = {
+        "balls": lambda: tomllib.loads(BALLS),
+        "stopped": stopped_ball,
+        "ranged": ranged_ball,
+    }
     scene = made[name]() if name in made else eomgen.load(EXAMPLES / name / "scene.toml")
     return written(scene, version)
 
@@ -205,6 +225,43 @@ def test_steps_without_end_and_sizes_that_differ_are_errors() -> None:
     for name in ("GetFloat64", "SetFloat64"):
         assert unit.call(name, None, ctypes.c_size_t(0), (ctypes.c_double * 1)(), one) == 3
         assert unit.messages[-1] == f"fmi3{name}: 1 values, but the variables have 0"
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("kind", ["cs", "me"])
+def test_values_that_cannot_be_set_are_named(version: int, kind: str) -> None:
+    unit = Logged("ranged", version, kind, start=False)
+    call = "fmi2SetReal" if version == 2 else "fmi3SetFloat64"
+    last = max(unit.places.values())
+    refusals = {
+        "mass": (-1.0, "mass cannot be -1, which is below its min 0"),
+        "bounce": (1.5, "bounce cannot be 1.5, which is above its max 1"),
+        "push": (np.nan, "push cannot be NaN, which is not a finite number"),
+        "q.left": (-np.inf, "q.left cannot be minus infinite, which is not a finite number"),
+        "height": (0.1, "height follows from the equations and cannot be set"),
+        "der(v.left)": (0.1, "der(v.left) follows from the equations and cannot be set"),
+        "time": (0.1, "time cannot be set by a value reference"),
+    }
+    for name, (value, cause) in refusals.items():
+        unit.refuses(f"{call}: {cause}", lambda name=name, value=value: unit.set({name: value}))
+    unit.places["nothing"] = 77
+    missing = f"no variable has the value reference 77; the last one is {last}"
+    unit.refuses(f"{call}: {missing}", lambda: unit.set({"nothing": 1.0}))
+    unit.refuses(missing, lambda: unit.get("nothing"))
+    unit.refuses("bounce cannot be -0.5", lambda: unit.set({"mass": 0.3, "bounce": -0.5}))
+    assert unit.get("mass", "bounce") == [0.2, 0.5]  # a call that is refused changes nothing
+    unit.set({"mass": 0.3, "bounce": 1.0, "q.left": 0.7})
+    unit.fmu.enterInitializationMode()
+    unit.fmu.exitInitializationMode()
+    if kind == "cs":
+        cause = "q.left is a state, which can be set until the initialization ends"
+        unit.refuses(f"{call}: {cause}", lambda: unit.set({"q.left": 1.0}))
+    else:
+        unit.update()
+        unit.fmu.enterContinuousTimeMode()
+        unit.set({"mass": 0.4, "q.left": 0.8})  # as CasADi does
+        assert unit.get("height") == [0.8]
+    assert unit.get("bounce") == [1.0]
 
 
 @pytest.mark.parametrize("version", VERSIONS)

@@ -13,7 +13,7 @@ from eomgen.codegen.targets.c.target import generate_files
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.products.fmu.arrays import listed
 from eomgen.products.fmu.dependencies import PATTERNS
-from eomgen.products.fmu.interface import Interface, event_rows, mode_parameters
+from eomgen.products.fmu.interface import Interface, Variable, event_rows, mode_parameters
 
 #: Highest order of a derivative of forces with jumps at which model exchange asks for an event.
 _ROUGHEST = 2
@@ -71,6 +71,7 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
     rotations = [factor for factor in program.factors if factor["group"] != "R"]
     continuous = [item.index for item in interface.of("z")]
     method = program.method
+    labels = {name: label for whole in listed(interface) for name, label in whole.labels.items()}
     return {
         "program": program,
         "interface": interface,
@@ -97,6 +98,8 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
         "samples": method.get("samples"),
         **_time_events(program),
         "places": _places(interface),
+        "names": [labels.get(item.name, item.name) for item in interface.variables],
+        "ranges": _ranges(interface),
         "explicit": explicit,
         "dae": interface.options.dae,
         "sizes_of_arrays": _sizes(interface) if interface.options.arrays else (),
@@ -131,6 +134,13 @@ def _time_events(program: Program) -> dict[str, Any]:
 def _name_of_quaternion(interface: Interface, start: int) -> str:
     """Return the name of the variables whose first four are a quaternion, without their index."""
     return next(item.name for item in interface.of("q") if item.index == start).rsplit("[", 1)[0]
+
+
+def _ranges(interface: Interface) -> tuple[Variable, ...]:
+    """Return the parameters if one has a range."""
+    parameters = interface.of("parameter")
+    bounded = any(item.lower is not None or item.upper is not None for item in parameters)
+    return parameters if bounded else ()
 
 
 def _sizes(interface: Interface) -> list[int]:

@@ -63,8 +63,9 @@ def file_name(text: str) -> str:
 
 
 def c_string(text: str) -> str:
-    """Return a string literal of C: letters, digits, underscores unchanged, any other text in octal escapes."""
-    plain = re.fullmatch(r"[A-Za-z0-9_]*", text) is not None
+    """Return a string literal of C: characters of names such as der(q.arm[2]) unchanged, any other text in octal
+    escapes."""
+    plain = re.fullmatch(r"[A-Za-z0-9_.,()\[\]]*", text) is not None
     return f'"{text}"' if plain else '"' + "".join(f"\\{byte:03o}" for byte in text.encode()) + '"'
 
 
