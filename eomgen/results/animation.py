@@ -28,6 +28,8 @@ from eomgen.system.description import BASE, WORLD
 #: Stored pictures per second of motion; short runs have at least FEWEST pictures, and the pictures of a page take at
 #: most LARGEST bytes.
 RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000
+#: Steps of a coordinate of a vertex over the size of its shape: the largest number of two bytes.
+_STEPS = 65_535
 #: Maximum size of a page embedded in a notebook, bytes.
 _INLINE = 4_000_000
 #: Styles and scripts of the picture, below ``html`` in the folder of templates, by their marks in a page.
@@ -36,6 +38,7 @@ SCRIPTS = {
     "geometry": "geometry.js",
     "colours": "colours.js",
     "stage": "stage.js",
+    "raster": "raster.js",
     "drawing": "drawing.js",
     "controls": "controls.js",
     "page": "page.js",
@@ -211,7 +214,7 @@ def packed(solution: AnimatedSolution, seen: PosesAndScenery, most: int | None =
         "tyres": [{**tyre, "center": points[tyre["center"]]} for tyre in scenery["tyres"]],
         "ground": scenery.get("ground"),
         "roads": [{**road, "center": points[road["center"]]} for road in scenery.get("roads", ())],
-        "shapes": [carriers.shape(shape, numbers) for shape in scenery.get("shapes", ())],
+        "shapes": [_packed_shape(carriers.shape(shape, numbers)) for shape in scenery.get("shapes", ())],
     }
 
 
@@ -313,6 +316,24 @@ def _thinned(t: Array, size: int, most: int | None = None) -> NDArray[np.intp]:
         return np.arange(len(t))
     moments = np.linspace(t[0], t[-1], int(wanted) + 1)
     return np.unique(np.clip(np.searchsorted(t, moments - 0.5 * (t[1] - t[0])), 0, len(t) - 1))
+
+
+def _packed_shape(shape: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a shape with its vertices as whole steps of 1/65535 of its size from its lowest corner, and its faces as
+    triangles, in an eighth of the bytes of the numbers as text."""
+    vertices = np.array(shape["vertices"], dtype=float).reshape(-1, 3)
+    low = np.min(vertices, axis=0)
+    step = float(np.max(vertices - low)) / _STEPS or 1.0
+    triangles = [[face[0], *face[k : k + 2]] for face in shape["faces"] for k in range(1, len(face) - 1)]
+    wide = len(vertices) > _STEPS
+    return {
+        **shape,
+        "vertices": _base64(np.round((vertices - low) / step).astype("<u2")),
+        "low": low.tolist(),
+        "step": step,
+        "faces": _base64(np.array(triangles, dtype="<u4" if wide else "<u2")),
+        "wide": wide,
+    }
 
 
 def _base64(array: NDArray[Any]) -> str:

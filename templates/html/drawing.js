@@ -93,7 +93,7 @@ function addRoad(add, road, wheel, time) {
     const face = [sides[k][0], sides[k + 1][0], sides[k + 1][1], sides[k][1]];
     if (face.some((corner) => corner[2] <= camera.near)) continue;
     const depth = Math.max(...face.map((corner) => corner[2]));
-    add(depth, () => {
+    add(depth, between(face[0], face[2], 0.5), () => {
       polygon(face, css(rgbOf(style.steel), 0.28), "");
       for (const [from, to] of [[0, 1], [3, 2]]) line([face[from], face[to]], style.steel, 1.6, 0.8);
     });
@@ -156,10 +156,10 @@ function draw() {
   ink.lineJoin = "round";
   const pose = (carrier) => poseAt(carrier, frame, part);
   const things = [];
-  const add = (depth, paint) => depth > camera.near && things.push({ depth, paint });
+  const add = (depth, place, paint) => depth > camera.near && things.push({ depth, place, paint });
   // a long line goes in and out of things that are nearer, so its pieces are sorted one by one
   const addLine = (ends, shape, lift, paint) => {
-    if (ends) for (const piece of shape(ends)) add((piece[0][2] + piece.at(-1)[2]) / 2 - lift, () => paint(piece));
+    if (ends) for (const piece of shape(ends)) add((piece[0][2] + piece.at(-1)[2]) / 2 - lift, between(piece[0], piece.at(-1), 0.5), () => paint(piece));
   };
   const lightOf = unit(plus(plus(times(-0.35, camera.right), times(0.8, camera.above)), times(-0.65, camera.forward)));
   const faded = (index) => (state.lit === null || state.lit === index ? 1 : 0.18);
@@ -185,12 +185,12 @@ function draw() {
       const centre = placed(here, body.solid.center);
       const [x, y, depth] = camera.project(centre);
       if (shown.shadows && shown.ground && seen === 1) castBall(centre, body.ball);
-      add(depth - body.ball, () => drawBall(x, y, (body.ball * camera.focal) / depth, body.colour, (shown.glass && body.solid.kind === "sphere" ? 0.6 : 1) * seen));
+      add(depth - body.ball, [x, y], () => drawBall(x, y, (body.ball * camera.focal) / depth, body.colour, (shown.glass && body.solid.kind === "sphere" ? 0.6 : 1) * seen));
     }
     for (const piece of body.pieces) {
       if (!piece.inside || shown.glass || !shown.solids) {
         const ends = camera.segment(placed(pose(piece.carrier), piece.from), placed(pose(piece.carrier), piece.to));
-        if (ends) add((ends[0][2] + ends[1][2]) / 2 - small, () => line(ends, css(shaded(body.colour, 0.8), 1), 3.5, seen));
+        if (ends) add((ends[0][2] + ends[1][2]) / 2 - small, between(...ends, 0.5), () => line(ends, css(shaded(body.colour, 0.8), 1), 3.5, seen));
       }
     }
     if (shown.sections && body.outline) {
@@ -199,15 +199,13 @@ function draw() {
     }
     if (shown.names && (body.shaped || body.mesh || body.ball || body.links.length)) {
       const [x, y, depth] = camera.project(middleOf(body, pose));
-      if (depth > camera.near) things.push({ depth: 0, paint: () => label(body.name, [x + 6, y - 6]) });
+      if (depth > camera.near) things.push({ depth: 0, place: [x, y], paint: () => label(body.name, [x + 6, y - 6]) });
     }
   });
 
-  for (const shape of shown.solids ? shapes : []) {
-    const seen = shape.opacity * faded(shape.body);
-    const here = pose(shape.carrier);
-    if (shown.shadows && shown.ground && shape.carrier >= 0 && faded(shape.body) === 1) castShadow(shape.outer.map((vertex) => placed(here, vertex)));
-    addShape(add, shape, here, inSight(shape.rgb), seen, lightOf);
+  const surfaces = shown.solids ? shapes : [];
+  for (const shape of shown.shadows && shown.ground ? surfaces : []) {
+    if (shape.carrier >= 0 && faded(shape.body) === 1) castShadow(shape.outer.map((vertex) => placed(pose(shape.carrier), vertex)));
   }
 
   for (const joint of scene.joints) {
@@ -226,11 +224,11 @@ function draw() {
         if (dot(normal, minus(middle, camera.eye)) >= 0) return;
         const colour = shaded(rgbOf(style.steel), 0.75 + 0.45 * Math.max(0, dot(normal, lightOf)));
         const fill = css(colour, state.lit === null ? 1 : 0.4);
-        add(norm(minus(middle, camera.eye)) - small, () => polygon(face.map((k) => flat[k]), fill, fill));
+        add(camera.project(middle)[2] - small, camera.project(middle), () => polygon(face.map((k) => flat[k]), fill, fill));
       });
     } else {
       const [x, y, depth] = camera.project(child.p);
-      add(depth - small, () => drawBall(x, y, (0.7 * small * camera.focal) / depth, rgbOf(style.steel), state.lit === null ? 1 : 0.4));
+      add(depth - small, [x, y], () => drawBall(x, y, (0.7 * small * camera.focal) / depth, rgbOf(style.steel), state.lit === null ? 1 : 0.4));
     }
   }
 
@@ -254,45 +252,44 @@ function draw() {
       const last = placed(pose(point.carrier), point.position);
       for (let k = Math.max(0, 12 * Math.floor((frame - LONGEST) / 12)); k < frame; k += 12) {
         const piece = path.slice(FINE * k, FINE * Math.min(k + 12, frame) + 1).map((place) => camera.project(place));
-        if (piece.every((place) => place[2] > camera.near)) add(piece[0][2], () => line(piece, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));
+        if (piece.every((place) => place[2] > camera.near)) add(piece[0][2], piece[0], () => line(piece, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));
       }
       const ends = camera.segment(path[FINE * frame], last);
-      if (ends) add(ends[0][2], () => line(ends, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));
+      if (ends) add(ends[0][2], ends[0], () => line(ends, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));
     }
     if (!point.drawn && !point.trace) continue;
     const [x, y, depth] = camera.project(placed(pose(point.carrier), point.position));
-    add(depth - 2 * small, () => drawDot(x, y, css(shaded(colour, 0.85), 1)));
-    if (shown.names) things.push({ depth: 0, paint: () => label(point.name, [x + 7, y + 14], style.soft) });
+    add(depth - 2 * small, [x, y], () => drawDot(x, y, css(shaded(colour, 0.85), 1)));
+    if (shown.names) things.push({ depth: 0, place: [x, y], paint: () => label(point.name, [x + 7, y + 14], style.soft) });
   }
 
   things.sort((a, b) => b.depth - a.depth);
-  for (const thing of things) thing.paint();
+  const ahead = paintShapes(surfaces, things, pose, (shape) => shape.opacity * faded(shape.body), lightOf);
+  for (const thing of ahead) thing.paint();
   drawScale();
   reportView();
 }
 
-/** Brightnesses of the faces of a shape. */
-const LIGHTS = 24;
-
-/** The faces of a rigid shape that look at the camera, of an open one all of them, by planes in its own frame. */
-function addShape(add, shape, here, rgb, alpha, lightOf) {
-  const back = [0, 1, 2].map((k) => [here.R[0][k], here.R[1][k], here.R[2][k]]);
-  const [ex, ey, ez] = turned(back, minus(camera.eye, here.p));
-  const [lx, ly, lz] = turned(back, lightOf);
-  const flat = shape.vertices.map((vertex) => camera.project(placed(here, vertex)));
-  const fills = [...Array(LIGHTS + 1).keys()].map((k) => css(shaded(rgb, 0.62 + (0.5 * k) / LIGHTS), alpha));
-  const { faces, middles, normals, closed } = shape;
-  for (let number = 0; number < faces.length; number++) {
-    const [a, b, c] = [3 * number, 3 * number + 1, 3 * number + 2];
-    const [dx, dy, dz] = [middles[a] - ex, middles[b] - ey, middles[c] - ez];
-    const away = normals[a] * dx + normals[b] * dy + normals[c] * dz >= 0;
-    if (away && closed) continue;
-    const face = faces[number];
-    if (face.some((k) => flat[k][2] < camera.near)) continue;
-    const light = (away ? -1 : 1) * (normals[a] * lx + normals[b] * ly + normals[c] * lz);
-    const fill = fills[Math.round(LIGHTS * Math.min(Math.max(light, 0), 1))];
-    add(Math.hypot(dx, dy, dz), () => polygon(face.map((k) => flat[k]), fill, alpha < 1 ? null : fill));
+/** Paint things behind surfaces, then the surfaces, those seen through last. Returns the things in front. */
+function paintShapes(surfaces, things, pose, opacityOf, lightOf) {
+  if (surfaces.length === 0) return things;
+  const ratio = window.devicePixelRatio || 1;
+  raster.begin(projected(surfaces, pose), ratio < 2 ? 2 * ratio : ratio);
+  const opacities = [...new Set(surfaces.map(opacityOf))].sort((a, b) => b - a);
+  let ahead = things;
+  for (const opacity of opacities) {
+    for (const shape of surfaces) if (opacityOf(shape) === opacity) fillShape(shape, inSight(shape.rgb), lightOf);
+    if (opacity === 1) {
+      ahead = [];
+      for (const thing of things) {
+        if (thing.depth > 0 && raster.hides(thing.place, thing.depth)) thing.paint();
+        else ahead.push(thing);
+      }
+    }
+    raster.paint(ink, opacity);
+    raster.clear();
   }
+  return ahead;
 }
 
 /** The faces of a mesh that look at the camera; of one that is open all of them. */
@@ -309,7 +306,7 @@ function addFaces(add, mesh, world, flat, rgb, alpha, lightOf) {
     const smooth = mesh.smooth === undefined || number < mesh.smooth;
     // the stroke of a smooth face closes the gap to its neighbour, and would show twice through a translucent one
     const edge = smooth && alpha < 1 ? null : css(smooth ? colour : shaded(colour, 0.8), alpha);
-    add(norm(minus(middle, camera.eye)), () => polygon(face.map((k) => flat[k]), css(colour, alpha), edge));
+    add(camera.project(middle)[2], camera.project(middle), () => polygon(face.map((k) => flat[k]), css(colour, alpha), edge));
   });
 }
 
@@ -318,7 +315,7 @@ function addGlass(add, body, world, flat, seen) {
   if (flat.some((place) => place[2] < camera.near)) return;
   const depth = flat.reduce((sum, place) => sum + place[2], 0) / flat.length;
   const edge = css(shaded(body.colour, 0.85), 0.9 * seen);
-  add(depth, () => {
+  add(depth, times(1 / flat.length, flat.reduce(plus)), () => {
     polygon(around(flat, body.mesh.sides), css(body.colour, 0.32 * seen), edge);
     for (const face of body.mesh.faces.slice(body.mesh.smooth)) {
       const normal = cross(minus(world[face[1]], world[face[0]]), minus(world[face[2]], world[face[1]]));
@@ -333,7 +330,7 @@ function addSection(add, body, pose, length) {
   const flat = body.outline.map(([y, z]) => camera.project(placed(pose, [0, y, z])));
   const [, , depth] = camera.project(pose.p);
   if (flat.some((place) => place[2] < camera.near)) return;
-  add(depth - 2 * small, () => {
+  add(depth - 2 * small, camera.project(pose.p), () => {
     polygon(flat, css(body.colour, 0.5), css(shaded(body.colour, 0.6), 1));
     AXES.forEach((colour, k) => {
       const ends = camera.segment(pose.p, placed(pose, [0, 1, 2].map((j) => (j === k ? length : 0))));

@@ -63,13 +63,26 @@ const bodies = scene.bodies.map((body, index) => {
 /** Directions in which the outermost vertices of a shape cast its shadow. */
 const DIRECTIONS = [-1, 0, 1].flatMap((x) => [-1, 0, 1].flatMap((y) => [-1, 0, 1].map((z) => [x, y, z]))).filter((direction) => norm(direction) > 0);
 
-const shapes = scene.shapes.map((shape) => ({
-  ...shape,
-  ...planesOf(shape.vertices, shape.faces),
-  outer: outermost(shape.vertices),
-  rgb: shape.color ? rgbOf(shape.color) : shape.body < 0 ? rgbOf("#8a94a3") : bodies[shape.body].colour,
-  corners: cornersAmong(shape.vertices),
-}));
+const shapes = scene.shapes.map((shape) => {
+  const places = placesIn(shape);
+  const [vertices, faces] = [Float64Array.from(places.flat()), new (shape.wide ? Uint32Array : Uint16Array)(bytes(shape.faces))];
+  return {
+    ...shape,
+    vertices,
+    faces,
+    flat: new Float64Array(vertices.length), // places on the canvas with the inverses of their depths
+    normals: planesOf(places, faces),
+    outer: outermost(places),
+    rgb: shape.color ? rgbOf(shape.color) : shape.body < 0 ? rgbOf("#8a94a3") : bodies[shape.body].colour,
+    corners: cornersAmong(places),
+  };
+});
+
+/** The vertices of a shape, which is stored in whole steps from its lowest corner. */
+function placesIn({ vertices, low, step }) {
+  const steps = new Uint16Array(bytes(vertices));
+  return [...Array(steps.length / 3).keys()].map((k) => [0, 1, 2].map((j) => low[j] + step * steps[3 * k + j]));
+}
 
 /** Places that the picture of a body reaches, each in a carrier: corners around its solid, and the ends of its links. */
 function reachOf(body) {
@@ -90,17 +103,15 @@ function cornersAmong(places) {
   return cornersOf(minus(high, low)).map((corner) => plus(between(low, high, 0.5), corner));
 }
 
-/** Middles and normals of faces, three numbers each, in the frame of a rigid shape. */
-function planesOf(vertices, faces) {
-  const [middles, normals] = [new Float64Array(3 * faces.length), new Float64Array(3 * faces.length)];
-  faces.forEach((face, number) => {
-    const normal = unit(cross(minus(vertices[face[1]], vertices[face[0]]), minus(vertices[face[2]], vertices[face[1]])));
-    for (let k = 0; k < 3; k++) {
-      normals[3 * number + k] = normal[k];
-      for (const corner of face) middles[3 * number + k] += vertices[corner][k] / face.length;
-    }
-  });
-  return { middles, normals };
+/** Planes of triangles in the frame of a rigid shape, four numbers each: the normal, and its product with places. */
+function planesOf(places, faces) {
+  const planes = new Float64Array((4 * faces.length) / 3);
+  for (let face = 0; face < faces.length; face += 3) {
+    const [a, b, c] = [0, 1, 2].map((k) => places[faces[face + k]]);
+    const normal = unit(cross(minus(b, a), minus(c, b)));
+    planes.set([...normal, dot(normal, a)], (4 * face) / 3);
+  }
+  return planes;
 }
 
 /** The vertices of a shape that lie farthest in some directions; all of a shape with few. */

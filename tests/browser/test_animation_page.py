@@ -259,3 +259,49 @@ def test_a_beam_is_drawn_along_its_bent_axis(browser: Browser, tmp_path: Path, f
             block = picture[line - 1 : line + 2, column - 1 : column + 2].reshape(-1, 3)
             alike = np.median([likeness(pixel, colour) for pixel in block]) > 0.93
             assert alike == there, f"the beam at {s}: {'not ' * there}drawn at height {height}"
+
+
+HIDING = """
+<script>
+[camera.azimuth, camera.elevation, camera.target] = [0, 0, [0, 0, 0]];
+[shown.ground, untouched] = [false, false];
+for (const point of scene.points) point.drawn = true;
+draw();
+</script>
+"""
+
+
+@pytest.mark.slow
+def test_what_is_behind_a_surface_is_hidden_and_what_is_seen_through_is_mixed(browser: Browser, tmp_path: Path) -> None:
+    """The camera looks along -x at a red sphere, with smaller ones before, behind and beside it, and marked points."""
+    builder = eomgen.SceneBuilder("spheres").body("hull", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("drive", "prismatic", "base", "hull", axis=[1, 0, 0])
+    spheres = {
+        "large": ([0, 0, 0], 0.2, "#ff0000", 1.0),
+        "before": ([0.5, 0, 0], 0.05, "#0000ff", 1.0),
+        "behind": ([-0.5, 0.15, 0], 0.05, "#0000ff", 1.0),
+        "above": ([-0.5, 0, 0.4], 0.05, "#0000ff", 1.0),
+        "glass": ([0.5, 0, -0.1], 0.04, "#00ff00", 0.5),
+    }
+    for name, (position, radius, color, opacity) in spheres.items():
+        builder.shape(name, "sphere", "hull", radius=radius, position=position, color=color, opacity=opacity)
+    marked = {"hidden": [-0.5, -0.15, 0.0], "free": [-0.5, 0.4, 0.0]}
+    for name, position in marked.items():
+        builder.point(name, "hull", position)
+    run = eomgen.build(builder.build(), profile="quick").simulate(0.1, 1e-2, method="rk4")
+    page = run.animate(tmp_path / "spheres.html")
+    page.write_text(page.read_text(encoding="utf-8").replace("</body>", WATCH + HIDING + "</body>"), encoding="utf-8")
+    picture = browser.picture(page, "t=0&theme=light")
+    assert all(line.startswith("view {") for line in browser.said), browser.said
+    view = json.loads(browser.said[-1].removeprefix("view "))
+
+    def seen(place: list[float]) -> np.ndarray:
+        column, line = projected(view, np.array(place))
+        return np.median(picture[line - 1 : line + 2, column - 1 : column + 2].reshape(-1, 3), axis=0)
+
+    assert [int(np.argmax(seen(place))) for place, _, _, _ in spheres.values()][1:4] == [2, 0, 2]
+    red, green, blue = seen(spheres["glass"][0])
+    assert red > blue + 50 and green > blue + 50, "half of the red sphere behind the green glass"
+    hidden, free = seen(marked["hidden"]), seen(marked["free"])
+    assert hidden[0] > hidden[1] + 80 and hidden[0] > hidden[2] + 80
+    assert np.ptp(free) < 60, "the mark of a point in front of nothing is white within"

@@ -308,6 +308,11 @@ def test_mistakes_are_named(
 # -- shapes ------------------------------------------------------------------------------------------------------------
 
 
+def whole_numbers(text: str) -> np.ndarray:
+    """Return the whole numbers of a shape on a page."""
+    return np.frombuffer(base64.b64decode(text), "<u2").astype(int)
+
+
 def test_shapes_stand_on_the_page_at_their_bodies_with_their_colours() -> None:
     builder = eomgen.SceneBuilder("cart")
     builder.body("hull", 1.0, inertia=[0.1, 0.1, 0.1])
@@ -318,8 +323,14 @@ def test_shapes_stand_on_the_page_at_their_bodies_with_their_colours() -> None:
     cabin, wall = data["shapes"]
     assert [cabin["carrier"], cabin["body"], wall["carrier"], wall["body"]] == [0, 0, -1, -1]
     assert [cabin["color"], cabin["opacity"], wall["color"]] == ["#00ff00", 0.5, ""]
-    corners = np.array(cabin["vertices"])
-    np.testing.assert_allclose([corners.min(0), corners.max(0)], [[-0.2, -0.1, 0.25], [0.2, 0.1, 0.35]], atol=1e-9)
+    corners = np.array(cabin["low"]) + cabin["step"] * whole_numbers(cabin["vertices"]).reshape(-1, 3)
+    assert cabin["step"] == 0.4 / 65535 and not cabin["wide"]
+    faces = whole_numbers(cabin["faces"]).reshape(-1, 3)
+    normals = np.cross(*(corners[faces[:, k]] - corners[faces[:, 0]] for k in (1, 2)))
+    outward = np.sum(normals * (np.mean(corners[faces], axis=1) - [0, 0, 0.3]), axis=1)
+    assert np.all(outward > 0.0)
+    assert 0.5 * np.sum(np.linalg.norm(normals, axis=1)) == pytest.approx(0.28, rel=1e-4)
+    np.testing.assert_allclose([corners.min(0), corners.max(0)], [[-0.2, -0.1, 0.25], [0.2, 0.1, 0.35]], atol=4e-6)
 
 
 def test_lines_of_massless_bodies_are_drawn_without_shapes_only() -> None:
