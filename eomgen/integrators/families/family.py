@@ -181,6 +181,19 @@ class LinearPasses(NamedTuple):
     derivative: Sequence[Sequence[float]]
 
 
+class LinearTransitions(NamedTuple):
+    """Steps that are maps of q, v and z, whose derivatives follow from the equations of the step.
+
+    Attributes
+    ----------
+    A, b, c : of explicit stages; empty for an implicit step
+    """
+
+    A: Sequence[Sequence[float]] = ()
+    b: Sequence[float] = ()
+    c: Sequence[float] = ()
+
+
 class Family(ABC):
     """Family of integration methods; instances are methods, checked on construction."""
 
@@ -281,7 +294,7 @@ class Family(ABC):
         return self.order
 
     @property
-    def linear_step(self) -> LinearStep | LinearPasses | None:
+    def linear_step(self) -> LinearStep | LinearPasses | LinearTransitions | None:
         """Return the coefficients of a step made linear; None if runs have no derivatives."""
         return None
 

@@ -29,6 +29,7 @@ from eomgen.integrators.families.family import (
     Family,
     Field,
     GroupFunction,
+    LinearTransitions,
     MethodName,
     Setting,
     Sizes,
@@ -88,6 +89,10 @@ class Rattlie(Family):
     def title(self, constrained: bool) -> str:
         multipliers = ", multipliers at both sides of every step" if constrained else ""
         return f"RATTLie, a variational integrator on Lie groups{multipliers}"
+
+    @property
+    def linear_step(self) -> LinearTransitions:
+        return LinearTransitions()
 
     @property
     def group_functions(self) -> tuple[GroupFunction, ...]:

@@ -19,6 +19,7 @@ from eomgen.integrators.families.family import (
     NOT_FINITE,
     SINGULAR_MASS,
     Family,
+    LinearTransitions,
     MethodName,
     Status,
     hold,
@@ -225,6 +226,11 @@ class RungeKuttaMuntheKaas(Family):
     family = "runge_kutta"
     dense_output = "hermite_5"
     state_is_all = True
+
+    @property
+    def linear_step(self) -> LinearTransitions:
+        A = [list(map(float, row)) for row in self.A]
+        return LinearTransitions(A, list(map(float, self.b)), list(map(float, self.c)))
 
     def __post_init__(self) -> None:
         hold("commutators >= order - 2, at most 2", self.order - 2 <= self.commutators <= 2)

@@ -20,7 +20,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import comparisons, symbols
-from eomgen.integrators.families.family import LinearPasses, LinearStep
+from eomgen.integrators.families.family import LinearPasses, LinearStep, LinearTransitions
 from eomgen.integrators.families.register import Method, method_named, method_names
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.crossings import check_crossings
@@ -30,6 +30,8 @@ from eomgen.products.derivatives.jump_run import JumpRun
 from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearRun, Start
 from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
+from eomgen.products.derivatives.stage_run import PartitionedMotion, StageRun
+from eomgen.products.derivatives.variational_run import VariationalRun
 from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.stepping.inputs import InputSignals, Signal, read_signals
@@ -42,15 +44,20 @@ from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 #: Names of samples of inputs: the values of an input at all rows together, the value at one row, or each value
 #: separately.
 _INPUTS, _SAMPLE = "inputs.", re.compile(r"inputs\.(?P<name>[^\[]+)(?:\[(?P<row>\d+|:)\])?")
-#: Divisors of Newton's tolerances for derivatives that are to be better than runs.
+#: Tolerances of Newton's iterations for derivatives that are to be better than runs; of steps of generalized-alpha, and
+#: of RATTLie.
 _TIGHT = {"rtol": 1e-13, "atol": 1e-15}
+_TIGHT_MEAN = {"rtol": 1e-14}
 
 
 def newton_settings(model: CompiledModel, method: str | None) -> dict[str, float]:
     """Return settings by which Newton's iteration leaves nothing of a method's steps that counts in derivatives; none
     for methods without it. Raises UsageError for a method that there is not."""
     name = _named(model.library.layout["built_method"] if method is None else method)
-    return dict(_TIGHT) if isinstance(method_named(name).linear_step, LinearStep) else {}
+    step = method_named(name).linear_step
+    if isinstance(step, LinearTransitions):
+        return {} if step.b else dict(_TIGHT_MEAN)
+    return dict(_TIGHT) if isinstance(step, LinearStep) else {}
 
 
 @checked_call(**KNOWN_ELSEWHERE, wrt="by", outputs="of")
@@ -89,7 +96,8 @@ def sensitivities(
         Outputs; all by default.
     method : str
         ``generalized_alpha``, ``hht``, ``wbz``, ``newmark``, ``trapezoidal``, also in index 3 with
-        ``settings={"perturb": 0}``; ``tdg1``, ``tdg1_star``, ``tdg2``, ``tdg2s`` or ``tdg3``.
+        ``settings={"perturb": 0}``; ``rattlie`` with constraints; ``rk4``, ``rk4_partitioned``; ``tdg1``,
+        ``tdg1_star``, ``tdg2``, ``tdg2s`` or ``tdg3``.
     rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of ``simulate``
 
     Returns
@@ -120,7 +128,7 @@ def sensitivities(
     p = model.evaluator.one_set(parameters, "one run for each")
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": None, "tolerance": None}
     chosen = chosen_stepper(model, None if method is None else _named(method), given, None)
-    linear_step = _linear_step(chosen.name, chosen.method, model.nz > len(model.library.layout["sampled"]))
+    linear_step = _linear_step(model, chosen.name, chosen.method)
     if settings is not None:  # which a method without derivatives need not know
         chosen = chosen_stepper(model, method, given, settings)
     outputs = _outputs(model, of)
@@ -187,7 +195,7 @@ def _linear_run(
     run: Run,
     stepper: Stepper,
     state: InitialState,
-    step: LinearStep | LinearPasses,
+    step: LinearStep | LinearPasses | LinearTransitions,
     start: Start,
     by: DerivativeVariables,
     rows: Sequence[int],
@@ -199,6 +207,12 @@ def _linear_run(
         if stepper.layout["sampled"] or "events" in stepper.layout["method"]:
             return JumpRun(JumpMotion(run, stepper, state, of_step), step, start, by, rows)
         return AlphaRun(ReplayedRun(run, stepper, state, of_step), step, start, by, rows)
+    if isinstance(step, LinearTransitions):
+        of_step = 32 * (2 * (model.nv + len(model.multipliers)) + model.nz) ** 2
+        if step.b:
+            moving: type[ReplayedRun] = PartitionedMotion if model.multipliers else ReplayedRun
+            return StageRun(moving(run, stepper, state, of_step), step, start, by, rows)
+        return VariationalRun(ReplayedRun(run, stepper, state, of_step), start, by, rows)
     points = len(step.nodes) * (1 + (step.passes - 1) * (2 if step.refined else 1))
     width = 3 * model.nv + model.nz + len(by.columns["p"]) + len(by.samples)
     of_step = 8 * points * (model.nv + model.nz) * width
@@ -301,6 +315,9 @@ def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial:
     if _in_index_3(layout, chosen.method) and chosen.settings.get("perturb", 1.0):
         fault = f"{chosen.name} starts with velocities off the constraints, which have no derivatives here"
         raise UsageError(Problem("settings", fault, 'settings={"perturb": 0}, for a start with the given velocities'))
+    if chosen.settings.get("multipliers", 0.0):
+        fault = "multipliers before or after each row belong to two steps, and have no derivatives here"
+        raise UsageError(Problem("settings", fault, 'settings={"multipliers": 0}, for the ones of accelerations'))
     if layout["method"].get("jumps") and len(model.discontinuity_times(grid.start, grid.reached)):
         first = float(model.discontinuity_times(grid.start, grid.reached)[0])
         fault = f"forces jump at t = {first:.6g} s, and steps are cut in two there; these have no derivatives here"
@@ -380,15 +397,23 @@ def _named(method: str) -> str:
     return method
 
 
-def _linear_step(name: str, method: Method, internal: bool) -> LinearStep | LinearPasses:
+def _linear_step(model: CompiledModel, name: str, method: Method) -> LinearStep | LinearPasses | LinearTransitions:
     """Return the coefficients of a method's steps made linear. Raises UsageError for a method without linearised
-    steps."""
+    steps, for such a scene."""
+    internal = model.nz > len(model.library.layout["sampled"])
     if method.chooses_steps:
         fault = f"{name} chooses its steps, and their ends move with the parameters of the derivatives"
         raise UsageError(Problem("method", fault, _with_derivatives()))
     step = method.linear_step
     if step is None:
         raise UsageError(Problem("method", f"{name} has no derivatives of runs here", _with_derivatives()))
+    if isinstance(step, LinearTransitions) and not step.b and not model.multipliers:
+        fault = f"{name} has derivatives of runs in scenes with constraints alone"
+        raise UsageError(Problem("method", fault, "rk4, or trapezoidal"))
+    holonomic = model.functions.sizes["holonomic"]
+    if isinstance(step, LinearTransitions) and step.b and 0 < holonomic < len(model.multipliers):
+        fault = f"steps of {name} have no derivatives with constraints both on positions and on velocities alone"
+        raise UsageError(Problem("method", fault, "generalized_alpha, or trapezoidal"))
     if internal and isinstance(step, LinearStep) and (step.alpha_m, step.rate_alpha_m) != (step.alpha_f, step.alpha_f):
         fault = f"{name} starts internal states with rates of their rates, which have no derivatives here"
         raise UsageError(Problem("method", fault, "trapezoidal, newmark or tdg2"))

@@ -135,7 +135,8 @@ class ReplayedRun:
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
         """Take steps, fill the rows, and return data of the stepper that rows do not hold."""
-        a = self.stepper.state[self.stepper.places["a"]].copy()
+        places = self.stepper.places  # methods without algorithmic accelerations have all of a step in rows
+        a = self.stepper.state[places["a"]].copy() if "a" in places else np.zeros(0)
         status, _ = self.stepper.run(size, 1, table, record)
         self.check(status)
         return a

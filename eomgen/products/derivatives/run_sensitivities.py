@@ -21,6 +21,7 @@ from eomgen.products.derivatives.galerkin_run import GalerkinPart, GalerkinRun
 from eomgen.products.derivatives.linear_run import LinearRun, rows_of, undefined_derivatives
 from eomgen.products.derivatives.start import LinearizedRest, StateDirections, at_rest, on_constraints
 from eomgen.products.derivatives.stationary_run import StationaryRun
+from eomgen.products.derivatives.transition_run import TransitionRun
 
 
 def input_derivatives(run: AlphaRun | GalerkinRun, weights: RowWeights) -> Array:
@@ -351,7 +352,9 @@ class Sensitivities:
             hint = 'inputs={"command": ...}' if not inputs else f'inputs={{"{inputs[0].name}": ...}}, to give values'
             raise UsageError(Problem("input_gradient", fault, hint))
         if not isinstance(run, AlphaRun | GalerkinRun):
-            fault = "the state jumps along the run, and derivatives in all rows of inputs together are not known"
+            jumps = "the state jumps along the run"
+            why = f"steps are of {run.run.name}" if isinstance(run, TransitionRun) else jumps
+            fault = f"{why}, and derivatives in all rows of inputs together are not known"
             hint = f'by=["inputs.{next(iter(columns))}[:]"], whose gradient has a row each'
             raise UsageError(Problem("input_gradient", fault, hint))
         table = self._finite(input_derivatives(run, weights))
@@ -361,8 +364,11 @@ class Sensitivities:
         """Return the run, for methods with second derivatives. Raises UsageError."""
         run = self._run
         if not isinstance(run, AlphaRun | GalerkinRun):
-            fault = "the state jumps along the run, at samples or events, and its second derivatives are not known"
-            raise UsageError(Problem(wanted, fault, "differences of gradient(...)"))
+            jumps = "the state jumps along the run, at samples or events"
+            why = f"steps are of {run.run.name}" if isinstance(run, TransitionRun) else jumps
+            raise UsageError(
+                Problem(wanted, f"{why}, and second derivatives are not known", "differences of gradient(...)")
+            )
         if run.follows and run.start.slopes is not None:
             fault = (
                 "the state that the run starts from follows from parameters, and its second derivatives are not known"

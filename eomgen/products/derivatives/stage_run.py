@@ -1,0 +1,212 @@
+"""Runs of explicit Runge-Kutta methods in the Lie algebra made linear, with stages that coordinate partitioning brings
+onto the constraints, if there are any.
+
+Stages are evaluated once more, those of all steps of a part side by side:
+
+    theta_i = h sum_j A_ij Theta_j,  q_i = q o exp(theta_i),  v_i = v + h sum_j A_ij V_j,  z_i = z + h sum_j A_ij F_j,
+
+and so is the end with b in place of A_i. Dependent components D then take q_i o exp(delta), delta_I = 0, to Phi = 0,
+and v_i + e, e_I = 0, to B v + Phi_t = 0:
+
+    B (A_delta dq + T_delta ddelta) + Phi_p dp = 0,   B_D de + Z dq + B dv + w_p dp = 0.
+
+Slopes are Theta_i = v_i + [theta_i, v_i]/2 + [theta_i, [theta_i, v_i]]/12, accelerations V_i and rates F_i.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
+from eomgen.compiled.constraints import accelerations
+from eomgen.errors import NumericalError, Problem
+from eomgen.integrators.families.family import LinearTransitions
+from eomgen.lie import product
+from eomgen.products.derivatives.galerkin_sweeps import steps_with_memory
+from eomgen.products.derivatives.linear_run import DerivativeVariables, Start, rows_of
+from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
+from eomgen.products.derivatives.transition_run import StepEnds, TransitionRun
+from eomgen.simulation.stepping.states import PrescribedInputs, States
+
+#: Corrections of positions at most, and the part of a step's change above which stages that are evaluated again miss
+#: the run.
+_CORRECTIONS, _MISSED = 16, 1e-7
+
+
+class PartitionedMotion(ReplayedRun):
+    """A run whose rows lack the dependent components of each step."""
+
+    def _taken(self, size: int, table: Array | None, record: Array) -> Array:
+        status, memory = steps_with_memory(self.stepper, size, table, "dependent", record)
+        self.check(status)
+        return memory
+
+
+@dataclass(frozen=True)
+class Moved:
+    """Values (n, size) and their changes (n, size, state + parameters)."""
+
+    value: Array
+    along: Array
+
+    def plus(self, terms: Sequence[tuple[float, Moved]]) -> Moved:
+        """Return the sum with multiples of others."""
+        value, along = self.value, self.along
+        for factor, term in terms:
+            value, along = value + factor * term.value, along + factor * term.along
+        return Moved(value, along)
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Rates of the increment, of velocities and of internal states at a stage."""
+
+    theta: Moved
+    v: Moved
+    z: Moved
+
+
+class StageRun(TransitionRun):
+    """A run of an explicit method with linearised steps."""
+
+    def __init__(
+        self,
+        motion: ReplayedRun,
+        method: LinearTransitions,
+        start: Start,
+        by: DerivativeVariables,
+        rows: Sequence[int],
+    ) -> None:
+        super().__init__(motion, start, by, rows)
+        self.method = method
+
+    def transitions(self, part: RunSegment, ends: StepEnds) -> Array:
+        equations, h, count, before = self.equations, self.run.grid.step, len(ends.before.t), ends.before
+        nv, size = equations.nv, self.size_of_state
+        one = np.eye(size, size + equations.parameters)
+        q, v, z = (
+            Moved(value, np.broadcast_to(along, (count, *along.shape)))
+            for value, along in zip((before.q, before.v, before.z), np.split(one, [nv, 2 * nv]), strict=True)
+        )
+        dependent = part.memory.astype(np.intp)
+        still = Moved(np.zeros((count, nv)), np.zeros_like(q.along))
+        begun = rows_of(ends.blocks, slice(None, -1))
+        slopes = [Slopes(v, Moved(before.a, ends.forced[:-1, :nv] @ self._state(q, v, z)), self._rates(begun, q, v, z))]
+
+        def moved(weights: Sequence[float], t: Array, given: PrescribedInputs) -> tuple[Moved, Moved, Moved, Moved]:
+            """Return the increment, and positions, velocities and internal states on the constraints."""
+            used = [(h * float(weight), slope) for weight, slope in zip(weights, slopes, strict=False) if weight]
+            theta = still.plus([(weight, slope.theta) for weight, slope in used])
+            velocity = v.plus([(weight, slope.v) for weight, slope in used])
+            states = z.plus([(weight, slope.z) for weight, slope in used])
+            place = self._moved(q, theta)
+            if equations.nl:
+                place, velocity = self._corrected(place, velocity, states, t, given, dependent)
+            return theta, place, velocity, states
+
+        for row, share in zip(self.method.A[1:], self.method.c[1:], strict=True):
+            t = ends.after.t if share == 1.0 else before.t + share * h
+            given = ends.at_end if share == 1.0 else self.prescribed(t)
+            slopes.append(self._slopes(*moved(row, t, given), t, given))
+        _, place, velocity, states = moved(self.method.b, ends.after.t, ends.at_end)
+        self._check(ends, place, velocity)
+        return np.concatenate([place.along, velocity.along, states.along], axis=1)
+
+    def _moved(self, q: Moved, theta: Moved) -> Moved:
+        """Return q o exp(theta)."""
+        factors = self.equations.model.factors
+        A, T = product.transport(factors, theta.value), product.tangent(factors, theta.value)
+        return Moved(product.update(factors, q.value, theta.value), A @ q.along + T @ theta.along)
+
+    def _blocks(self, q: Array, v: Array, z: Array, t: Array, given: PrescribedInputs) -> dict[str, Array]:
+        none = np.zeros((len(t), self.equations.nv)), np.zeros((len(t), self.equations.nl))
+        return self.blocks(States(t, q, v, *none, z), given)
+
+    def _slopes(self, theta: Moved, place: Moved, v: Moved, z: Moved, t: Array, given: PrescribedInputs) -> Slopes:
+        equations, factors = self.equations, self.equations.model.factors
+        nv = equations.nv
+        values = self._blocks(place.value, v.value, z.value, t, given)
+        if equations.nl:
+            values["a"], values["lam"] = accelerations(equations.model.functions, values)
+        else:
+            (M,) = equations.of("mass", values).values()
+            (r,) = equations.of("residual", values).values()
+            values["a"] = self.solved(M, r[:, :, np.newaxis], t)[:, :, 0]
+        partials = equations.partials(values)
+        forced = self.forced(values, partials)[:, :nv]
+        state = self._state(place, v, z)
+        ad_theta, ad_v = product.bracket_matrix(factors, theta.value), product.bracket_matrix(factors, v.value)
+        first = ad_theta @ v.value[:, :, np.newaxis]
+        by_theta = -0.5 * ad_v - (ad_theta @ ad_v + product.bracket_matrix(factors, first[:, :, 0])) / 12.0
+        by_v = np.eye(nv) + 0.5 * ad_theta + ad_theta @ ad_theta / 12.0
+        rate = Moved((by_v @ v.value[:, :, np.newaxis])[:, :, 0], by_theta @ theta.along + by_v @ v.along)
+        return Slopes(rate, Moved(values["a"], forced @ state), self._rates(values, place, v, z))
+
+    def _state(self, q: Moved, v: Moved, z: Moved) -> Array:
+        """Return changes of q, v, z and the parameters, one below the other."""
+        size = self.size_of_state
+        parameters = np.eye(size + self.equations.parameters)[size:]
+        own = np.broadcast_to(parameters, (len(q.along), *parameters.shape))
+        return np.concatenate([q.along, v.along, z.along, own], axis=1)
+
+    def _rates(self, values: Mapping[str, Array], q: Moved, v: Moved, z: Moved) -> Moved:
+        """Return the rates of the internal states."""
+        equations, nv, nz = self.equations, self.equations.nv, self.equations.nz
+        if not nz:
+            return z
+        e = equations.partials(values)
+        by = np.concatenate([e.Jq, e.Jv, e.Jz, e.P], axis=2)[:, nv : nv + nz]
+        return Moved(equations.of("internal_rate", values)["zdot"], -by @ self._state(q, v, z))
+
+    def _corrected(
+        self, place: Moved, v: Moved, z: Moved, t: Array, given: PrescribedInputs, dependent: NDArray[np.intp]
+    ) -> tuple[Moved, Moved]:
+        """Return positions and velocities on the constraints, corrected along the dependent components."""
+        equations, factors = self.equations, self.equations.model.factors
+        nv, nz, nl, nh, count = equations.nv, equations.nz, equations.nl, equations.holonomic, len(t)
+        unit = np.zeros((count, nv, nl))
+        np.put_along_axis(unit, dependent[:, np.newaxis, :], 1.0, axis=1)
+        q, size = place.value, self.size_of_state
+        for _ in range(_CORRECTIONS if nh else 0):
+            values = self._blocks(q, v.value, z.value, t, given)
+            (Phi,) = equations.of("constraint", values).values()
+            (held,) = equations.of("constraint_jacobian", values).values()
+            change = np.linalg.solve(held @ unit, -Phi[:, :, np.newaxis])
+            q = product.update(factors, q, (unit @ change)[:, :, 0])
+            if np.max(np.abs(change), initial=0.0) < 1e-15 * (1.0 + np.max(np.abs(q))):
+                break
+        values = self._blocks(q, v.value, z.value, t, given)
+        rows, rates = slice(nv + nz, nv + nz + nh), slice(nv + nz + nh, None)
+        e, dq = equations.partials(values), place.along
+        if nh:
+            delta = product.difference(factors, place.value, q)
+            dq = product.transport(factors, delta) @ dq
+            turned = product.tangent(factors, delta) @ unit
+            off = e.Jq[:, rows] @ dq
+            off[:, :, size:] += e.P[:, rows]
+            dq = dq + turned @ self.solved(e.Jq[:, rows] @ turned, off, t)
+        w = equations.of("constraint_velocity", values)["w"]
+        B = e.Jv[:, rates]
+        corrected = v.value - (unit @ np.linalg.solve(B @ unit, w[:, :, np.newaxis]))[:, :, 0]
+        values = {**values, "v": corrected}
+        Z = equations.of("velocity_partials", values)["Z"]
+        by_parameters = equations.partials(values).P[:, rates]
+        off = Z @ dq + B @ v.along
+        off[:, :, size:] += by_parameters
+        return Moved(q, dq), Moved(corrected, v.along + unit @ self.solved(B @ unit, off, t))
+
+    def _check(self, ends: StepEnds, place: Moved, v: Moved) -> None:
+        """Raise NumericalError if the step of the run was another one: it changed its dependent components within, or
+        passed a singular position."""
+        factors, before, after = self.equations.model.factors, ends.before, ends.after
+        size = np.max(np.abs(np.concatenate([product.difference(factors, before.q, after.q), after.v], axis=1)), axis=1)
+        off = np.concatenate([product.difference(factors, place.value, after.q), v.value - after.v], axis=1)
+        missed = np.max(np.abs(off), axis=1) > _MISSED * (size + np.finfo(float).tiny)
+        if missed.any():
+            t = float(after.t[int(np.argmax(missed))])
+            fault = f"the step to t = {t:.9g} s passes a singular position, or changes its dependent components within"
+            raise NumericalError(Problem("sensitivities", f"{fault}: it has no derivatives", "generalized_alpha"))

@@ -1,0 +1,175 @@
+"""Runs whose state is q, v and z alone, made linear: a step is a map of this state with one matrix of derivatives, and
+accelerations and multipliers of rows follow from the state.
+
+At a row, M and B being the inertia and the partials of the constraints' rates, r the residual and w' accelerations of
+the constraints:
+
+    [ M  B^T ] [ dvdot ]     [ r_q dq + r_v dv + r_z dz + r_p dp ]
+    [ B   0  ] [ dlam  ] = - [ w'_q dq + w'_v dv + w'_p dp       ]
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
+from eomgen.errors import NumericalError, Problem
+from eomgen.formula.evaluate import symbols
+from eomgen.products.derivatives.equations import EquationPartials
+from eomgen.products.derivatives.linear_run import (
+    DerivativeVariables,
+    LinearPart,
+    LinearRun,
+    Start,
+    undefined_derivatives,
+)
+from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
+from eomgen.products.derivatives.start import LinearizedStart, on_constraints
+from eomgen.simulation.stepping.states import PrescribedInputs, States
+
+
+@dataclass(frozen=True)
+class StepEnds:
+    """Both ends of n steps, with partials at the rows (n + 1).
+
+    Attributes
+    ----------
+    before, after : states
+    at_start, at_end : inputs and base
+    blocks : input blocks at the rows
+    partials : of e at the rows
+    forced : (n + 1, nv + nl, 2 nv + nz + parameters), changes of vdot and multipliers of the rows
+    """
+
+    before: States
+    after: States
+    at_start: PrescribedInputs
+    at_end: PrescribedInputs
+    blocks: dict[str, Array]
+    partials: EquationPartials
+    forced: Array
+
+
+@dataclass(frozen=True)
+class TransitionPart(LinearPart):
+    """A part of a run made linear.
+
+    Attributes
+    ----------
+    transitions : (steps, size, size + parameters), changes of q, v and z at the ends of the steps with these at the
+        starts, and with the parameters
+    forced : (rows, nv + nl, size + parameters), changes of vdot and multipliers at the rows
+    """
+
+    transitions: Array
+    forced: Array
+
+
+class TransitionRun(LinearRun[TransitionPart]):
+    """A run with linearised steps from state to state."""
+
+    def __init__(self, motion: ReplayedRun, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
+        super().__init__(motion, start, by, rows)
+        self.size_of_state = 2 * self.equations.nv + self.equations.nz
+        begun, t, step = motion.start, self.run.grid.start, self.run.grid.step
+        state = begun["q"], begun["v"], begun.get("z", np.zeros(0))
+        self.beginning = LinearizedStart(
+            self.equations, t, step, *state, self._at_start, self.moved_inputs, 0.0, start.asked
+        )
+        self.along = on_constraints(self.beginning, self.asked, np.zeros(0)) if self.equations.nl else self.asked
+        _, self.record = self.beginning.tangents(self.along, self.beginning.stages(self.along))
+        self.state = np.concatenate([self.along.dq, self.along.dv, self.along.dz])
+
+    def _at_start(self, _: float) -> PrescribedInputs:
+        return self.prescribed(np.array([self.run.grid.start]))
+
+    @abstractmethod
+    def transitions(self, part: RunSegment, ends: StepEnds) -> Array:
+        """Return the derivatives of q, v and z at the ends of the steps, (steps, size, size + parameters)."""
+
+    def of_part(self, part: RunSegment) -> TransitionPart:
+        """Make a part of the run linear."""
+        states, given = self.states(part)
+        blocks = self.blocks(states, given)
+        partials = self.equations.partials(blocks)
+        forced = self.forced(blocks, partials)
+        before, after = States(*(array[:-1] for array in states)), States(*(array[1:] for array in states))
+        first, last = (
+            PrescribedInputs(*(None if array is None else array[rows] for array in given))
+            for rows in (slice(None, -1), slice(1, None))
+        )
+        transitions = self.transitions(part, StepEnds(before, after, first, last, blocks, partials, forced))
+        finite = np.isfinite(transitions).all(axis=(1, 2))
+        if not finite.all():
+            t = float(states.t[1:][int(np.argmin(finite))])
+            raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
+        return TransitionPart(part.first, states, blocks, transitions, forced)
+
+    def forced(self, blocks: Mapping[str, Array], partials: EquationPartials) -> Array:
+        """Return changes of accelerations and multipliers with q, v, z and parameters, at states with these
+        accelerations and multipliers."""
+        equations, e = self.equations, partials
+        nv, nz, nl, count = equations.nv, equations.nz, equations.nl, len(e.Jq)
+        right = np.concatenate([e.Jq, e.Jv, e.Jz, e.P], axis=2)[:, :nv]
+        if not nl:
+            return self.solved(e.Ja[:, :nv], right, blocks["t"])
+        by_state = equations.of("acceleration_partials", blocks)
+        none = np.zeros((count, nl, nz))
+        below = np.concatenate(
+            [by_state["Aq"], by_state["Av"], none, equations.acceleration_parameters(blocks)], axis=2
+        )
+        B = e.Jv[:, -nl:]
+        matrix = np.zeros((count, nv + nl, nv + nl))
+        matrix[:, :nv, :nv], matrix[:, nv:, :nv], matrix[:, :nv, nv:] = e.Ja[:, :nv], B, np.swapaxes(B, 1, 2)
+        return self.solved(matrix, np.concatenate([right, below], axis=1), blocks["t"])
+
+    def solved(self, matrix: Array, right: Array, times: Array) -> Array:
+        """Return -matrix^-1 right of n steps or rows. Raises NumericalError."""
+        try:
+            result = np.asarray(-np.linalg.solve(matrix, right), dtype=np.float64)
+        except np.linalg.LinAlgError:
+            place = next((k for k, one in enumerate(matrix) if np.linalg.matrix_rank(one) < len(one)), 0)
+            fault = f"the equations near t = {times[place]:.9g} s, made linear, have no solution"
+            hint = "a smaller step, or constraints that do not repeat"
+            raise NumericalError(Problem("sensitivities", fault, hint)) from None
+        return result
+
+    def by_formulas(self) -> bool:
+        """Return whether inputs follow formulas with parameters among the directions."""
+        model = self.run.model
+        chosen = {list(model.parameters)[column] for column in self.equations.chosen}
+        formulas = [item.formula for item in model.description.inputs if item.formula is not None]
+        return any(one.kind == "parameter" and one.name in chosen for formula in formulas for one in symbols(formula))
+
+    def tangents(self, part: TransitionPart, dp: Array, state: Array) -> Array:
+        size, equations = self.size_of_state, self.equations
+        of_parameters = part.transitions[:, :, size:] @ dp
+        ends = np.empty((len(part.transitions), size, state.shape[1]))
+        now = state
+        for step, (matrix, driven) in enumerate(zip(part.transitions[:, :, :size], of_parameters, strict=True)):
+            now = ends[step] = matrix @ now + driven
+        state[:] = now
+        forced = part.forced[1:, :, :size] @ ends + part.forced[1:, :, size:] @ dp
+        parts = np.split(ends, [2 * equations.nv], axis=1), np.split(forced, [equations.nv], axis=1)
+        return np.concatenate([parts[0][0], parts[1][0], parts[0][1], parts[1][1]], axis=1)
+
+    def take_back(self, part: TransitionPart, direct: Array, state: Array, gradient: Array) -> None:
+        size, equations = self.size_of_state, self.equations
+        nv, nz = equations.nv, equations.nz
+        of_q_v, of_a, of_z, of_lam = np.split(direct, np.cumsum([2 * nv, nv, nz]), axis=1)
+        own = np.concatenate([of_q_v, of_z], axis=1)
+        forced = np.concatenate([of_a, of_lam], axis=1)
+        if forced.any():
+            taken = np.swapaxes(part.forced[1:], 1, 2) @ forced
+            own = own + taken[:, :size]
+            gradient += taken[:, size:].sum(axis=0)
+        ends, now = np.empty_like(own), state
+        for step in reversed(range(len(own))):
+            ends[step] = now + own[step]
+            now = part.transitions[step, :, :size].T @ ends[step]
+        state[:] = now
+        gradient += np.einsum("nsp,nsf->pf", part.transitions[:, :, size:], ends)

@@ -1,0 +1,180 @@
+"""Derivatives of runs whose steps are maps of q, v and z: RATTLie, Runge-Kutta, Runge-Kutta with partitioned
+coordinates; against differences of runs in fourth order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.errors import NumericalError, UsageError
+from eomgen.lie import product
+from eomgen.pipeline.model import Model
+from eomgen.products.derivatives.run_sensitivities import Sensitivities
+from eomgen.scene.builder import SceneBuilder
+from tests.models.cache import shared_cache
+from tests.simulation.test_sensitivities import absolute, controlled, loop, turning
+
+__all__ = ["shared_cache"]
+
+STEP = 0.01
+TIGHT = {"rtol": 1e-15}
+
+
+def hanging() -> SceneBuilder:
+    """Return a plate on two slides and on a rod, by a constraint of distance, with drag."""
+    builder = SceneBuilder("sensitive_plate", gravity=[0, -9.81, 0])
+    for name, value in {"mass": 1.3, "length": 0.8, "drag": 0.3}.items():
+        builder.parameter(name, value, tunable=True)
+    builder.body("cart", 0.2).body("plate", "mass", inertia=[0.02, 0.02, 0.02])
+    builder.joint("x", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"position": 0.8})
+    builder.joint("y", "prismatic", "cart", "plate", axis=[0, 1, 0])
+    ends = {"body": "plate", "position": [0, 0, 0]}, {"body": "base", "position": [0, 0, 0]}
+    builder.constraint("rod", "distance", *ends, length="length")
+    builder.effort("air", "y", "-drag*v.y")
+    return builder.output("y", formula=["q.x", "v.y", "a.x"])
+
+
+def driven_loop() -> SceneBuilder:
+    """Return a loop on a base that shakes, whose first joint has an input by a formula, an input by the caller, and a
+    filter behind."""
+    builder = loop().parameter("gain", 0.7, tunable=True).parameter("shake", 0.02, tunable=True)
+    builder.base([0, 0, "shake*sin(9*t)"]).state("filtered", "5*(q.a - filtered)")
+    builder.input("push", formula="gain*cos(4*t)").input("pull")
+    builder.effort("motor", "a", "push*cos(q.a) + pull - filtered")
+    return builder.output("z", formula=["filtered*v.b", "a.a"])
+
+
+def table_of(arrays: Mapping[str, Any], rows: int, directions: int = 1) -> Any:
+    """Return outputs, or derivatives of outputs, side by side, (rows, outputs, directions)."""
+    return np.concatenate([np.asarray(array).reshape(rows, -1, directions) for array in arrays.values()], axis=1)
+
+
+def check(
+    builder: SceneBuilder,
+    method: str,
+    by: Sequence[str],
+    initial: Mapping[str, Any],
+    *,
+    steps: int = 12,
+    tolerance: float = 2e-9,
+    apart: float = 2e-4,
+    inputs: Mapping[str, Any] | None = None,
+) -> Sensitivities:
+    """Hold derivatives of a run to differences of runs, and adjoints to tangents.
+
+    apart: increment of the differences, so small that runs change their dependent components after the same steps.
+    """
+    model = eomgen.build(builder.build(), profile="quick")
+    options: dict[str, Any] = {"method": method, "settings": TIGHT if method == "rattlie" else None}
+    end, rows = steps * STEP, steps + 1
+    found = model.sensitivities(end, STEP, by=by, initial=initial, inputs=inputs, **options)
+    table = table_of(found.derivatives, rows, len(by))
+    run = model.simulate(end, STEP, initial=initial, inputs=inputs, error_estimate=False, **options)
+    np.testing.assert_allclose(table_of(found.outputs, rows), table_of(run.outputs, rows), rtol=1e-14, atol=1e-14)
+
+    def outputs(name: str, change: float) -> Any:
+        p, q, v = dict(zip(model.parameters, model.parameter_array().tolist(), strict=True)), run.q[0], run.v[0].copy()
+        given = dict(inputs or {})
+        if name in p:
+            p[name] += change
+        elif name.startswith("inputs."):
+            given[name[7:]] = given[name[7:]] + change
+        elif name.startswith("v."):
+            v[list(model.v_names).index(name)] += change
+        else:
+            theta = np.zeros(model.nv)
+            theta[[f"q{one[1:]}" for one in model.v_names].index(name)] = change
+            q = product.update(model.factors, q, theta)
+        moved = model.simulate(
+            *(end, STEP),
+            initial={"q": q, "v": v, **({"z": run.z[0]} if model.nz else {})},
+            parameters=p,
+            inputs=given or None,
+            error_estimate=False,
+            **options,
+        )
+        return table_of(moved.outputs, rows)[:, :, 0]
+
+    for column, name in enumerate(found.by):
+        slopes = [(outputs(name, h) - outputs(name, -h)) / (2.0 * h) for h in (2.0 * apart, apart)]
+        expected = (4.0 * slopes[1] - slopes[0]) / 3.0
+        assert np.max(np.abs(expected)) > 1e-3
+        assert np.max(np.abs(table[:, :, column] - expected)) <= tolerance * np.max(np.abs(expected)), name
+    components = [
+        f"{name}[{k}]" if array.ndim > 1 else name
+        for name, array in found.outputs.items()
+        for k in range(array.shape[1] if array.ndim > 1 else 1)
+    ]
+    gradients = found.gradients([f"final({component})" for component in components])
+    assert np.max(np.abs(gradients - table[-1])) <= 1e-12 * np.max(np.abs(table[-1]))
+    weights = {name: np.ones_like(array) for name, array in found.outputs.items()}
+    np.testing.assert_allclose(found.gradients([weights])[0], table.sum(axis=(0, 1)), rtol=1e-12, atol=1e-11)
+    return found
+
+
+@pytest.mark.slow_cases("rattlie")
+@pytest.mark.parametrize("method", ["rattlie", "rk4_partitioned"])
+def test_a_plate_on_a_rod_of_tunable_length(method: str) -> None:
+    start = {"q": [0.8, 0.0], "v": [0.0, -1.0]}
+    check(hanging(), method, ["mass", "length", "drag", "q.y", "v.y"], start)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["rattlie", "rk4_partitioned"])
+def test_a_loop_driven_by_formulas_and_by_the_caller(method: str) -> None:
+    model = eomgen.build(driven_loop().build(), profile="quick")
+    start = model.consistent(model.initial_q, np.array([1.0, 2.0, -1.0, 0.5, 2.0]))
+    initial = {"q": start.q, "v": start.v, "z": [0.3]}
+    by = ["mass", "length", "gain", "shake", "q.a", "v.c[1]", "inputs.pull"]
+    near: dict[str, Any] = {} if method == "rattlie" else {"apart": 1e-5, "tolerance": 1e-8}
+    check(driven_loop(), method, by, initial, inputs={"pull": np.linspace(-1.0, 2.0, 13)}, **near)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["rattlie", "rk4_partitioned"])
+def test_absolute_coordinates_with_an_angle_over_turns(method: str) -> None:
+    model = eomgen.build(absolute().build(), profile="quick")
+    start = {"q": model.initial_q, "v": np.zeros(12)}
+    check(absolute(), method, ["mass", "length", "damping"], start, steps=8)
+
+
+@pytest.mark.slow
+def test_runge_kutta_without_constraints() -> None:
+    by = ["mass", "length", "damping", "shake", "q.a[0]", "q.f[1]", "q.f[4]", "v.a[2]", "v.f[3]"]
+    check(turning(), "rk4", by, {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]})
+    check(controlled(), "rk4", ["mass", "length", "lag", "gain", "q.a", "v.a"], {"a": 0.6})
+
+
+@pytest.mark.slow
+def test_the_dependent_components_of_each_step_are_its_own() -> None:
+    """A turn of the plate, in which one coordinate and then the other depends."""
+    start = {"q": [0.8, 0.0], "v": [0.0, -9.0]}
+    found = check(hanging(), "rk4_partitioned", ["length", "drag"], start, steps=60, tolerance=2e-8)
+    used = {tuple(row) for part in found._run.motion.forwards() for row in part.memory}
+    assert len(used) > 1
+
+
+def refusal(model: Model, ask: Any) -> str:
+    with pytest.raises((UsageError, NumericalError)) as caught:
+        ask(model)
+    return str(caught.value)
+
+
+@pytest.mark.slow
+def test_what_these_steps_have_not() -> None:
+    model = eomgen.build(hanging().build(), profile="quick")
+    options: dict[str, Any] = {"method": "rattlie"}
+    text = refusal(model, lambda one: one.sensitivities(0.1, STEP, settings={"multipliers": 1}, **options))
+    assert text == (
+        "usage error: settings: multipliers before or after each row belong to two steps, and have no derivatives here;"
+        ' try: settings={"multipliers": 0}, for the ones of accelerations'
+    )
+    text = refusal(model, lambda one: one.sensitivities(0.1, STEP, **options).hessian("final(y[0])"))
+    assert text == (
+        "usage error: hessian: steps are of rattlie, and second derivatives are not known; try: differences of"
+        " gradient(...)"
+    )
