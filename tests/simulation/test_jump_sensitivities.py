@@ -234,7 +234,7 @@ def refused(model: Model, **keys: Any) -> str:
 
 def test_second_derivatives_and_gradients_of_all_inputs_are_refused() -> None:
     found = driven().sensitivities(0.1, 0.01, inputs={"force": np.ones(11)})
-    with pytest.raises(UsageError, match="the state jumps along the run, at samples or events, and its second"):
+    with pytest.raises(UsageError, match="the state jumps along the run, at samples or events, and second"):
         found.hessian("final(y[0])")
     with pytest.raises(UsageError, match=r'the state jumps .* rows of inputs together .* by=\["inputs.force\[:\]"\]'):
         found.input_gradient("final(y[0])")

@@ -1,7 +1,7 @@
 """Runs of explicit Runge-Kutta methods in the Lie algebra made linear, with stages that coordinate partitioning brings
 onto the constraints, if there are any.
 
-Stages are evaluated once more, those of all steps of a part side by side:
+Stages are evaluated once more, in all steps of a part side by side:
 
     theta_i = h sum_j A_ij Theta_j,  q_i = q o exp(theta_i),  v_i = v + h sum_j A_ij V_j,  z_i = z + h sum_j A_ij F_j,
 
