@@ -20,7 +20,7 @@ from typing import Any
 
 from eomgen.base.messages import Log
 from eomgen.base.progress import counted_units
-from eomgen.errors import Problem, ToolchainError
+from eomgen.errors import EomgenError, Problem, ToolchainError
 from eomgen.toolchain.cache import Cache, Entry
 from eomgen.toolchain.cffi_build import companion_files, load_abi, load_api, python_headers, wrapper_source
 from eomgen.toolchain.compiler import (
@@ -468,7 +468,7 @@ class Builder:
         reported by ``build``, which compiles the object again."""
 
         def work(running: RunningCompilers) -> None:
-            with suppress(ToolchainError, OSError):
+            with suppress(EomgenError, OSError):
                 self._wrapper(cdef, header, running)
 
         if self.headers is not None:

@@ -25,7 +25,7 @@ from pathlib import Path
 from eomgen.base.data import dataclass
 from eomgen.base.files import temporary_file
 from eomgen.base.locks import abandoned, claimed, hold
-from eomgen.errors import FileError, Problem
+from eomgen.errors import FileError, Problem, ToolchainError
 
 #: Bytes that the cache may hold; the least recently used entries go first.
 DEFAULT_LIMIT = 2_000_000_000
@@ -42,6 +42,10 @@ _META, _TEMPORARY = "entry.json", "tmp-"
 _SIZES = "sizes.txt"
 #: Folders of the bytecode of templates and of records of scenes, which are not entries.
 TEMPLATES, READINGS = "templates", "readings"
+
+
+class StoppedError(ToolchainError):
+    """A build that was ended together with its process, which is no failure to look at."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +160,7 @@ class Cache:
             entry = self._place(private, key, sums)
         except BaseException as error:
             if private is not None:
-                if isinstance(error, Exception) and not isinstance(error, OSError | FileError):
+                if isinstance(error, Exception) and not isinstance(error, OSError | FileError | StoppedError):
                     self._keep_failed(private, key)
                 shutil.rmtree(private, ignore_errors=True)
             if not isinstance(error, OSError):

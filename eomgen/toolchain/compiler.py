@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, Any, Self
 from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
 from eomgen.errors import FileError, Problem, ToolchainError
+from eomgen.toolchain.cache import StoppedError
 
 if TYPE_CHECKING:
     import subprocess
@@ -55,6 +56,8 @@ _TWICE = r"([^\s/:]+):\([^)]*\): multiple definition of [`'‘](\w+)"
 _C_HINT = "C99, and int NAME(double t, const double *signals, double *values, double *memory)"
 #: Priority of compilers in the background, as of ``nice``.
 _NICE = 5
+#: Seconds that a process waits at its end for the folder of an ended compiler to be removed.
+_REMOVING = 2.0
 _COMMON = ("-std=c99", *(() if sys.platform == "win32" else ("-fPIC",)), "-fvisibility=hidden", "-Wno-psabi")
 
 
@@ -381,12 +384,18 @@ class RunningCompilers:
             self.stop()
             raise
 
-    def stop(self) -> None:
-        """Kill running processes, and processes started from now on."""
+    def stop(self) -> bool:
+        """Kill running processes, and processes started from now on; return whether there were any."""
         with self._lock:
             self._stopped = True
             for process in self._processes:
                 _end(process)
+            return bool(self._processes)
+
+    @property
+    def stopped(self) -> bool:
+        """Whether ``stop`` was called."""
+        return self._stopped
 
     @contextlib.contextmanager
     def watched(self, process: subprocess.Popen[str]) -> Iterator[None]:
@@ -402,7 +411,8 @@ class RunningCompilers:
 
 
 def in_background(name: str, work: Callable[[RunningCompilers], None], *, lower: bool = True) -> None:
-    """Start work on a thread of its own; compilers of the work are ended with the process.
+    """Start work on a thread of its own; compilers of the work are ended with the process, and the thread removes what
+    they leave.
 
     Parameters
     ----------
@@ -411,16 +421,21 @@ def in_background(name: str, work: Callable[[RunningCompilers], None], *, lower:
     lower : whether the work has a lower priority than the rest of the process
     """
     running = RunningCompilers()
-    atexit.register(running.stop)
+
+    def end() -> None:
+        if running.stop():
+            thread.join(_REMOVING)
 
     def whole() -> None:
         if lower and sys.platform == "linux":
             with contextlib.suppress(OSError):
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
         work(running)
-        atexit.unregister(running.stop)
+        atexit.unregister(end)
 
-    threading.Thread(target=whole, name=name, daemon=True).start()
+    thread = threading.Thread(target=whole, name=name, daemon=True)
+    atexit.register(end)
+    thread.start()
 
 
 def compile_object(
@@ -597,6 +612,8 @@ def _run(
         raise ToolchainError(
             Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_command())
         ) from error
+    if process.returncode != 0 and running is not None and running.stopped:
+        raise StoppedError(Problem(where, f"{shlex.join(command)} was ended with its process"))
     printed = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
     if process.returncode in _NOT_RUN:
         fault = f"{shlex.join(command)} does not run: {printed.rpartition(': ')[2]}"

@@ -66,9 +66,12 @@ def command(words: list[str], cache: Path, longest: int | None = None) -> subpro
 
 @contextmanager
 def mounted(folder: Path, *options: str) -> Iterator[bool]:
-    """Mount a small file system in memory with these options where that is allowed, and say whether it was."""
+    """Mount a small file system in memory with these options where that is allowed, and say whether it was.
+
+    Only its owner writes to it: Linux makes such file systems writable by everyone, of which eomgen warns.
+    """
     folder.mkdir(exist_ok=True)
-    words = ["mount", "-t", "tmpfs", "-o", ",".join(options), "none", str(folder)]
+    words = ["mount", "-t", "tmpfs", "-o", ",".join(("mode=755", *options)), "none", str(folder)]
     root = hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("mount") is not None
     done = root and subprocess.run(words, capture_output=True, check=False).returncode == 0
     try:
