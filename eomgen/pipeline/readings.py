@@ -11,7 +11,7 @@ import hashlib
 import json
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property, partial
 from importlib import import_module
 from inspect import getattr_static
@@ -30,10 +30,10 @@ from eomgen.toolchain.cache import READINGS, default_folder, writable_by_others
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
-    from eomgen.system.description import Description
+    from eomgen.system.description import Description, Shape
 
 #: Endings of the files that eomgen itself reads; other distributions read further files, and may change.
-_OWN = (".toml", ".urdf", ".csv", ".txt", ".dat", ".tsv", ".c", ".stl", ".obj", ".glb")
+_OWN = (".toml", ".urdf", ".csv", ".txt", ".dat", ".tsv", ".c", ".stl", ".obj", ".dae", ".glb")
 #: Bytes of a scene in a record at most: larger scenes take about as long to read from a record.
 _LARGEST = 4_000_000
 #: Bytes of a body with its joint at least: the text of a scene that is too large is not made in the first place.
@@ -177,10 +177,21 @@ def record_of_document(document: Any, front_end: FrontEnd) -> Record:
     elif not is_scene(document):
         raise ModelError(Problem("save", f"{described.name} was not made from a scene", hint))
     try:
-        return to_record(document, described)
+        drawing = replace(described.drawing, shapes=_read(described.drawing.shapes))
+        return to_record(replace(document, shapes=_read(document.shapes)), replace(described, drawing=drawing))
     except NoRecordError as error:
         fault = f"{described.name} has parts of another distribution, which a file cannot hold: {error}"
         raise ModelError(Problem("save", fault, hint)) from None
+
+
+def _read(shapes: Iterable[Shape]) -> tuple[Shape, ...]:
+    """Return shapes with their meshes, for machines without the files; a mesh that cannot be read keeps its file."""
+    result = []
+    for shape in shapes:
+        result.append(shape)
+        with contextlib.suppress(FileError):
+            result[-1] = shape.whole()
+    return tuple(result)
 
 
 def from_record(record: Record) -> StoredScene:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any, NamedTuple
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.errors import FileError
 from eomgen.system.description import Shape
 
 #: Edges of a round solid around its axis, of a hemisphere along it, and pieces of the longest side of a box: pictures
@@ -112,7 +114,14 @@ def _wheel(radius: float, width: float) -> Iterator[Part]:
 
 
 def drawn_shape(shape: Shape, sizes: Sequence[float], position: Sequence[float]) -> list[dict[str, Any]]:
-    """Return the parts of a shape as JSON types, with vertices in the frame of the body, m."""
+    """Return the parts of a shape as JSON types, with vertices in the frame of the body, m; none of a mesh that cannot
+    be read, with a warning."""
+    try:
+        shape = shape.whole()
+    except FileError as error:
+        text = f"the shape {shape.name} is left out of pictures: {error.problems[0]}"
+        warnings.warn(text, RuntimeWarning, stacklevel=2)
+        return []
     if shape.kind == "mesh":
         vertices = np.frombuffer(shape.vertices, np.float32).reshape(-1, 3) * np.array(sizes)
         faces = np.frombuffer(shape.faces, np.int32).reshape(-1, 3)

@@ -312,6 +312,23 @@ class Wheel:
 
 
 @dataclass(frozen=True)
+class UnreadMesh:
+    """The mesh of a shape in a file that is read when a picture shows the shape: to read and to thin a mesh takes
+    0.1 s, and no equation depends on it.
+
+    Attributes
+    ----------
+    file : path
+    most : number of triangles that are kept
+    read : from a shape, ``file`` and ``most`` to the shape with its mesh; raises FileError
+    """
+
+    file: str
+    most: int
+    read: Callable[[Shape, str, int], Shape]
+
+
+@dataclass(frozen=True)
 class Shape:
     """A solid or a mesh of pictures, fixed in a body, in the base or in the world.
 
@@ -328,6 +345,7 @@ class Shape:
     face_colors : of a mesh: (m, 3) int16 as bytes, red, green and blue, 0 to 255, -1 for ``color``; empty without any
     closed : whether no back of a face of a mesh is seen
     implied : whether the shape follows from a tyre or a rolling constraint
+    unread : the file of a mesh whose vertices and faces are not here; None if they are
     """
 
     name: str
@@ -343,6 +361,17 @@ class Shape:
     face_colors: bytes = b""
     closed: bool = False
     implied: bool = False
+    unread: UnreadMesh | None = None
+
+    def whole(self) -> Shape:
+        """Return the shape with its mesh, which is read now if it was not read before.
+
+        Raises
+        ------
+        FileError
+            The mesh cannot be read.
+        """
+        return self if self.unread is None else self.unread.read(self, self.unread.file, self.unread.most)
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ TEMPLATES, READINGS = "templates", "readings"
 
 
 class StoppedError(ToolchainError):
-    """A build that was ended together with its process, which is no failure to look at."""
+    """A build that was ended together with its process, whose folder is not kept."""
 
 
 @dataclass(frozen=True)

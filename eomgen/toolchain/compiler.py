@@ -411,8 +411,8 @@ class RunningCompilers:
 
 
 def in_background(name: str, work: Callable[[RunningCompilers], None], *, lower: bool = True) -> None:
-    """Start work on a thread of its own; compilers of the work are ended with the process, and the thread removes what
-    they leave.
+    """Start work on a thread of its own; compilers of the work are ended with the process, and the thread removes
+    their folder.
 
     Parameters
     ----------

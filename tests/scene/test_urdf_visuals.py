@@ -3,6 +3,7 @@ robot."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 
 import eomgen
 from eomgen.mechanics.describe import describe
+from eomgen.pipeline.readings import from_record, record_of_document
+from eomgen.pipeline.scenes import SCENES
 from eomgen.results.scenery import scenery
 from eomgen.scene.load import load_urdf
 from tests.scene.test_shapes import CORNERS, FACES, binary, volume
@@ -101,6 +104,40 @@ def test_a_missing_mesh_is_a_note_until_it_is_there(tmp_path: Path) -> None:
     assert len(eomgen.load(file).shapes) == 1
 
 
+def test_a_mesh_is_read_when_it_is_drawn_and_again_when_it_has_changed(tmp_path: Path) -> None:
+    file, mesh = tmp_path / "arm.urdf", tmp_path / "hand.stl"
+    file.write_text(robot(hand=MESH.format("hand.stl", "")), encoding="utf-8")
+    mesh.write_bytes(b"solid no mesh")
+    for _ in range(2):  # the second time by the record of the reading
+        scene = eomgen.load(file)
+        (shape,) = scene.shapes
+        assert shape.unread is not None and shape.unread.file == str(mesh)
+    with pytest.warns(RuntimeWarning, match=r"^the shape hand is left out of pictures: hand.stl: the mesh has no tri"):
+        assert drawn(scene) == []
+    for size in (1.0, 2.0):
+        mesh.write_bytes(binary(size * CORNERS[FACES]))
+        os.utime(mesh, (size, size))
+        (part,) = drawn(scene)
+        assert volume(np.array(part["vertices"]), part["faces"]) == pytest.approx(4.0 * size**3)
+        assert drawn(scene) == [part]
+    mesh.unlink()
+    with pytest.warns(RuntimeWarning, match="the mesh cannot be read: No such file or directory"):
+        assert drawn(scene) == []
+
+
+def test_a_saved_scene_holds_the_meshes_of_its_files(tmp_path: Path) -> None:
+    file, mesh = tmp_path / "arm.urdf", tmp_path / "hand.stl"
+    file.write_text(robot(hand=MESH.format("hand.stl", "")), encoding="utf-8")
+    mesh.write_bytes(binary(CORNERS[FACES]))
+    scene = eomgen.load(file)
+    record = from_record(record_of_document(scene, SCENES))
+    mesh.unlink()
+    parts = [scenery(record.description, {})["shapes"], drawn(record.scene)]
+    assert parts[0] == parts[1] and volume(np.array(parts[0][0]["vertices"]), parts[0][0]["faces"]) == pytest.approx(
+        4.0
+    )
+
+
 UNREAD = "meshes of the kind '.ply' are not read"
 FELT = "<collision><geometry><sphere radius='0.1'/></geometry></collision>"
 
@@ -169,7 +206,8 @@ def test_robots_have_their_own_surfaces_within_the_budget(file: str, options: di
 
     scene = eomgen.load(robot_file(file), **options)
     assert not [note for note in scene.notes if "left out" in note or "collision geometry in place" in note]
-    meshes = [shape for shape in scene.shapes if shape.kind == "mesh"]
+    assert all(shape.vertices == b"" for shape in scene.shapes)  # meshes are read for pictures alone
+    meshes = [shape.whole() for shape in scene.shapes if shape.kind == "mesh"]
     triangles = sum(len(shape.faces) // 12 for shape in meshes)
     assert 3_000 < triangles <= 12_000
     shown = {color for shape in meshes for color in _colors(shape)}

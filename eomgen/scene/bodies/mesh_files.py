@@ -4,8 +4,10 @@ packages."""
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -13,14 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.base.files import nearby, read_bytes
 from eomgen.base.messages import counted, shown
-from eomgen.errors import Problem
+from eomgen.errors import FileError, Problem
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.bodies.collada import ColladaError, Painted, read_collada
+from eomgen.system.description import Shape
 
 #: Largest file, bytes, and number of triangles that are kept of a mesh.
 LARGEST, MOST = 200_000_000, 2_000
+#: Meshes that a process keeps for its next picture.
+_KEPT = 64
 #: Endings of the files that are read.
 ENDINGS = (".stl", ".obj", ".dae", ".glb")
 #: Triangle of a binary STL file: normal, three corners, attribute.
@@ -117,6 +123,47 @@ def read_mesh(path: Path, most: int = MOST) -> Mesh:
     if not len(mesh.faces):
         raise MeshError(name, "each triangle of the mesh has two equal corners", "the export of the mesh once more")
     return _thinned(_outward(mesh), most)
+
+
+def is_readable(path: Path) -> bool:
+    """Return whether a file has the ending and the size of a mesh, and may be read; its content is not looked at."""
+    try:
+        size = path.stat().st_size
+    except OSError:
+        return False
+    return path.suffix.lower() in ENDINGS and path.is_file() and 0 < size <= LARGEST and os.access(path, os.R_OK)
+
+
+@lru_cache(maxsize=_KEPT)
+def _read_before(path: Path, most: int, stamp: tuple[int, int]) -> Mesh:
+    """Return the mesh of a file that has not changed since the stamp, read at the first call."""
+    return read_mesh(path, most)
+
+
+def with_mesh(shape: Shape, file: str, most: int) -> Shape:
+    """Return a shape with the mesh of a file.
+
+    Parameters
+    ----------
+    most : number of triangles that are kept
+
+    Raises
+    ------
+    FileError
+        The file is not there, or holds no mesh.
+    """
+    try:
+        status = Path(file).stat()
+        stamp = status.st_mtime_ns, status.st_size
+    except OSError:  # which the reading reports
+        stamp = 0, 0
+    try:
+        mesh = _read_before(Path(file), most, stamp)
+    except MeshError as error:
+        raise FileError(error.problem) from None
+    colors = b"" if shape.color else mesh.colors.astype("<i2").tobytes()
+    vertices, faces = mesh.vertices.astype("<f4").tobytes(), mesh.faces.astype("<i4").tobytes()
+    return replace(shape, vertices=vertices, faces=faces, face_colors=colors, closed=mesh.closed, unread=None)
 
 
 def _collada(data: bytes, name: str) -> Painted:

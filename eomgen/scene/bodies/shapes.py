@@ -13,8 +13,9 @@ from pydantic import Field
 from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.data import replace
 from eomgen.base.messages import key_of, listed, nearest, shown
+from eomgen.errors import FileError
 from eomgen.formula.nodes import Formula, Vector
-from eomgen.scene.bodies.mesh_files import MOST, MeshError, mesh_path, read_mesh
+from eomgen.scene.bodies.mesh_files import MOST, is_readable, mesh_path, with_mesh
 from eomgen.scene.design_poses import size_of
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, optional
@@ -25,7 +26,7 @@ from eomgen.scene.reading.requirements import above_zero
 from eomgen.scene.reading.values import Values, read_orientation, read_placement
 from eomgen.scene.rotations import frame_about, rows
 from eomgen.scene.section import Reading, Section
-from eomgen.system.description import BASE, WORLD, Point, Shape
+from eomgen.system.description import BASE, WORLD, Point, Shape, UnreadMesh
 
 #: Sizes that each type needs, and the axis of symmetry in the frame of the shape.
 _SIZES: Mapping[str, tuple[str, ...]] = {
@@ -120,7 +121,11 @@ class DrawnShape(Table):
         "`#rrggbb`, or one of " + ", ".join(COLORS), "", kind="text", shown_default="the colour of the body"
     )
     opacity: Finite = key("1 hides the parts behind the shape", 1.0)
-    required: bool = key("`false`: a mesh that cannot be read is left out of pictures with a note", True)
+    required: bool = key(
+        "`false`: a mesh is read when a picture is drawn, and one that cannot be read is left out with a note or a"
+        " warning",
+        True,
+    )
 
 
 class _Reader:
@@ -266,18 +271,19 @@ class _Reader:
         return 1.0
 
     def _meshed(self, shape: Shape) -> Shape | None:
+        """Return a shape with its mesh, or with the file of a mesh that need not be there; None for a fault."""
+        path = mesh_path(self.reading.folder / str(self.entry.file))
+        if not self.entry.required and is_readable(path):
+            return replace(shape, unread=UnreadMesh(str(path.absolute()), self.most, with_mesh))
         try:
-            mesh = read_mesh(mesh_path(self.reading.folder / str(self.entry.file)), self.most)
-        except MeshError as error:
+            return with_mesh(shape, str(path), self.most)
+        except FileError as error:
+            (fault,) = error.problems
             if not self.entry.required:
-                self.missing = str(error)
+                self.missing = str(fault)
                 return None
-            problem = replace(error.problem, where=f"{error.problem.where} ({self.key}.file)")
-            self.report.add_problem(f"{self.key}.file", problem)
+            self.report.add_problem(f"{self.key}.file", replace(fault, where=f"{fault.where} ({self.key}.file)"))
             return None
-        colors = b"" if shape.color else mesh.colors.astype("<i2").tobytes()
-        packed = mesh.vertices.astype("<f4").tobytes(), mesh.faces.astype("<i4").tobytes()
-        return replace(shape, vertices=packed[0], faces=packed[1], face_colors=colors, closed=mesh.closed)
 
 
 def _noun(kind: str) -> str:
