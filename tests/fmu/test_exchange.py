@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 
-import fmpy
 import numpy as np
 import pytest
 

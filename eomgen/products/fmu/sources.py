@@ -107,6 +107,7 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
         "scratch": () if derivatives is None else derivatives["scratch"],
         "adaptive": any(item["name"] == "tolerance" for item in method["settings"]),
         "derivatives": derivatives,
+        "stiffness": _stiffness(derivatives),
     }
 
 
@@ -120,6 +121,12 @@ def _inputs(interface: Interface, program: Program) -> dict[str, Any]:
         "follows_not_a_number": "jumps" in method or method["own_steps"] or method["inputs"] == "series",
         "linear": method["inputs"] == "sampled",
     }
+
+
+def _stiffness(derivatives: Mapping[str, Any] | None) -> str:
+    """Return the function with derivatives in positions that give nominal values; empty without such derivatives."""
+    name = "" if derivatives is None else str(derivatives["dynamics"][0])
+    return name if derivatives is not None and derivatives["functions"][name]["count"] else ""
 
 
 def _time_events(program: Program) -> dict[str, Any]:
