@@ -45,6 +45,9 @@ function shorten(list) {
   entry(list, [button]);
 }
 
+/** A text that may break after underlines, for titles in narrow windows. */
+const breakable = (text) => text.split(/(?<=_)/).flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part]));
+
 function worded(text) {
   const span = document.createElement("span");
   span.textContent = text;

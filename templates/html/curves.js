@@ -61,28 +61,31 @@ class Chart {
   draw(series, { from, to, cursor = null, marks = [] }) {
     this.size();
     const ink = this.canvas.getContext("2d");
-    const [left, right, top, bottom] = [52, this.width - 10, 40, this.height - (this.across ? 32 : 20)];
-    const [lowX, highX] = this.view ? this.view.x : [from, to > from ? to : from + 1];
-    const [lowY, highY] = this.view && this.view.y ? this.view.y : this.fitted(series, lowX, highX);
-    Object.assign(this, { left, right, top, bottom, shown: { x: [lowX, highX], y: [lowY, highY] } });
-    const placeX = (x) => left + ((x - lowX) / (highX - lowX)) * (right - left);
-    const placeY = (y) => bottom - ((y - lowY) / (highY - lowY)) * (bottom - top);
     ink.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     ink.clearRect(0, 0, this.width, this.height);
     ink.font = "11px system-ui, sans-serif";
+    const legend = this.legend(ink, series.curves);
+    const [right, top, bottom] = [this.width - 10, 28 + 14 * (legend.at(-1).row + 1), this.height - (this.across ? 32 : 20)];
+    const [lowX, highX] = this.view ? this.view.x : [from, to > from ? to : from + 1];
+    const [lowY, highY] = this.view && this.view.y ? this.view.y : this.fitted(series, lowX, highX);
+    const up = ticksOf(lowY, highY, (bottom - top) / 34);
+    const heights = up.ticks.map((y) => marked(y, up.step, Math.max(Math.abs(lowY), Math.abs(highY))));
+    const left = Math.max(52, 12 + Math.max(0, ...heights.map((text) => ink.measureText(text).width)));
+    Object.assign(this, { left, right, top, bottom, shown: { x: [lowX, highX], y: [lowY, highY] } });
+    const placeX = (x) => left + ((x - lowX) / (highX - lowX)) * (right - left);
+    const placeY = (y) => bottom - ((y - lowY) / (highY - lowY)) * (bottom - top);
     ink.fillStyle = this.colours.soft;
     ink.strokeStyle = this.colours.line;
     ink.lineWidth = 1;
     ink.textBaseline = "middle";
     ink.textAlign = "right";
-    const up = ticksOf(lowY, highY, (bottom - top) / 34);
-    for (const y of up.ticks) {
+    up.ticks.forEach((y, k) => {
       ink.beginPath();
       ink.moveTo(left, placeY(y));
       ink.lineTo(right, placeY(y));
       ink.stroke();
-      ink.fillText(marked(y, up.step, Math.max(Math.abs(lowY), Math.abs(highY))), left - 5, placeY(y));
-    }
+      ink.fillText(heights[k], left - 5, placeY(y));
+    });
     ink.textAlign = "center";
     ink.textBaseline = "top";
     const along = ticksOf(lowX, highX, (right - left) / 70);
@@ -91,7 +94,8 @@ class Chart {
       ink.moveTo(placeX(x), bottom);
       ink.lineTo(placeX(x), bottom + 3);
       ink.stroke();
-      ink.fillText(marked(x, along.step, Math.max(Math.abs(lowX), Math.abs(highX))), placeX(x), bottom + 5);
+      const text = marked(x, along.step, Math.max(Math.abs(lowX), Math.abs(highX)));
+      ink.fillText(text, Math.min(placeX(x), this.width - 2 - ink.measureText(text).width / 2), bottom + 5);
     }
     if (this.across) ink.fillText(this.across, (left + right) / 2, bottom + 18);
     ink.textAlign = "left";
@@ -99,7 +103,7 @@ class Chart {
     ink.fillStyle = this.colours.ink;
     ink.font = "600 12px system-ui, sans-serif";
     ink.fillText(this.unit ? `${this.title} (${this.unit})` : this.title, 8, 14);
-    this.names(ink, series.curves, left, right);
+    this.names(ink, legend);
     ink.save();
     ink.beginPath();
     ink.rect(left, top, right - left, bottom - top);
@@ -148,24 +152,38 @@ class Chart {
     ink.restore();
   }
 
-  /** The names of the curves in one line, in their colours, as far as there is room. */
-  names(ink, curves, left, right) {
+  /** Places of the names of the curves, in as many rows as they need, three at most; what has no room is counted. */
+  legend(ink, curves) {
+    const shown = [];
+    let [x, row] = [8, 0];
+    for (const [number, { name }] of curves.entries()) {
+      const width = ink.measureText(name).width + 26;
+      if (x > 8 && x + width > this.width) [x, row] = [8, row + 1];
+      if (row > 2) {
+        shown.push({ name: `and ${curves.length - number} more`, number: null, x: shown.at(-1).end, row: 2 });
+        break;
+      }
+      shown.push({ name, number, x, row, end: x + width });
+      x += width;
+    }
+    return shown;
+  }
+
+  /** The names of the curves, each after a piece of its line. */
+  names(ink, legend) {
     ink.font = "11px system-ui, sans-serif";
-    let x = 8;
-    curves.forEach(({ name }, number) => {
-      const width = ink.measureText(name).width + 18;
-      if (x + width > right && number) return;
-      ink.strokeStyle = CURVES[number % CURVES.length];
+    ink.lineWidth = 2.5;
+    for (const { name, number, x, row } of legend) {
+      const y = 28 + 14 * row;
+      ink.strokeStyle = number === null ? "transparent" : CURVES[number % CURVES.length];
       ink.setLineDash(number >= 3 ? [4, 2] : []);
-      ink.lineWidth = 2.5;
       ink.beginPath();
-      ink.moveTo(x, 28);
-      ink.lineTo(x + 12, 28);
+      ink.moveTo(x, y);
+      ink.lineTo(x + 12, y);
       ink.stroke();
       ink.fillStyle = this.colours.ink;
-      ink.fillText(name, x + 15, 32);
-      x += width + 8;
-    });
+      ink.fillText(name, number === null ? x : x + 15, y + 4);
+    }
     ink.setLineDash([]);
   }
 

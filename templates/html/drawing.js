@@ -103,7 +103,7 @@ function addRoad(add, road, wheel, time) {
 /** Colours of x, y and z. */
 const AXES = ["#d8414f", "#2f9e57", "#3b76e0"];
 
-function drawAxes(pose, length, name) {
+function drawAxes(pose, length, name, lettered = () => true) {
   const [, , depth] = camera.project(pose.p);
   if (depth < camera.near) return;
   AXES.forEach((colour, k) => {
@@ -111,7 +111,7 @@ function drawAxes(pose, length, name) {
     const ends = camera.segment(pose.p, tip);
     if (ends) {
       line(ends, colour, 2);
-      label("xyz"[k], [ends[1][0] + 4, ends[1][1] + 4], colour);
+      if (lettered(tip, k)) label("xyz"[k], [ends[1][0] + 4, ends[1][1] + 4], colour);
     }
   });
   if (name) label(name, [camera.project(pose.p)[0] + 6, camera.project(pose.p)[1] + 16], style.soft);
@@ -166,8 +166,10 @@ function draw() {
 
   if (shown.ground) {
     drawGround(shown.follow ? camera.target : middle);
-    if (scene.base >= 0) drawAxes(pose(scene.base), 0.1 * unitSize, "base");
-    drawAxes(REST, 0.12 * unitSize, "");
+    const reach = 0.12 * unitSize;
+    // letters of the base would cover those of the world next to them
+    if (scene.base >= 0) drawAxes(pose(scene.base), 0.1 * unitSize, "base", (tip, k) => norm(minus(tip, times(reach, REST.R[k]))) > 0.6 * reach);
+    drawAxes(REST, reach, "");
   }
 
   bodies.forEach((body, index) => {

@@ -62,7 +62,7 @@ function hasten(change) {
 // -- the page ----------------------------------------------------------------------------------------------------------
 
 function fillPage() {
-  byId("title").textContent = scene.name;
+  byId("title").replaceChildren(...breakable(scene.name));
   byId("description").textContent = scene.description;
   if (!scene.success) {
     byId("warning").hidden = false;

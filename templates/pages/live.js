@@ -217,11 +217,11 @@ function choose(slider, number) {
 }
 
 const GROUPS = { parameter: "parameters", input: "inputs", position: "positions", velocity: "velocities", state: "states" };
-/** A number of a slider in four digits. */
+/** A number of a slider in four digits, in three with an exponent. */
 function short(value, { low, high }) {
   if (Math.abs(value) < 1e-9 * (high - low)) return "0";
   const rounded = +value.toPrecision(4);
-  return Math.abs(rounded) >= 1e6 ? rounded.toExponential() : String(rounded);
+  return Math.abs(rounded) >= 1e6 || Math.abs(rounded) < 1e-3 ? (+value.toPrecision(3)).toExponential() : String(rounded);
 }
 
 function addSlider(slider) {
@@ -373,7 +373,7 @@ function resize() {
 }
 
 function fillPage() {
-  byId("title").textContent = scene.name;
+  byId("title").replaceChildren(...breakable(scene.name));
   byId("description").textContent = scene.description;
   byId("error").textContent = live.error;
   byId("method").textContent = live.method;

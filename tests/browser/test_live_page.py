@@ -96,3 +96,33 @@ def test_every_control_does_its_work(browser: Browser, tmp_path: Path) -> None:
     assert told["playing"] and 0.0 < told["played"] <= 0.11 and told["sought"] == 0.01
     assert told["speed"] == "1" and told["unnamed"] == 0 and told["warning"]
     assert told["error"].startswith("Estimated error of the run with the scene's values, to t = 3 s: ")
+
+
+TEXTS = """
+const told = { names: [], cut: [], title: byId("title").textContent };
+const fill = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+  const width = this.measureText(text).width;
+  const first = x - { left: 0, start: 0, center: width / 2, right: width }[this.textAlign];
+  const { clientWidth, clientHeight } = this.canvas;
+  told.names.push(text);
+  if (first < 0 || first + width > clientWidth || y < 0 || y > clientHeight) told.cut.push([text, first, y]);
+  fill.call(this, text, x, y);
+};
+play(false);
+restart();
+advance(1, 1e9);
+drawCharts();
+told.curves = live.plots.flatMap(({ curves }) => curves.map(({ name }) => name));
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [500, 1280])
+def test_no_text_of_a_plot_is_cut_and_every_curve_is_named(width: int, browser: Browser, tmp_path: Path) -> None:
+    model, solution = run_of("four_bar", 1.0)
+    page = model.live(tmp_path / "texts.html", solution=solution)
+    told = answer(Browser(browser.command, width, 800), page, TEXTS + REPORT)
+    assert told["cut"] == []
+    assert len(told["curves"]) > 8 and set(told["curves"]) <= set(told["names"])
+    assert told["title"] == "four_bar"
