@@ -90,6 +90,7 @@ live: $(VENV)/installed
 	    pi_servo/sampled heavy_top/joint_coordinates double_pendulum_on_shaking_base/scene; do \
 	    $(BIN)/eomgen live examples/$$scene.toml --out out/live/$$(dirname $$scene).html || exit; \
 	done
+	@cd out/live && for page in [!i]*.html; do echo "<p><a href='$$page'>$${page%.html}</a></p>"; done >index.html
 
 golden: $(VENV)/installed-test
 	$(BIN)/python -m tests.golden --update

@@ -25,11 +25,14 @@ SCENES = {
     "four_bar": 2.0,
     "bouncing_ball": 3.0,
     "heavy_top/se3": 1.0,
+    "heavy_top/joint_coordinates": 1.0,
     "double_pendulum_on_shaking_base": 1.0,
     "active_vehicle": 1.0,
     "elastic_slider_crank": 0.2,
     "spin_up_beam": 0.5,
+    "spin_up_beam/exact": 0.5,
     "pi_servo": 1.0,
+    "pi_servo/sampled": 1.0,
     "active_quarter_car/lag": 1.0,
 }
 
