@@ -5,6 +5,7 @@
 # make coverage shows which lines the first tier runs, 90 % of them or more
 # make errors writes all messages of the catalogue of bad inputs as one page, out/errors.md
 # make mutants tries thirty random changes of the package against the first tier: python -m tests.mutants --help says more
+# make docs   builds the documentation site, docs/_build/html, without network; a warning is an error
 # make bench  runs eomgen beside its peers, which it installs below .bench, and writes docs/benchmarks.md: a quarter of an hour
 # The others make their own virtual environment in .venv and install what they need.
 
@@ -18,7 +19,7 @@ INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --edi
 # Tests start Python hundreds of times, which takes 0.4 s more each if nobody keeps compiled modules.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo live acados test test-all test-long coverage browser lint types golden errors mutants bench clean
+.PHONY: demo live acados test test-all test-long coverage browser lint types golden errors mutants docs bench clean
 
 $(VENV)/made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -36,8 +37,12 @@ $(VENV)/installed-test: $(VENV)/made pyproject.toml
 	@touch $@ $(VENV)/installed
 
 $(VENV)/installed-all: $(VENV)/made pyproject.toml
-	$(INSTALL) '.[test,dev,notebook,compiler]'
-	@touch $@ $(VENV)/installed-test $(VENV)/installed
+	$(INSTALL) '.[test,dev,notebook,compiler,docs]'
+	@touch $@ $(VENV)/installed-test $(VENV)/installed-docs $(VENV)/installed
+
+$(VENV)/installed-docs: $(VENV)/made pyproject.toml
+	$(INSTALL) '.[docs]'
+	@touch $@ $(VENV)/installed
 
 demo: $(VENV)/installed
 	$(BIN)/eomgen doctor --quiet
@@ -101,6 +106,9 @@ errors: $(VENV)/installed-test
 mutants: $(VENV)/installed-test
 	$(BIN)/python -m tests.mutants --sample 30
 
+docs: $(VENV)/installed-docs
+	$(BIN)/python -m docs.site
+
 # One environment for each group of peers that agree; a peer that does not install is a row that says so.
 bench:
 	$(PYTHON) -m benchmarks.suite.environments
@@ -109,4 +117,4 @@ bench:
 	.bench/eomgen/bin/python -m benchmarks.suite.history
 
 clean:
-	rm -rf $(VENV) .bench out
+	rm -rf $(VENV) .bench out docs/_build

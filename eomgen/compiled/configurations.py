@@ -150,7 +150,7 @@ def random(
 
     Returns
     -------
-    q : (*size, nq) ndarray
+    q : (..., nq) ndarray
 
     Examples
     --------

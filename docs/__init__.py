@@ -1,0 +1,1 @@
+"""Pages for readers; ``docs.site`` makes the documentation site of them."""

@@ -1,0 +1,33 @@
+"""Build the documentation site: ``python -m docs.site``, without network."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from sphinx.cmd.build import build_main
+
+from docs.site.pages import site_pages, write
+from docs.site.reference import reference_pages
+
+HERE = Path(__file__).parent
+
+
+def main(arguments: list[str]) -> int:
+    """Write the sources of the site, then the HTML; return Sphinx's exit code, which warnings make nonzero."""
+    parser = argparse.ArgumentParser(prog="python -m docs.site", description=__doc__)
+    parser.add_argument("--out", type=Path, default=HERE.parent / "_build", help="folder of the site; docs/_build")
+    parser.add_argument("--jobs", default="auto", help="processes of Sphinx; one for each core")
+    options = parser.parse_args(arguments)
+    sources = options.out / "sources"
+    write(site_pages(reference_pages()), sources)
+    words = ["-b", "dirhtml", "-W", "--keep-going", "-q", "-j", options.jobs, "-c", str(HERE)]
+    code = build_main([*words, "-d", str(options.out / "doctrees"), str(sources), str(options.out / "html")])
+    if code == 0:
+        sys.stdout.write(f"{options.out / 'html' / 'index.html'}\n")
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

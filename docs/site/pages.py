@@ -1,0 +1,319 @@
+"""The pages of the site: hand-written pages in their places, long ones in parts, with links and images that follow.
+
+A page of the repository is Markdown whose links are paths of the repository. The site has another arrangement: a part
+of a split page, such as the section ``springs`` of ``docs/scene.md``, is a page of its own. So every link is resolved
+to the file and heading that it names, and written again for the place of this heading in the site. Links to files
+that the site does not have become the path of the file.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+#: Fenced and indented code, and code in a line, where brackets are no links.
+_CODE = re.compile(r"^(```+|~~~+).*?^\1[`~]*$|(?:^|\n\n)(?: {4}[^\n]*\n)+|`[^`\n]+`", re.DOTALL | re.MULTILINE)
+_FENCED = re.compile(r"^(```+|~~~+).*?^\1[`~]*$", re.DOTALL | re.MULTILINE)
+_LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^)\s]+)\)")
+_HEADING = re.compile(r"^(#+) (.+)$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Page:
+    """One page of the site.
+
+    Attributes
+    ----------
+    place : str
+        Path within the site, without ending: ``reference/scene/springs``.
+    text : str
+        Markdown, or reStructuredText with the ending ``.rst``.
+    source : str
+        Path in the repository from which links start; empty for a generated page, whose links are the site's own.
+    ending : str
+        ``.md`` or ``.rst``.
+    """
+
+    place: str
+    text: str
+    source: str = ""
+    ending: str = ".md"
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the navigation: a page of links to its pages.
+
+    Attributes
+    ----------
+    place, title, text : str
+        Of the page with the list; the text stands above the list.
+    pages : tuple of str
+        Places of its pages in the order of the list.
+    """
+
+    place: str
+    title: str
+    text: str
+    pages: tuple[str, ...] = ()
+
+
+@dataclass
+class Site:
+    """Pages by place, and the places of headings of the repository's pages."""
+
+    pages: dict[str, Page] = field(default_factory=dict)
+    anchors: dict[tuple[str, str], str] = field(default_factory=dict)
+
+    def add(self, page: Page) -> None:
+        """Add a page, and its headings as targets of links."""
+        if page.place in self.pages:
+            raise ValueError(f"the site has two pages {page.place}")
+        self.pages[page.place] = page
+        if page.source:
+            self.anchors.setdefault((page.source, ""), page.place)
+            for heading in headings(page.text):
+                self.anchors.setdefault((page.source, anchor(heading)), page.place)
+
+
+def anchor(heading: str) -> str:
+    """Return the anchor of a heading, as repositories on the web make it."""
+    return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")
+
+
+def headings(text: str) -> list[str]:
+    """Return the headings of a page outside of blocks of code."""
+    return [match[2] for match in _HEADING.finditer(_FENCED.sub("", text))]
+
+
+def read(path: str) -> str:
+    """Return the text of a file of the repository."""
+    return (ROOT / path).read_text(encoding="utf-8")
+
+
+def split(path: str, folder: str, names: Mapping[str, str] | None = None) -> list[Page]:
+    """Return the sections of the second level of a page as pages of a folder.
+
+    Parameters
+    ----------
+    path : str
+        Page of the repository.
+    folder : str
+        Place of the pages in the site; ``<folder>/index`` has the text above the first section.
+    names : mapping, optional
+        Last part of a page's place by heading; by default the anchor of the heading with underscores.
+
+    Returns
+    -------
+    list of Page
+    """
+    text = read(path)
+    hidden = _FENCED.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
+    starts = [match.start() for match in re.finditer(r"^## ", hidden, re.MULTILINE)]
+    pages = [Page(f"{folder}/index", text[: starts[0]], path)]
+    for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
+        heading = text[start + 3 : text.index("\n", start)]
+        name = (names or {}).get(heading, anchor(heading).replace("-", "_"))
+        pages.append(Page(f"{folder}/{name}", raised(text[start:end]), path))
+    return pages
+
+
+def raised(text: str) -> str:
+    """Return a section as a page: its headings one level higher."""
+    kept: list[str] = []
+
+    def hide(match: re.Match[str]) -> str:
+        kept.append(match[0])
+        return f"\0{len(kept) - 1}\0"
+
+    hidden = re.sub(r"^#(#+ )", r"\1", _FENCED.sub(hide, text), flags=re.MULTILINE)
+    return re.sub("\0(\\d+)\0", lambda match: kept[int(match[1])], hidden)
+
+
+def relinked(page: Page, site: Site, copied: Callable[[str], str]) -> str:
+    """Return the text of a page with the links of its place in the site.
+
+    Parameters
+    ----------
+    page : Page
+        With paths of the repository.
+    site : Site
+        All pages.
+    copied : callable
+        From the path of a file in the repository to the path of its copy in the site.
+
+    Raises
+    ------
+    ValueError
+        A link names a heading that its page does not have.
+    """
+    here = Path(page.place).parent
+
+    def link(match: re.Match[str]) -> str:
+        image, shown, target = match[1], match[2], match[3]
+        if re.match(r"[a-z]+:", target):
+            return match[0]
+        shown = _LINK.sub(link, shown)  # an image that is a link
+        file, _, heading = target.partition("#")
+        path = os.path.normpath(Path(page.source).parent / file) if file else page.source
+        if image or path.endswith((".png", ".svg")):
+            return f"{image}[{shown}]({os.path.relpath(copied(path), here)})"
+        if (ROOT / path).is_dir() and (f"{path}/README.md", "") in site.anchors:
+            path = f"{path}/README.md"
+        if (path, "") in site.anchors:
+            place = site.anchors.get((path, heading))
+            if place is None:
+                raise ValueError(f"{page.source}: {path} has no heading {heading}")
+            to = "" if place == page.place and heading else os.path.relpath(place + site.pages[place].ending, here)
+            whole = heading and heading != anchor(headings(site.pages[place].text)[0])
+            return f"[{shown}]({to}{f'#{heading}' if whole or not to else ''})"
+        return shown if f"`{path}`" == shown else f"{shown} (`{path}`)"
+
+    pieces, end = [], 0
+    for match in _CODE.finditer(page.text):
+        # a link whose text is code starts before the code
+        pieces.append((page.text[end : match.start()], match[0]))
+        end = match.end()
+    codes = [code for _, code in pieces]
+    hidden = "".join(f"{text}\0{number}\0" for number, (text, _) in enumerate(pieces)) + page.text[end:]
+    linked = _LINK.sub(lambda match: link(_shown(match, codes)), hidden)
+    return re.sub("\0(\\d+)\0", lambda match: codes[int(match[1])], linked)
+
+
+class _Restored:
+    """Groups of a link whose text has its code in place."""
+
+    def __init__(self, match: re.Match[str], codes: list[str]) -> None:
+        self._groups = [re.sub("\0(\\d+)\0", lambda it: codes[int(it[1])], match[number]) for number in range(4)]
+
+    def __getitem__(self, number: int) -> str:
+        return self._groups[number]
+
+
+def _shown(match: re.Match[str], codes: list[str]) -> re.Match[str]:
+    return _Restored(match, codes)  # type: ignore[return-value]
+
+
+def contents(part: Part) -> str:
+    """Return the page of a part: title, text and list of pages."""
+    here = Path(part.place).parent
+    pages = "\n".join(os.path.relpath(place, here) for place in part.pages)
+    return f"# {part.title}\n\n{part.text}\n\n```{{toctree}}\n:maxdepth: 1\n\n{pages}\n```\n"
+
+
+#: Pages about one subject each, by their place among the guides.
+GUIDES = (
+    "choosing", "urdf_robots", "statics", "identification", "ensembles", "clusters", "random_vibration", "waves",
+    "hamiltonian", "fields", "optimisers", "fmu", "live", "compilers", "extending",
+)  # fmt: skip  # a list of words
+EVIDENCE = ("accuracy", "orders", "extremes", "benchmarks")
+THEORY = ("equations", "equilibria", "time_integration", "derivatives_of_runs", "generated_code")
+TUTORIALS: tuple[str, ...] = ("pendulum", "active_vehicle", "four_bar")
+PROJECT = ("support", "architecture", "modules")
+
+
+def hand_written() -> Iterator[Page]:
+    """Yield the pages of the repository in their places."""
+    yield Page("index", read("docs/index.md"), "docs/index.md")
+    yield from split("docs/scene.md", "reference/scene")
+    yield from split("docs/python.md", "guide")
+    for folder, names in (
+        ("guide", GUIDES),
+        ("evidence", EVIDENCE),
+        ("project", PROJECT),
+        ("reference", ("glossary",)),
+    ):
+        yield from (Page(f"{folder}/{name}", read(f"docs/{name}.md"), f"docs/{name}.md") for name in names)
+    yield Page("reference/command_line/guide", read("docs/command_line.md"), "docs/command_line.md")
+    for folder in ("theory", "tutorials", "how_to"):
+        for path in sorted((ROOT / "docs" / folder).glob("*.md")):
+            yield Page(f"{folder}/{path.stem}", read(f"docs/{folder}/{path.name}"), f"docs/{folder}/{path.name}")
+    for path in sorted((ROOT / "docs" / "examples").glob("*.md")):
+        name = "index" if path.stem == "README" else f"{path.stem}_accuracy"
+        yield Page(f"gallery/{name}", read(f"docs/examples/{path.name}"), f"docs/examples/{path.name}")
+    for path in sorted((ROOT / "examples").glob("*/README.md")):
+        source = f"examples/{path.parent.name}/README.md"
+        yield Page(f"gallery/{path.parent.name}", read(source), source)
+
+
+def parts(site: Site) -> list[Part]:
+    """Return the parts of the navigation in their order."""
+
+    def under(folder: str, *first: str) -> tuple[str, ...]:
+        pages = [
+            place
+            for place in site.pages
+            if place.startswith(f"{folder}/") and place.count("/") == folder.count("/") + 1
+        ]
+        return (
+            *(f"{folder}/{name}" for name in first if f"{folder}/{name}" in site.pages),
+            *(it for it in pages if Path(it).name not in (*first, "index")),
+        )
+
+    reference = ("scene/contents", "python/index", "command_line/index", "methods/index", "glossary")
+    rows = (
+        ("tutorials/index", "Tutorials", "A quarter of an hour each, from nothing.", under("tutorials", *TUTORIALS)),
+        ("how_to/index", "How-to pages", "One task on each page. Every block runs as it stands.", under("how_to")),
+        ("guide/contents", "Guides", "All uses of one subject, with options.", ("guide/index", *under("guide"))),
+        (
+            "reference/index",
+            "Reference",
+            "Every key, name, verb and method.",
+            tuple(f"reference/{name}" for name in reference),
+        ),
+        ("theory/index", "Theory", "The equations and algorithms, with their sources.", under("theory", *THEORY)),
+        ("evidence/index", "Verification", "Measured orders, errors and times.", under("evidence", *EVIDENCE)),
+        ("gallery/contents", "Gallery", "All examples, and the cost of accuracy on each.", under("gallery", "index")),
+        ("project/index", "Project", "Versions, and the inside of the package.", under("project", *PROJECT)),
+        (
+            "reference/scene/contents",
+            "Scene files",
+            "A page for each section of a scene file, and pages on all sections.",
+            ("reference/scene/index", *under("reference/scene")),
+        ),
+    )
+    return [Part(*row) for row in rows]
+
+
+def site_pages(generated: Iterable[Page]) -> Site:
+    """Return the pages of the site, with the given generated ones."""
+    site = Site()
+    for page in (*hand_written(), *generated):
+        site.add(page)
+    made = parts(site)
+    for part in made:
+        places = tuple(place for place in part.pages if place != part.place)
+        site.add(Page(part.place, contents(Part(part.place, part.title, part.text, places))))
+    front, tops = site.pages["index"], [part.place for part in made if part.place.count("/") == 1]
+    tree = "\n".join(tops)
+    site.pages["index"] = Page("index", f"{front.text}\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n", front.source)
+    return site
+
+
+def write(site: Site, folder: Path) -> None:
+    """Write the sources of the site; files whose text is unchanged keep their time, so that Sphinx reads them once."""
+    kept: set[Path] = set()
+
+    def put(path: Path, content: bytes) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.is_file() or path.read_bytes() != content:
+            path.write_bytes(content)
+        kept.add(path)
+
+    def copied(path: str) -> str:
+        put(folder / "images" / path, (ROOT / path).read_bytes())
+        return f"images/{path}"
+
+    for page in site.pages.values():
+        text = relinked(page, site, copied) if page.source else page.text
+        put(folder / f"{page.place}{page.ending}", text.encode())
+    for path in sorted(folder.rglob("*"), reverse=True):
+        if path.is_file() and path not in kept:
+            path.unlink()
+        elif path.is_dir() and not any(path.iterdir()):
+            shutil.rmtree(path)

@@ -1,0 +1,274 @@
+"""Generated pages of the reference: public names of Python, verbs of the command line, methods of integration."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator
+from functools import cache
+from importlib import import_module
+from types import FunctionType
+from typing import Any
+
+from click.testing import CliRunner
+
+from docs.site.docstrings import escaped
+from docs.site.pages import Page
+from eomgen.base.products import OF_THE_CORE, public_modules
+from eomgen.base.verbs import methods
+from eomgen.cli import VERBS, commands
+from eomgen.errors import UsageError
+from eomgen.integrators.families.register import BUILT_IN, method_named
+
+#: Classes of results that callers get from public functions, and do not make: name -> module.
+RESULTS = {
+    "Simulator": "eomgen.simulation.simulator",
+    "StateArrays": "eomgen.compiled.coordinates",
+    "PointMotion": "eomgen.compiled.bodies",
+    "Assembly": "eomgen.solvers.consistency",
+    "ActuatorEfforts": "eomgen.compiled.actuators",
+    "InternalPartials": "eomgen.compiled.equations",
+    "ParameterPartials": "eomgen.compiled.parameter_derivatives",
+    "Regressor": "eomgen.compiled.parameter_derivatives",
+    "BaseParameters": "eomgen.analysis.base_parameters",
+    "Equilibrium": "eomgen.analysis.equilibrium",
+    "EquilibriumPath": "eomgen.analysis.equilibrium_path",
+    "BucklingLoads": "eomgen.analysis.path_following",
+    "SteadyMotion": "eomgen.analysis.steady_motion",
+    "Floquet": "eomgen.simulation.floquet",
+    "Linearization": "eomgen.linear.linearization",
+    "Modes": "eomgen.linear.modes",
+    "StateSpace": "eomgen.linear.state_space",
+    "RootLocus": "eomgen.linear.eigenvalue_loci",
+    "Campbell": "eomgen.linear.eigenvalue_loci",
+    "Ensemble": "eomgen.products.ensembles.ensemble",
+    "Sensitivities": "eomgen.products.derivatives.run_sensitivities",
+    "SectionLoads": "eomgen.compiled.beams",
+    "Rainflow": "eomgen.results.rainflow",
+    "Counts": "eomgen.symbolic.operations",
+    "Savings": "eomgen.products.studies.savings",
+    "JaxFunctions": "eomgen.products.optimisers.jax_functions",
+    "TorchFunctions": "eomgen.products.optimisers.torch_functions",
+}
+#: Methods of public classes for other rooms of the package, which take objects that callers do not make.
+INTERNAL = {
+    "Model.check_left_out",
+    "Model.having",
+    "Model.in_complex",
+    "Model.jumps_between",
+    "Model.library",
+    "Model.stepper",
+    "Model.stepper_in_lanes",
+    "Simulator.begin",
+    "Simulator.moved_from",
+    "Solution.later",
+}
+MODULES = {name: f"eomgen.{name}" for name in sorted(OF_THE_CORE | public_modules())}
+FOLDER = "reference/python"
+
+
+@cache
+def public_objects() -> dict[str, tuple[str, Any]]:
+    """Return the place of the reference page and the object of every public name, each object once.
+
+    Names of ``eomgen`` come first, then names of its public modules, then classes of results.
+    """
+    found: dict[str, tuple[str, Any]] = {}
+    seen: list[Any] = []
+    homes = {"eomgen": "", **{module: f"{name}/" for name, module in MODULES.items()}}
+    for module, folder in homes.items():
+        owner = import_module(module)
+        names = [name for name in getattr(owner, "__all__", ()) if not name.startswith("_")]
+        objects = [(name, getattr(owner, name)) for name in names if hasattr(owner, name)]
+        for name, value in objects:
+            if inspect.ismodule(value) or any(value is other for other in seen):
+                continue
+            seen.append(value)
+            same = [other for other, _ in objects if other.lower() == name.lower() and other != name]
+            file = f"{name}_function" if same and inspect.isfunction(value) else name
+            found[f"{module}.{name}"] = (f"{FOLDER}/{folder}{file}", value)
+    for name, module in RESULTS.items():
+        value = getattr(import_module(module), name)
+        if not any(value is other for other in seen):
+            found[f"{module}.{name}"] = (f"{FOLDER}/results/{name}", value)
+    return found
+
+
+def members(kind: type) -> Iterator[tuple[str, str, Any]]:
+    """Yield name, directive of Sphinx and object of each documented public member of a class.
+
+    Fields of dataclasses stand in the docstring of their class.
+    """
+    for name in dir(kind):
+        if name.startswith("_") or f"{kind.__name__}.{name}" in INTERNAL:
+            continue
+        home = next((base for base in kind.__mro__ if name in vars(base)), kind)
+        if not home.__module__.startswith("eomgen"):
+            continue
+        value = getattr(kind, name) if name in methods() else inspect.getattr_static(kind, name)
+        if isinstance(value, property) or type(value).__name__ == "cached_property":
+            if inspect.getdoc(value):
+                yield name, "autoproperty", value
+        elif isinstance(value, FunctionType | classmethod | staticmethod) and inspect.getdoc(getattr(kind, name)):
+            yield name, "automethod", getattr(kind, name)
+
+
+def summary(value: object) -> str:
+    """Return the first paragraph of a docstring on one line, in reStructuredText."""
+    text = (inspect.getdoc(value) or "").split("\n\n")[0]
+    return escaped(" ".join(text.split()))
+
+
+def _titled(title: str, mark: str = "=") -> str:
+    return f"{title}\n{mark * len(title)}\n\n"
+
+
+def _table(rows: list[tuple[str, str]]) -> str:
+    lines = [".. list-table::", "   :widths: 30 70", "   :class: names", ""]
+    for first, second in rows:
+        lines += [f"   * - {first}", f"     - {second}"]
+    return "\n".join(lines) + "\n\n"
+
+
+def _kind_page(name: str, kind: type) -> str:
+    text = _titled(kind.__name__) + f".. autoclass:: {name}\n\n"
+    listed = list(members(kind))
+    groups = (("Methods", "automethod", "meth"), ("Properties", "autoproperty", "attr"))
+    for title, directive, role in groups:
+        group = [(member, value) for member, its, value in listed if its == directive]
+        if not group:
+            continue
+        text += _titled(title, "-")
+        text += _table([(f":{role}:`{member} <{name}.{member}>`", summary(value)) for member, value in group])
+        text += "".join(f".. {directive}:: {name}.{member}\n\n" for member, _ in group)
+    return text
+
+
+def python_pages() -> Iterator[Page]:
+    """Yield one page for each public class, function and constant, and the lists of them."""
+    lists: dict[str, list[tuple[str, str, str]]] = {}
+    for name, (place, value) in public_objects().items():
+        short = name.rpartition(".")[2]
+        if inspect.isclass(value):
+            text, row = _kind_page(name, value), summary(value)
+        elif inspect.isfunction(value):
+            text, row = _titled(short) + f".. autofunction:: {name}\n", summary(value)
+        else:
+            text, row = _titled(short) + f".. py:data:: {name}\n\n   {_value(value)}\n", _value(value)
+        yield Page(place, text, ending=".rst")
+        lists.setdefault(place.removeprefix(f"{FOLDER}/").rpartition("/")[0], []).append((short, place, row))
+    for folder, rows in lists.items():
+        if folder:
+            yield Page(f"{FOLDER}/{folder}/index", _list_page(folder, rows), ending=".rst")
+    text = _titled("Python") + "Names of ``eomgen``, each on a page of its own; then its modules.\n\n"
+    text += _listed(lists[""]) + _titled("Modules", "-")
+    text += _table([(f":doc:`{_module_title(name)} </{FOLDER}/{name}/index>`", _about(name)) for name in lists if name])
+    text += _tree([*(place for _, place, _ in lists[""]), *(f"{FOLDER}/{name}/index" for name in lists if name)])
+    yield Page(f"{FOLDER}/index", text, ending=".rst")
+
+
+def _module_title(folder: str) -> str:
+    return f"eomgen.{folder}" if folder in MODULES else "Results"
+
+
+def _about(folder: str) -> str:
+    if folder in MODULES:
+        return summary(import_module(MODULES[folder]))
+    return "Classes whose objects public functions return."
+
+
+def _list_page(folder: str, rows: list[tuple[str, str, str]]) -> str:
+    return (
+        _titled(_module_title(folder))
+        + f"{_about(folder)}\n\n"
+        + _listed(rows)
+        + _tree([place for _, place, _ in rows])
+    )
+
+
+def _listed(rows: list[tuple[str, str, str]]) -> str:
+    return _table([(f":doc:`{name} </{place}>`", text) for name, place, text in rows])
+
+
+def _tree(places: list[str]) -> str:
+    return ".. toctree::\n   :hidden:\n\n" + "".join(f"   /{place}\n" for place in places)
+
+
+def _value(value: object) -> str:
+    shown = re.sub(r"\s+", " ", repr(value))
+    return f"Of type ``{type(value).__name__}``" + (
+        f": ``{shown}``." if len(shown) < 300 and " at 0x" not in shown else "."
+    )
+
+
+def command_pages() -> Iterator[Page]:
+    """Yield one page for each verb, with the text that ``eomgen <verb> --help`` prints."""
+    runner = CliRunner()
+
+    def printed(*words: str) -> str:
+        return runner.invoke(commands, [*words, "--help"], prog_name="eomgen", terminal_width=100).output
+
+    folder = "reference/command_line"
+    rows = [f"| [{name}]({name}.md) | {verb.summary} |" for name, verb in VERBS.items()]
+    names = "\n".join(("guide", *VERBS))
+    text = "\n".join(["# Command line", "", "| verb | does |", "|---|---|", *rows, ""])
+    text += "\nOptions, files and exit codes are described in the [guide](guide.md).\n"
+    text += f"\n```{{toctree}}\n:hidden:\n\n{names}\n```\n"
+    yield Page(f"{folder}/index", text)
+    for name, verb in VERBS.items():
+        python = [target.partition(":")[2] for target in verb.methods]
+        same = ", ".join(f"{{py:meth}}`Model.{it} <eomgen.Model.{it}>`" for it in python)
+        text = f"# eomgen {name}\n\n{verb.summary}\n\n```text\n$ eomgen {name} --help\n{printed(name)}```\n"
+        yield Page(f"{folder}/{name}", text + (f"\nFrom Python: {same}.\n" if same else ""))
+
+
+def method_pages() -> Iterator[Page]:
+    """Yield the table of all methods with orders and requirements, and one page for each family."""
+    folder = "reference/methods"
+    rows = ["| method | order | constraints | steps | parameters | other names |", "|---|---:|---|---|---|---|"]
+    pages: dict[str, list[str]] = {}
+    for family in BUILT_IN:
+        for row in family.names():
+            try:
+                method = method_named(row.name, **row.compiled_with)
+            except UsageError as error:  # a case without damping, which is refused with the default parameters
+                rows.append(f"| `{row.name}` | | | | | refused: {error.problems[0].what.split(',')[0]} |")
+                continue
+            parameters = ", ".join(f"`{name}`" for name in row.parameters)
+            aliases = ", ".join(f"`{name}`" for name in row.aliases)
+            holds = "yes" if method.holds_constraints else "no"
+            steps = ("implicit" if method.implicit else "explicit") + (", by tolerance" if method.chooses_steps else "")
+            link = f"[`{row.name}`]({family.family}.md#{row.name})"
+            rows.append(f"| {link} | {method.order} | {holds} | {steps} | {parameters} | {aliases} |")
+            text = [f"## {row.name}\n", f"{method.title(method.holds_constraints)}.\n"]
+            facts = [
+                f"order {method.order}",
+                steps,
+                f"holds constraints: {holds}",
+                f"states between rows: {method.dense_output}",
+            ]
+            text += [f"- {fact}" for fact in facts]
+            text += [f"- parameters: {parameters}"] * bool(parameters)
+            text += [
+                f"- needs a system {'with' if need.value else 'without'} {need.fact.replace('_', ' ')}: {need.reason};"
+                f" alternatives: {need.alternative}"
+                for need in method.needs
+            ]
+            text += ["", f"Source: {method.source}"] if method.source else []
+            pages.setdefault(family.family, []).append("\n".join(text) + "\n")
+    names = "\n".join(pages)
+    yield Page(
+        f"{folder}/index",
+        "# Methods of integration\n\nOrders are the declared ones; see [measured orders](../../evidence/orders.md).\n\n"
+        + "\n".join(rows)
+        + f"\n\n```{{toctree}}\n:hidden:\n\n{names}\n```\n",
+    )
+    for name, sections in pages.items():
+        yield Page(f"{folder}/{name}", f"# {name.replace('_', ' ').capitalize()}\n\n" + "\n".join(sections))
+
+
+def reference_pages() -> Iterator[Page]:
+    """Yield all generated pages."""
+    yield from python_pages()
+    yield from command_pages()
+    yield from method_pages()

@@ -1,0 +1,63 @@
+"""Tutorials and how-to pages run as they stand, print what they show, and make their pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+from tests.docs.executed import PAGES, executed, pictures
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_page_runs_as_it_stands(page: Path, tmp_path: Path) -> None:
+    matplotlib.use("Agg")
+    text = page.read_text(encoding="utf-8")
+    assert executed(text, tmp_path, page.stem) == text, f"run: python -m tests.docs.executed {page}"
+    for picture in pictures(text):
+        assert (tmp_path / picture).is_file() and (page.parent / picture).is_file()
+
+
+PAGE = """\
+```toml
+# some.toml
+a = 1
+```
+
+```toml
+# some.toml, appended
+b = 2
+```
+
+```python
+print(open("some.toml").read().split("\\n", 1)[1], end="")
+```
+
+```text
+a = ...
+{second}
+```
+
+```console
+$ echo one two
+one ...
+```
+"""
+
+
+def test_output_that_agrees_stays_and_other_output_is_replaced(tmp_path: Path) -> None:
+    right = PAGE.format(second="b = 2")
+    assert executed(right, tmp_path) == right
+    assert "```text\na = 1\nb = 2\n```" in executed(PAGE.format(second="b = 3"), tmp_path)
+
+
+def test_errors_of_blocks_are_raised(tmp_path: Path) -> None:
+    with pytest.raises(ZeroDivisionError):
+        executed("```python\n1 / 0\n```\n", tmp_path)
+    with pytest.raises(Exception, match="returned non-zero exit status"):
+        executed("```console\n$ false\n```\n", tmp_path)
