@@ -35,10 +35,10 @@ class Chart {
     this.colours = { ink: "#222", soft: "#667", line: "#ccd" };
   }
 
-  /** Take the size of the canvas. */
+  /** Take the size of the canvas, or the one for paper. */
   size() {
-    const ratio = window.devicePixelRatio || 1;
-    const [width, height] = [this.canvas.clientWidth || 320, this.canvas.clientHeight || 180];
+    const { clientWidth, clientHeight } = this.canvas;
+    const { width, height, ratio } = this.printed || { width: clientWidth || 320, height: clientHeight || 180, ratio: window.devicePixelRatio || 1 };
     if (this.canvas.width !== Math.round(width * ratio)) this.canvas.width = Math.round(width * ratio);
     if (this.canvas.height !== Math.round(height * ratio)) this.canvas.height = Math.round(height * ratio);
     Object.assign(this, { width, height, ratio });

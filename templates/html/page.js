@@ -90,7 +90,7 @@ function resize() {
   const right = width > 760 ? legend.left - 12 : width - 20;
   camera.show(width, height, { left: 20, right, top: title.bottom + 34, bottom: Math.max(footer.top - 50, title.bottom + 80) });
   if (untouched) resetView();
-  refresh();
+  draw(); // at once: a page that is printed or out of sight gets no further frame
 }
 
 function listen() {

@@ -39,6 +39,12 @@ for (const { id, title, unit, across, curves } of report.charts) {
 const paintAll = () => charts.forEach(paint);
 paintAll();
 window.addEventListener("resize", paintAll);
-window.addEventListener("beforeprint", paintAll);
+// the width of paper is known to no script: charts have the size of two in a row of A4 or letter, in fine pixels
+const paper = (printed) => () => {
+  for (const chart of charts) chart.printed = printed;
+  paintAll();
+};
+window.addEventListener("beforeprint", paper({ width: 350, height: 200, ratio: 3 }));
+window.addEventListener("afterprint", paper(null));
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paintAll);
 page.dataset.ready = "yes";

@@ -52,3 +52,33 @@ def test_charts_are_drawn_and_zoom_together(browser: Browser, tmp_path: Path) ->
     np.testing.assert_allclose(told["again"], [[0.0, 0.5]] * 2, atol=1e-6)
     picture = browser.picture(page)
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
+
+
+PAPER = """<script>
+const told = { before: charts.map(({ canvas }) => canvas.width) };
+window.dispatchEvent(new Event("beforeprint"));
+told.printed = charts.map(({ canvas }) => [canvas.width, canvas.height]);
+window.dispatchEvent(new Event("afterprint"));
+told.after = charts.map(({ canvas }) => canvas.width);
+told.names = charts.flatMap(({ series }) => series.curves.map(({ name }) => name));
+document.body.dataset.told = JSON.stringify(told);
+</script>"""
+
+
+@pytest.mark.slow
+def test_charts_have_a_size_of_their_own_on_paper(browser: Browser, tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
+    model = eomgen.build(tmp_path / "scene.toml", profile="quick")
+    page = model.report(tmp_path / "report.html", model.simulate(0.5, 1e-2))
+    copy = tmp_path / "asked.html"
+    copy.write_text(page.read_text(encoding="utf-8").replace("</body>", PAPER + "</body>"), encoding="utf-8")
+    found = re.search(r'<body[^>]*\bdata-told="([^"]*)"', browser.document(copy))
+    assert found
+    told = json.loads(html.unescape(found[1]))
+    assert told["after"] == told["before"] and set(map(tuple, told["printed"])) == {(1050, 600)}
+    assert "kinetic" in told["names"] and not any(name.startswith(("output.", "energy.")) for name in told["names"])
+    paper = tmp_path / "report.pdf"
+    browser.document(page, "", f"--print-to-pdf={paper}", "--no-pdf-header-footer")
+    content = paper.read_bytes()
+    assert content.count(b"/Type /Page\n") in (3, 4, 5)
+    assert content.startswith(b"%PDF")

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import base64
 import html
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Rows of a curve, curves of a chart, and charts of a run at most.
 _ROWS, _CURVES, _CHARTS = 3000, 6, 24
+#: Heads of names of columns that the title of a chart says already.
+_HEAD = re.compile(r"^(output|input|energy)\.")
 #: Rows of a table of values and of functions; the largest animation that a report holds, bytes; rows of modes.
 _LISTED, _ANIMATION, _MODES = 60, 6_000_000, 24
 _KINDS = {"q": "coordinates", "v": "velocities", "z": "internal states"}
@@ -306,7 +309,7 @@ def _plots(run: ReportedRun, charts: _Charts, *, single: bool) -> str:
         for first in range(0, len(curves), _CURVES):
             if len(canvases) < _CHARTS:
                 title = "power" if (kind, unit) == ("energy", "W") else kind
-                shown = curves[first : first + _CURVES]
+                shown = [(_HEAD.sub("", name), t, values) for name, t, values in curves[first : first + _CURVES]]
                 canvases.append(charts.add(title, "" if unit == "1" else unit, "t, s", shown))
             else:
                 left += len(curves[first : first + _CURVES])
@@ -402,7 +405,7 @@ def _modes(model: CompiledModel) -> str:
                 number + 1,
                 f"{modes.frequency[number]:.6g}",
                 f"{modes.damping_ratio[number] + 0.0:.4g}",
-                f"{value.real:.6g} {'+' if value.imag >= 0 else '-'} {abs(value.imag):.6g} i",
+                f"{value.real:.6g} {'+' if value.imag >= 0 else '-'} {abs(value.imag):.6g}\u00a0i",
                 ", ".join(most),
             )
         )
