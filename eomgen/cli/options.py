@@ -191,6 +191,8 @@ def _source_option(source: Source, option: Option) -> Callable[[Command], Comman
         return click.option(name, is_flag=True, help=text)
     if isinstance(option.default, tuple):
         return click.option(name, multiple=True, metavar=option.metavar, help=text)
+    if not option.choices:
+        return click.option(name, default=option.default, metavar=option.metavar, help=text)
     return click.option(name, type=click.Choice(option.choices), default=option.default, show_default=True, help=text)
 
 

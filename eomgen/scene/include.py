@@ -317,7 +317,7 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
 def _part(source: Source, text: str, path: Path, entry: Include) -> FileData:
     file = shown_file(path)
     options = {option.name: getattr(entry, option.name) for option in source.options}
-    read = source.read(text, file=file, included=True, **options)
+    read = source.convert(text, path, included=True, **options)
     places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in read.lines.items()}
     judged = set(read.data["bodies"]) if read.inertias_checked else set()
     return FileData(read.data, places, [f"{file}: {note}" for note in read.notes], judged)

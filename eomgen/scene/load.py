@@ -96,7 +96,7 @@ def _read(path: Path, *, strict: bool, **options: Any) -> ConvertedScene:
     if source is None:
         raise UsageError(f"{str(path)!a} is not a kind of file that can be read", readable(path))
     specified = checked_options(source, options)
-    return source.read(read_text(path), file=shown_file(path), strict=strict, included=False, **specified)
+    return source.convert(read_text(path), path, strict=strict, included=False, **specified)
 
 
 def load_toml(

@@ -66,6 +66,10 @@ class Report:
         """Note a problem at a line that is known otherwise."""
         self._append(line, Problem(f"{self.file}:{line}" + (f" ({key})" if key else ""), fault, hint))
 
+    def add_place(self, file: str, line: int, key: str, fault: str, hint: str = "") -> None:
+        """Note a problem at a line of a file that may be another one, such as an included file."""
+        self._append(line, Problem(f"{file}:{line}" + (f" ({key})" if key else ""), fault, hint))
+
     def _append(self, line: int, problem: Problem) -> None:
         self.noted.append((line, problem))
         if len(self.noted) >= _STOP:

@@ -9,6 +9,9 @@ from xml.parsers import expat
 from eomgen.errors import DescriptionError, Problem
 
 DEPTH = 100
+#: What may stand before the outermost element, by its beginning and its end.
+_ASIDE = (("<?", "?>"), ("<!--", "-->"), ("<!", ">"))
+_TAG = re.compile(r"<([A-Za-z_][\w.:-]*)")
 _BLANK, _DECLARATION = re.compile(r"\s+"), re.compile(r"<\?xml\s")
 
 
@@ -126,6 +129,22 @@ def read_xml(text: str, file: str) -> Element:
         _parsed(f"{declaration}<a/>", file, lines_before=before.count("\n"))
         text = before + re.sub(r"[^\n]", " ", declaration) + after
     return _parsed(text, file)
+
+
+def root_tag(text: str) -> str:
+    """Return the tag of the outermost element of an XML text, whatever comes after; empty if there is none."""
+    place = 1 if text.startswith("\ufeff") else 0
+    while True:
+        blank = _BLANK.match(text, place)
+        if blank:
+            place = blank.end()
+        ending = next((end for start, end in _ASIDE if text.startswith(start, place)), "")
+        if not ending:
+            found = _TAG.match(text, place)
+            return found[1] if found else ""
+        place = text.find(ending, place) + len(ending)
+        if place < len(ending):
+            return ""
 
 
 def _late_declaration(text: str) -> slice | None:

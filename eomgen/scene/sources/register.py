@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.files import read_bytes
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.sources.source import ConvertedScene, Option, Source
+from eomgen.scene.sources.mjcf.source import MJCF
+from eomgen.scene.sources.source import LARGEST_FILE, ConvertedScene, Option, Source
 from eomgen.scene.sources.urdf.source import URDF
 
 #: The group of entry points for sources of other distributions: objects of the class ``Source``.
@@ -29,7 +31,7 @@ def _read_toml(text: str, **options: Any) -> ConvertedScene:
 
 
 TOML = Source("TOML", (".toml",), "a .toml scene", _read_toml, scenes=True)
-BUILT_IN: tuple[Source, ...] = (TOML, URDF)
+BUILT_IN: tuple[Source, ...] = (TOML, URDF, MJCF)
 
 
 @cache
@@ -46,10 +48,13 @@ def sources() -> tuple[Source, ...]:
 
 
 def source_of(path: Path) -> Source | None:
-    """Return the source for a file, by the ending of its name; None without a source."""
+    """Return the source for a file, by the ending of its name, and by the outermost element if several sources share it;
+    None without a source."""
     ending = path.suffix.lower()
-    own = next((source for source in BUILT_IN if ending in source.endings), None)
-    return own or next((source for source in sources() if ending in source.endings), None)
+    own = [source for source in BUILT_IN if ending in source.endings]
+    if len(own) > 1:
+        return next((source for source in own if source.root == _root_of(path)), own[0])
+    return (own[0] if own else None) or next((source for source in sources() if ending in source.endings), None)
 
 
 def readable(path: Path, kinds: str = " or ") -> str:
@@ -64,8 +69,12 @@ def readable(path: Path, kinds: str = " or ") -> str:
 
 
 def all_options() -> dict[str, tuple[Source, Option]]:
-    """Return the options of eomgen's own sources by name."""
-    return {option.name: (source, option) for source in BUILT_IN for option in source.options}
+    """Return the options of eomgen's own sources by name; of one that several have, the first source's."""
+    result: dict[str, tuple[Source, Option]] = {}
+    for source in BUILT_IN:
+        for option in source.options:
+            result.setdefault(option.name, (source, option))
+    return result
 
 
 def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -115,6 +124,16 @@ def _check_value(option: Option, value: object) -> None:
         fault = f"True or False is needed, not {type(value).__name__}"
         hint = f"{option.name}=True, for all joints" if value else f"{option.name}=False"
         raise UsageError(Problem(option.name, fault, hint))
+
+
+def _root_of(path: Path) -> str:
+    """Return the outermost element of an XML file; empty if the file cannot be read or has none."""
+    from eomgen.scene.reading.xml import root_tag  # noqa: PLC0415  # for endings that several formats share
+
+    try:
+        return root_tag(read_bytes(path, LARGEST_FILE).decode("utf-8", "replace"))
+    except (OSError, ValueError):
+        return ""
 
 
 def _is_file(path: Path, ending: str) -> bool:

@@ -88,6 +88,10 @@ class Source:
         Endings of files that another program converts to this kind, and a hint.
     scenes : bool
         Whether the files of the source are scene files: with units, and with further includes.
+    root : str
+        Of XML formats that share an ending: the outermost element, which decides.
+    located : bool
+        Whether ``read`` takes the ``path`` of the file as well, for the files that it names.
     """
 
     name: str
@@ -97,6 +101,13 @@ class Source:
     options: tuple[Option, ...] = ()
     elsewhere: Mapping[str, str] = field(default_factory=dict)
     scenes: bool = False
+    root: str = ""
+    located: bool = False
+
+    def convert(self, text: str, path: Path, **options: Any) -> ConvertedScene:
+        """Return a file of this source in the form of a scene file; the options as of ``read``."""
+        located = {"path": path} if self.located else {}
+        return self.read(text, file=shown_file(path), **located, **options)
 
 
 LARGEST_FILE = 10_000_000

@@ -1,0 +1,133 @@
+"""MJCF compiled by MuJoCo, and the lines at which its elements stand, also in included files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.data import dataclass, field
+from eomgen.base.messages import shown
+from eomgen.errors import DescriptionError, EomgenError, Problem, UsageError
+from eomgen.scene.reading.xml import Element, read_xml
+from eomgen.scene.sources.source import read_text, shown_file
+
+#: Sections of a file whose children are elements of one kind, by the name of the kind.
+_SECTIONS = {"actuator": "actuator", "equality": "equality", "tendon": "tendon", "sensor": "sensor", "keyframe": "key"}
+#: Elements below bodies, by the name of the kind.
+_OF_BODIES = {"body": "body", "joint": "joint", "freejoint": "joint", "site": "site", "geom": "geom"}
+_DEEPEST = 20
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an element stands: name of the file for messages, and line."""
+
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}"
+
+
+@dataclass
+class Elements:
+    """The elements of a file and of the files that it includes.
+
+    Attributes
+    ----------
+    found : all elements with their files, sections of the top level with their paths
+    named : place by kind and name
+    ordered : places by kind, in the order of the file
+    """
+
+    found: list[tuple[str, Element, str]] = field(default_factory=list)
+    named: dict[tuple[str, str], Place] = field(default_factory=dict)
+    ordered: dict[str, list[Place]] = field(default_factory=dict)
+
+    def place(self, kind: str, name: str, number: int, count: int, file: str) -> Place:
+        """Return the place of an element by its name, of one without a name by its number among ``count``."""
+        if name and (kind, name) in self.named:
+            return self.named[kind, name]
+        places = self.ordered.get(kind, [])
+        return places[number] if len(places) == count else Place(file, 1)
+
+
+def elements_of(text: str, file: str, path: Path | None) -> Elements:
+    """Return the elements of an MJCF text. Raises DescriptionError for a text that is not MJCF."""
+    result = Elements()
+    root = read_xml(text, file)
+    if root.tag != "mujoco":
+        problem = Problem(f"{file}:{root.line}", f"the outermost element is {shown(root.tag)}, not 'mujoco'", "")
+        raise DescriptionError(problem)
+    folder = None if path is None else path.parent
+    _walk(result, root, "", file, folder, 0)
+    return result
+
+
+def _walk(result: Elements, element: Element, path: str, file: str, folder: Path | None, depth: int) -> None:
+    """Record the children of an element, with the elements of included files in their places."""
+    for child in element.children():
+        if child.tag == "include":
+            for included, name in _included(child, folder, depth):
+                _walk(result, included, path, name, folder, depth + 1)
+            continue
+        own = f"{path}/{child.tag}" if path else child.tag
+        result.found.append((own, child, file))
+        kind = _kind(path, child.tag)
+        if kind:
+            place = Place(file, child.line)
+            result.ordered.setdefault(kind, []).append(place)
+            if child.get("name"):
+                result.named.setdefault((kind, child.get("name")), place)
+        _walk(result, child, own, file, folder, depth)
+
+
+def _kind(path: str, tag: str) -> str:
+    if path in _SECTIONS:
+        return _SECTIONS[path]
+    return _OF_BODIES.get(tag, "") if path.startswith("worldbody") else ""
+
+
+def _included(element: Element, folder: Path | None, depth: int) -> Iterator[tuple[Element, str]]:
+    """Yield the root of an included file with its name; none if it cannot be read here: MuJoCo says why."""
+    if folder is None or depth >= _DEEPEST or not element.get("file"):
+        return
+    path = folder / element.get("file")
+    try:
+        yield read_xml(read_text(path), shown_file(path)), shown_file(path)
+    except EomgenError:
+        return
+
+
+def mujoco_module() -> Any:
+    """Return the package ``mujoco``. Raises UsageError if it is missing."""
+    try:
+        import mujoco  # noqa: PLC0415  # an extra
+    except ImportError:
+        fault = "MJCF is compiled by MuJoCo, and the package mujoco is not installed"
+        raise UsageError(Problem("load", fault, "pip install 'eomgen[mujoco]'")) from None
+    if not hasattr(mujoco, "MjSpec"):
+        fault = f"mujoco {mujoco.__version__} has no MjSpec, which reads the file"
+        raise UsageError(Problem("load", fault, "pip install -U 'eomgen[mujoco]'"))
+    return mujoco
+
+
+def compiled(text: str, file: str, path: Path | None) -> Any:
+    """Return the ``mujoco.MjModel`` of a file, static bodies kept. Raises DescriptionError with MuJoCo's message."""
+    mujoco = mujoco_module()
+    try:
+        spec = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
+        spec.compiler.fusestatic = False
+        return spec.compile()
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        raise DescriptionError(_problem(str(error), file)) from None
+
+
+def _problem(message: str, file: str) -> Problem:
+    """Return MuJoCo's message as one line, with the line of the file that it names."""
+    line = re.search(r"\bline (\d+)", message)
+    words = re.sub(r"\s*(?:Element '[^']*', )?line \d+(?:, column \d+)?\s*", " ", message)
+    words = " ".join(re.sub(r"^(?:XML )?Error:\s*", "", words).split())
+    return Problem(f"{file}:{line[1]}" if line else file, f"MuJoCo refuses the file: {words}", "")

@@ -1,0 +1,129 @@
+"""Conversion of MJCF to a scene, from the model that MuJoCo compiles: its defaults, frames, meshes and mass properties
+are resolved there, and nothing is computed twice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.messages import listed, nearest, shown
+from eomgen.scene.reading.report import Report
+from eomgen.scene.sources.mjcf.actuators import convert_actuators
+from eomgen.scene.sources.mjcf.compiled import Place, compiled, elements_of, mujoco_module
+from eomgen.scene.sources.mjcf.draft import Draft
+from eomgen.scene.sources.mjcf.equalities import convert_equalities, site_place
+from eomgen.scene.sources.mjcf.tendons import convert_tendons
+from eomgen.scene.sources.mjcf.tree import convert_tree
+from eomgen.scene.sources.source import ConvertedScene, OptionError
+from eomgen.scene.sources.urdf.reading import legal_name
+
+
+def mjcf_data(
+    text: str,
+    *,
+    file: str,
+    strict: bool = False,
+    path: Path | None = None,
+    limits: bool = False,
+    friction: bool = False,
+    keyframe: str = "",
+) -> ConvertedScene:
+    """Return an MJCF file in the form of a scene file, with notes on all that is left out.
+
+    Parameters
+    ----------
+    text : str
+        Of the file, for the lines of its elements.
+    file : str
+        Its name in messages.
+    strict : bool
+        Refuse what would be left out with a note.
+    path : Path, optional
+        The file; without it MuJoCo compiles the text, which then names no other files.
+    limits, friction : bool
+        Take limits of position as stops, and dry friction.
+    keyframe : str
+        Name or number of the keyframe at the start.
+
+    Raises
+    ------
+    DescriptionError, OptionError, UsageError
+    """
+    mujoco = mujoco_module()
+    elements = elements_of(text, file, path)
+    model = compiled(text, file, path)
+    name = legal_name(_name_of(mujoco, model) or "model", ())
+    data: dict[str, Any] = {"format": 1, "name": name, "bodies": {}, "joints": {}}
+    draft = Draft(mujoco, model, Report(file, {}), elements, data)
+    draft.key = _keyframe(draft, keyframe, file)
+    draft.qpos = np.array(model.qpos0 if draft.key < 0 else model.key_qpos[draft.key])
+    draft.qvel = np.zeros(model.nv) if draft.key < 0 else np.array(model.key_qvel[draft.key])
+    data["gravity"] = [0.0] * 3 if draft.disabled("GRAVITY") else model.opt.gravity.tolist()
+    _refuse_other_physics(draft)
+    convert_tree(draft, limits=limits, friction=friction)
+    _add_sites(draft)
+    convert_tendons(draft)
+    convert_equalities(draft)
+    convert_actuators(draft)
+    _note_the_rest(draft)
+    warnings = draft.all_warnings()
+    if strict:
+        for place, note in warnings:
+            draft.refuse(place, "", note, "no --strict (strict=False), to go on without")
+    draft.report.raise_problems()
+    return ConvertedScene(data, draft.lines, [*draft.notes, *(note for _, note in warnings)], inertias_checked=True)
+
+
+def _name_of(mujoco: Any, model: Any) -> str:
+    return bytes(model.names[: bytes(model.names).index(b"\0")]).decode("utf-8", "replace")
+
+
+def _keyframe(draft: Draft, wanted: str, file: str) -> int:
+    """Return the number of the keyframe; -1 for none."""
+    count = int(draft.model.nkey)
+    names = [draft.written("key", index) or str(index) for index in range(count)]
+    if not wanted:
+        if count:
+            draft.notes.append(f"the start is the configuration of the file; keyframe=... is one of {listed(names)}")
+        return -1
+    if wanted not in names:
+        raise OptionError("keyframe", f"{file} has no keyframe {shown(wanted)}", nearest(wanted, names) or "no keyframe")
+    return names.index(wanted)
+
+
+def _refuse_other_physics(draft: Draft) -> None:
+    """Report parts of MuJoCo's physics that no scene has, and that change the motion."""
+    model, file = draft.model, draft.report.file
+    option = next((Place(name, found.line) for path, found, name in draft.elements.found if path == "option"), Place(file, 1))
+    if float(model.opt.density) > 0.0 or float(model.opt.viscosity) > 0.0:
+        fault = "forces of the medium (density and viscosity) are not supported"
+        draft.refuse(option, "option", fault, "density 0 and viscosity 0")
+    for count, what in ((model.nflex, "flex (a soft body)"), (model.nplugin, "plugin")):
+        if count:
+            place = next((Place(name, found.line) for path, found, name in draft.elements.found if what.split()[0] in found.tag), Place(file, 1))
+            draft.refuse(place, "", f"a {what} is not supported", "the file without it")
+
+
+def _add_sites(draft: Draft) -> None:
+    """Add sites as frames."""
+    for site in range(draft.model.nsite):
+        written = draft.written("site", site)
+        if not written:
+            continue
+        name = draft.name("body", written, "")
+        draft.section("frames")[name] = site_place(draft, site).entry
+        draft.lines[f"frames.{name}"] = str(draft.place("site", site, draft.model.nsite))
+
+
+def _note_the_rest(draft: Draft) -> None:
+    """Note contact and sensors."""
+    model, file = draft.model, draft.report.file
+    touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    if len(touching) > 1 and not draft.disabled("CONTACT"):
+        draft.leave_out(draft.place("geom", int(touching[0]), model.ngeom), f"not modelled: contact ({len(touching)} geoms)")
+    if model.npair and not draft.disabled("CONTACT"):
+        draft.leave_out(Place(file, 1), f"not modelled: contact of {model.npair} pairs")
+    if model.nsensor:
+        draft.leave_out(draft.place("sensor", 0, model.nsensor), f"not modelled: sensors ({model.nsensor})")

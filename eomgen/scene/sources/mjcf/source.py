@@ -1,0 +1,66 @@
+"""MJCF as a source."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from eomgen.scene.sources.source import ConvertedScene, Option, Source
+
+
+def read_mjcf(
+    text: str,
+    *,
+    file: str = "model.xml",
+    strict: bool = False,
+    included: bool = False,  # noqa: ARG001  # what MuJoCo fixes to the world is fixed to the base in any scene
+    path: Path | None = None,
+    limits: bool = False,
+    friction: bool = False,
+    keyframe: str = "",
+) -> ConvertedScene:
+    """Return an MJCF file in the form of a scene file; the options as in ``MJCF``.
+
+    Parameters
+    ----------
+    path : Path, optional
+        The file, from whose folder included files and meshes are read.
+
+    Raises
+    ------
+    DescriptionError, OptionError, UsageError
+    """
+    from eomgen.scene.sources.mjcf.conversion import mjcf_data  # noqa: PLC0415  # most scenes are not MJCF
+
+    return mjcf_data(text, file=file, strict=strict, path=path, limits=limits, friction=friction, keyframe=keyframe)
+
+
+MJCF = Source(
+    "MJCF",
+    (".xml", ".mjcf"),
+    "an .xml file of MuJoCo",
+    read_mjcf,
+    (
+        Option(
+            "limits",
+            False,
+            "turn limits of position into compliant stops",
+            of_key="limits of position become compliant stops",
+        ),
+        Option(
+            "friction",
+            False,
+            "take dry friction of joints, regularised",
+            of_key="dry friction of joints is taken, regularised",
+        ),
+        Option(
+            "keyframe",
+            "",
+            "start from this keyframe",
+            metavar="KEY",
+            of_key="the initial state is this keyframe",
+            elsewhere="`initial` of the joints in the scene file",
+        ),
+    ),
+    root="mujoco",
+    located=True,
+)
