@@ -17,7 +17,7 @@ from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity
-from eomgen.scene.sources.register import all_options
+from eomgen.scene.sources.register import all_options, formats_with
 from eomgen.scene.sources.source import Option, Source
 from eomgen.toolchain.profiles import PROFILES, STANDARD_PROFILE
 
@@ -186,7 +186,7 @@ def scene_options(command: Command) -> Command:
 
 def _source_option(source: Source, option: Option) -> Callable[[Command], Command]:
     """Return the decorator that adds an option of a kind of file."""
-    name, text = f"--{option.name}", f"{source.name}: {option.description}."
+    name, text = f"--{option.name}", f"{formats_with(source, option)}: {option.description}."
     if isinstance(option.default, bool):
         return click.option(name, is_flag=True, help=text)
     if isinstance(option.default, tuple):

@@ -53,7 +53,7 @@ class Stored:
 #: Options of ``load`` as ``build`` reads a file.
 _DEFAULTS: Mapping[str, Any] = {"strict": False, "coordinates": None, "task_frames": ()}
 #: Endings of files of code, which folders have not.
-_OF_FILES = (".c", ".h", ".toml", ".urdf", ".zip", ".py", ".so", ".m")
+_OF_FILES = (".c", ".h", ".toml", ".urdf", ".xml", ".zip", ".py", ".so", ".m")
 
 
 @checked_call('eomgen.load("scene.toml")')
@@ -65,7 +65,7 @@ def load(
     task_frames: Sequence[str] = (),
     **options: Any,
 ) -> Scene:
-    """Read a scene from a ``.toml`` or ``.urdf`` file, or from the data of such a file.
+    """Read a scene from a ``.toml`` or ``.urdf`` file or an ``.xml`` file of MuJoCo, or from the data of a scene file.
 
     Parameters
     ----------
@@ -85,6 +85,7 @@ def load(
         ``actuated``, to give every moving joint of one coordinate an effort input of its own name;
         ``transmissions``, to make the efforts of actuators inputs, which transmissions carry to the joints;
         ``tunable``, links whose mass, centre of mass and inertia become tunable parameters.
+        For MJCF: ``keyframe``, the start; ``limits`` and ``friction``.
 
     Returns
     -------

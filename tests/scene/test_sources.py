@@ -56,10 +56,12 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
 
 @pytest.mark.parametrize("source", BUILT_IN, ids=lambda source: source.name)
 def test_every_row_reads_by_its_endings_and_its_options_are_on_the_command_line(
-    source: Source, capsys: pytest.CaptureFixture[str]
+    source: Source, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     for ending in source.endings:
-        assert source_of(Path(f"robot{ending.upper()}")) is source
+        file = tmp_path / f"robot{ending.upper()}"
+        file.write_text(f"<!-- <robot> -->\n<{source.root}/>", encoding="utf-8")
+        assert source_of(file) is source
     assert main(["simulate", "--help"]) == 0
     help_text = capsys.readouterr().out
     for option in source.options:
@@ -67,9 +69,10 @@ def test_every_row_reads_by_its_endings_and_its_options_are_on_the_command_line(
         assert all(choice in help_text for choice in option.choices)
 
 
-def test_options_belong_to_one_source_each() -> None:
-    names = [option.name for source in BUILT_IN for option in source.options]
-    assert len(names) == len(set(names)) == len(all_options())
+def test_options_of_one_name_mean_the_same_in_all_sources() -> None:
+    options = [option for source in BUILT_IN for option in source.options]
+    assert {option.name for option in options} == all_options().keys()
+    assert all(option == all_options()[option.name][1] for option in options)
 
 
 def test_a_distribution_brings_a_source(installed: Path) -> None:
@@ -117,7 +120,8 @@ def test_what_a_source_of_others_refuses_is_said_like_everything_else(installed:
         eomgen.load(file, root="free")
     with pytest.raises(eomgen.UsageError, match="load: there is no argument 'lng'; try: long"):
         eomgen.load(file, lng=True)
-    hint = "is not a kind of file that can be read; try: a .toml scene or a .urdf file or a .chain file"
+    hint = "is not a kind of file that can be read; try: a .toml scene or a .urdf file or an .xml file of"
+    hint += " MuJoCo or a .chain file"
     with pytest.raises(eomgen.UsageError, match=hint):
         eomgen.load("rope.chains")
 

@@ -19,7 +19,7 @@ from eomgen.scene.reading.kinds import Description, Finite, Rotations, Triple, V
 from eomgen.scene.scene import GRAVITY
 from eomgen.scene.section import Section
 from eomgen.scene.sections import OWN, others, sections_for
-from eomgen.scene.sources.register import BUILT_IN, all_options
+from eomgen.scene.sources.register import BUILT_IN, all_options, formats_with
 from eomgen.scene.sources.source import Option, Source
 from eomgen.system.description import Simulation as Defaults
 from eomgen.system.terms import TERMS
@@ -27,7 +27,7 @@ from eomgen.system.terms import TERMS
 
 def _key_of(source: Source, option: Option) -> tuple[Any, Any]:
     """Return the type of an option of a source as a key of an include, and the key."""
-    description = f"{source.name}: {option.of_key or option.description}"
+    description = f"{formats_with(source, option)}: {option.of_key or option.description}"
     if isinstance(option.default, tuple):
         names = Annotated[tuple[str, ...], Field(strict=False)]
         return names, key(description, option.default, kind="list of names")

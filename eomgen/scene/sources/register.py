@@ -48,8 +48,8 @@ def sources() -> tuple[Source, ...]:
 
 
 def source_of(path: Path) -> Source | None:
-    """Return the source for a file, by the ending of its name, and by the outermost element if several sources share it;
-    None without a source."""
+    """Return the source for a file, by the ending of its name, and by the outermost element if several sources share
+    the ending; None without a source."""
     ending = path.suffix.lower()
     own = [source for source in BUILT_IN if ending in source.endings]
     if len(own) > 1:
@@ -75,6 +75,12 @@ def all_options() -> dict[str, tuple[Source, Option]]:
         for option in source.options:
             result.setdefault(option.name, (source, option))
     return result
+
+
+def formats_with(source: Source, option: Option) -> str:
+    """Return the names of the formats that have an option of a source, for texts about the option."""
+    shared = [other.name for other in BUILT_IN if source in BUILT_IN and option in other.options]
+    return ", ".join(shared or [source.name])
 
 
 def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -20,8 +20,9 @@ def convert_actuators(draft: Draft) -> None:
     model = draft.model
     efforts: dict[int, list[str]] = {}
     off = int(model.opt.disableactuator)
-    for index in range(model.nu if not hasattr(model, "nactuator") else model.nactuator):
-        place = draft.place("actuator", index, model.nu)
+    count = len(model.actuator_trntype)
+    for index in range(count):
+        place = draft.place("actuator", index, count)
         name = draft.name("signal", draft.written("actuator", index), f"actuator_{index + 1}")
         group = int(model.actuator_group[index])
         if draft.disabled("ACTUATION") or (0 <= group <= 30 and off & (1 << group)):
@@ -42,6 +43,8 @@ class _Actuator:
     def __init__(self, draft: Draft, index: int, name: str, place: Place) -> None:
         self.draft, self.model = draft, draft.model
         self.index, self.name, self.line = index, name, place
+        # before 4.0 every actuator has one control
+        self.address = int(self.model.actuator_ctrladr[index]) if hasattr(self.model, "actuator_ctrladr") else index
 
     def refuse(self, fault: str, hint: str = "a motor, and a controller in a scene that includes the file") -> None:
         self.draft.refuse(self.line, f"actuator {self.name}", fault, hint)
@@ -78,7 +81,10 @@ class _Actuator:
         armature = gear**2 * float(self.model.actuator_armature[self.index])
         if armature:
             entry["rotor_inertia"] = entry.get("rotor_inertia", 0.0) + armature
-        damping = [float(self.model.actuator_damping[self.index]), *map(float, self.model.actuator_dampingpoly[self.index])]
+        damping = [
+            float(self.model.actuator_damping[self.index]),
+            *map(float, self.model.actuator_dampingpoly[self.index]),
+        ]
         if any(damping) and not self.draft.disabled("DAMPER"):
             effort = polynomial(f"v.{name}", [gear**2 * c for c in damping], odd_power)
             own = self.draft.name("effort", "", f"{self.name}_damping")
@@ -94,7 +100,7 @@ class _Actuator:
         model, draft = self.model, self.draft
         entry: dict[str, Any] = {"description": f"control of the actuator {self.name}"}
         if draft.key >= 0:
-            value = float(model.key_ctrl[draft.key][self.index])
+            value = float(model.key_ctrl[draft.key][self.address])
             entry |= {"formula": value} if value else {}
         draft.section("inputs")[self.name] = entry
         draft.lines[f"inputs.{self.name}"] = str(self.line)
@@ -118,18 +124,18 @@ class _Actuator:
         if kind != kinds.mjDYN_INTEGRATOR:
             time = max(float(model.actuator_dynprm[self.index][0]), 1e-15)
             rate = f"({control} - {name}) / {time!r}"
-        active = name
         if model.actuator_actlimited[self.index]:
             low, high = (number(float(value)) for value in model.actuator_actrange[self.index])
             rate = f"({rate} if {low} < {name} < {high} else max({rate}, 0) if {name} <= {low} else min({rate}, 0))"
-            active = f"max({low}, min({high}, {name}))"
         entry: dict[str, Any] = {"rate": rate, "description": f"activation of the actuator {self.name}"}
         if draft.key >= 0 and (value := float(model.key_act[draft.key][int(model.actuator_actadr[self.index])])):
             entry["initial"] = value
         draft.section("states")[name] = entry
         if model.actuator_actearly[self.index]:
-            draft.notes.append(f"the actuator {self.name} acts on the present activation: actearly shifts it by one step")
-        return active
+            draft.notes.append(
+                f"the actuator {self.name} acts on the present activation: actearly shifts it by one step"
+            )
+        return name
 
     def force(self, length: str, rate: str) -> str:
         """Return the formula of the actuator's force; empty for a fault."""
@@ -167,7 +173,9 @@ class _Actuator:
         model = self.model
         affine = int(model.actuator_biastype[self.index]) == self.draft.mujoco.mjtBias.mjBIAS_AFFINE
         by_gain = int(model.actuator_gaintype[self.index]) == self.draft.mujoco.mjtGain.mjGAIN_AFFINE
-        if (affine and any(model.actuator_biasprm[self.index][1:3])) or (by_gain and any(model.actuator_gainprm[self.index][1:3])):
+        if (affine and any(model.actuator_biasprm[self.index][1:3])) or (
+            by_gain and any(model.actuator_gainprm[self.index][1:3])
+        ):
             self.refuse(f"an actuator on {what} whose force depends on length or rate is not supported")
             return ""
         if self.has_own_inertia():

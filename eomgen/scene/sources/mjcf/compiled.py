@@ -108,8 +108,8 @@ def mujoco_module() -> Any:
     except ImportError:
         fault = "MJCF is compiled by MuJoCo, and the package mujoco is not installed"
         raise UsageError(Problem("load", fault, "pip install 'eomgen[mujoco]'")) from None
-    if not hasattr(mujoco, "MjSpec"):
-        fault = f"mujoco {mujoco.__version__} has no MjSpec, which reads the file"
+    if not hasattr(mujoco.MjModel, "dof_dampingpoly"):
+        fault = f"mujoco {mujoco.__version__} is older than 3.7, whose models are read"
         raise UsageError(Problem("load", fault, "pip install -U 'eomgen[mujoco]'"))
     return mujoco
 

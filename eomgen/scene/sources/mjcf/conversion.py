@@ -3,6 +3,7 @@ are resolved there, and nothing is computed twice."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,7 @@ def mjcf_data(
     convert_tendons(draft)
     convert_equalities(draft)
     convert_actuators(draft)
+    _drop_unused_definitions(data)
     _note_the_rest(draft)
     warnings = draft.all_warnings()
     if strict:
@@ -89,20 +91,27 @@ def _keyframe(draft: Draft, wanted: str, file: str) -> int:
             draft.notes.append(f"the start is the configuration of the file; keyframe=... is one of {listed(names)}")
         return -1
     if wanted not in names:
-        raise OptionError("keyframe", f"{file} has no keyframe {shown(wanted)}", nearest(wanted, names) or "no keyframe")
+        raise OptionError(
+            "keyframe", f"{file} has no keyframe {shown(wanted)}", nearest(wanted, names) or "no keyframe"
+        )
     return names.index(wanted)
 
 
 def _refuse_other_physics(draft: Draft) -> None:
     """Report parts of MuJoCo's physics that no scene has, and that change the motion."""
     model, file = draft.model, draft.report.file
-    option = next((Place(name, found.line) for path, found, name in draft.elements.found if path == "option"), Place(file, 1))
+    option = next(
+        (Place(name, found.line) for path, found, name in draft.elements.found if path == "option"), Place(file, 1)
+    )
     if float(model.opt.density) > 0.0 or float(model.opt.viscosity) > 0.0:
         fault = "forces of the medium (density and viscosity) are not supported"
         draft.refuse(option, "option", fault, "density 0 and viscosity 0")
     for count, what in ((model.nflex, "flex (a soft body)"), (model.nplugin, "plugin")):
         if count:
-            place = next((Place(name, found.line) for path, found, name in draft.elements.found if what.split()[0] in found.tag), Place(file, 1))
+            place = next(
+                (Place(name, found.line) for path, found, name in draft.elements.found if what.split()[0] in found.tag),
+                Place(file, 1),
+            )
             draft.refuse(place, "", f"a {what} is not supported", "the file without it")
 
 
@@ -117,12 +126,26 @@ def _add_sites(draft: Draft) -> None:
         draft.lines[f"frames.{name}"] = str(draft.place("site", site, draft.model.nsite))
 
 
+def _drop_unused_definitions(data: dict[str, Any]) -> None:
+    """Remove the lengths and rates of tendons that no formula mentions."""
+    definitions = data.get("definitions", {})
+    for name in reversed(list(definitions)):
+        others = [section for key, section in data.items() if key != "definitions"]
+        others += [entry for other, entry in definitions.items() if other != name]
+        if not re.search(rf"\b{name}\b", repr(others)):
+            del definitions[name]
+    if not definitions:
+        data.pop("definitions", None)
+
+
 def _note_the_rest(draft: Draft) -> None:
     """Note contact and sensors."""
     model, file = draft.model, draft.report.file
     touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     if len(touching) > 1 and not draft.disabled("CONTACT"):
-        draft.leave_out(draft.place("geom", int(touching[0]), model.ngeom), f"not modelled: contact ({len(touching)} geoms)")
+        draft.leave_out(
+            draft.place("geom", int(touching[0]), model.ngeom), f"not modelled: contact ({len(touching)} geoms)"
+        )
     if model.npair and not draft.disabled("CONTACT"):
         draft.leave_out(Place(file, 1), f"not modelled: contact of {model.npair} pairs")
     if model.nsensor:

@@ -157,7 +157,9 @@ class Draft:
     def all_warnings(self) -> list[tuple[Place, str]]:
         """Return a place and a note for all that is left out."""
         start = Place(self.report.file, 1)
-        many = [(start, f"not modelled: {what} ({len(names)}: {listed(names)})") for what, names in self.omitted.items()]
+        many = [
+            (start, f"not modelled: {what} ({len(names)}: {listed(names)})") for what, names in self.omitted.items()
+        ]
         return [*self.warnings, *many]
 
     def disabled(self, flag: str) -> bool:

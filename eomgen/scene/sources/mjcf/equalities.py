@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from eomgen.scene.sources.mjcf.draft import Draft, LinkPlace, number, plain_power, polynomial
+from eomgen.scene.sources.mjcf.tree import HINGE
 
 
 def convert_equalities(draft: Draft) -> None:
@@ -26,10 +27,15 @@ def convert_equalities(draft: Draft) -> None:
         elif kind == kinds.mjEQ_WELD:
             _weld(draft, index, name)
         elif kind == kinds.mjEQ_JOINT:
-            _couple(draft, index, name, [f"q.{draft.joints[j]}" for j in _objects(draft, index)], _reference_angles(draft, index))
+            variables = [f"q.{draft.joints[joint]}" for joint in _objects(draft, index)]
+            turning = int(model.jnt_type[_objects(draft, index)[0]]) == HINGE
+            _couple(draft, index, name, variables, _reference_angles(draft, index), "rad" if turning else "m")
         elif kind == kinds.mjEQ_TENDON and all(number in draft.tendons for number in _objects(draft, index)):
             lengths = [draft.tendons[number] for number in _objects(draft, index)]
-            _couple(draft, index, name, lengths, [float(model.tendon_length0[k]) for k in _objects(draft, index)])
+            zeros = [float(model.tendon_length0[tendon]) for tendon in _objects(draft, index)]
+            joints = [joint for joint, _ in draft.tendon_joints[_objects(draft, index)[0]]]
+            turning = all(int(model.jnt_type[joint]) == HINGE for joint in joints)
+            _couple(draft, index, name, lengths, zeros, "rad" if turning else "m")
         else:
             fault = f"an equality of type {word} is not supported"
             draft.refuse(place, f"constraints.{name}", fault, 'connect, weld or joint; or active="false"')
@@ -93,11 +99,15 @@ def _reference_angles(draft: Draft, index: int) -> list[float]:
     return [float(model.qpos0[model.jnt_qposadr[joint]]) for joint in _objects(draft, index)]
 
 
-def _couple(draft: Draft, index: int, name: str, variables: list[str], zeros: list[float]) -> None:
-    """Add the equation y - y0 = a0 + a1 (x - x0) + ... as an equation of coordinates."""
+def _couple(draft: Draft, index: int, name: str, variables: list[str], zeros: list[float], unit: str) -> None:
+    """Add the equation y - y0 = a0 + a1 (x - x0) + ... between coordinates, or lengths of tendons."""
     coefficients = [float(value) for value in draft.model.eq_data[index][:5]]
     right = number(coefficients[0] + zeros[0])
     if len(variables) == 2 and any(coefficients[1:]):
         other = variables[1] if zeros[1] == 0.0 else f"({variables[1]} - {number(zeros[1])})"
         right += f" + {polynomial(other, coefficients[1:], plain_power)}"
-    draft.section("constraints")[name] = {"type": "formula", "equation": f"{variables[0]} - ({right})"}
+    draft.section("constraints")[name] = {
+        "type": "formula",
+        "equation": f"{variables[0]} - ({right})",
+        "unit": unit,
+    }

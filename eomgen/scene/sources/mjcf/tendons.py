@@ -42,13 +42,20 @@ def _forces(draft: Draft, index: int, name: str) -> None:
     if model.tendon_armature[index]:
         draft.refuse(place, f"tendon {name}", "a tendon with armature is not supported", "armature of its joints")
     if model.tendon_springyield[index]:
-        draft.refuse(place, f"tendon {name}", "springyield makes the spring plastic, and no scene has such springs", "springyield 0")
+        draft.refuse(
+            place,
+            f"tendon {name}",
+            "springyield makes the spring plastic, and no scene has such springs",
+            "springyield 0",
+        )
     if model.tendon_frictionloss[index] and not draft.disabled("FRICTIONLOSS"):
         draft.left_out("dry friction of tendons (frictionloss)", name)
     if model.tendon_limited[index] and not draft.disabled("LIMIT"):
         draft.left_out("limits of tendons (range)", name)
     if model.tendon_actfrclimited[index]:
-        draft.refuse(place, f"tendon {name}", "actuatorfrcrange of a tendon is not supported", "forcerange of its actuator")
+        draft.refuse(
+            place, f"tendon {name}", "actuatorfrcrange of a tendon is not supported", "forcerange of its actuator"
+        )
     stiffness = [float(model.tendon_stiffness[index]), *map(float, model.tendon_stiffnesspoly[index])]
     damping = [float(model.tendon_damping[index]), *map(float, model.tendon_dampingpoly[index])]
     terms = []
@@ -63,7 +70,10 @@ def _forces(draft: Draft, index: int, name: str) -> None:
         draft.section("definitions")[tension] = {"formula": total(terms)}
         for joint, coefficient in draft.tendon_joints[index]:
             own = draft.name("effort", "", f"{tension}_on_{draft.joints[joint]}")
-            draft.section("efforts")[own] = {"joint": draft.joints[joint], "effort": f"-({times(coefficient, tension)})"}
+            draft.section("efforts")[own] = {
+                "joint": draft.joints[joint],
+                "effort": f"-({times(coefficient, tension)})",
+            }
 
 
 def _left_or_refused(draft: Draft, index: int, name: str) -> None:

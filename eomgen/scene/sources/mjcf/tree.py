@@ -57,7 +57,9 @@ def convert_tree(draft: Draft, *, limits: bool, friction: bool) -> None:
         if link != BASE:
             draft.section("bodies")[link] |= body_entry(combined(of_link))
     if merged:
-        draft.notes.append(f"bodies without joints are parts of the ones that carry them, kept as frames: {listed(merged)}")
+        draft.notes.append(
+            f"bodies without joints are parts of the ones that carry them, kept as frames: {listed(merged)}"
+        )
     _compensate_gravity(draft)
 
 
@@ -161,7 +163,12 @@ class _Chain:
                     "effort": f"-{effort}" if effort.startswith("(") else f"-({effort})",
                 }
         if model.jnt_springyield[joint] and any(stiffness):
-            draft.refuse(line, f"joints.{name}", "springyield makes the spring plastic, and no scene has such springs", "springyield 0")
+            draft.refuse(
+                line,
+                f"joints.{name}",
+                "springyield makes the spring plastic, and no scene has such springs",
+                "springyield 0",
+            )
         self.friction_of(rate, kind, entry, name)
         self.limits_of(joint, rate, entry, name)
 

@@ -1,0 +1,115 @@
+"""MuJoCo's own equations of an MJCF file against those of the scene that is made of it.
+
+MuJoCo's free joints hold the position before the quaternion, and velocities linear in world axes before angular in body
+axes; joints have the order of the file in both. Forces are ``qfrc_passive`` + ``qfrc_actuator`` - ``qfrc_bias``:
+springs, dampers, actuators and gravity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from eomgen.pipeline.pipeline import derive
+from eomgen.scene.load import load
+from eomgen.scene.scene import Scene
+from eomgen.system.system import System
+from tests.oracles.evaluation import Array, relative_error, tape_evaluator
+from tests.oracles.states import random_states, rotation_of
+
+STATES = 20
+
+
+@dataclass
+class Imported:
+    """A file in MuJoCo and as a scene.
+
+    Attributes
+    ----------
+    scene, system : as eomgen reads the file
+    model, data : as MuJoCo compiles it, static bodies kept
+    """
+
+    scene: Scene
+    system: System
+    model: mujoco.MjModel
+    data: mujoco.MjData
+
+    @classmethod
+    def of(cls, path: Path, terms: tuple[str, ...] = ("mass", "residual"), **options: object) -> Imported:
+        scene = load(path, **options)
+        spec = mujoco.MjSpec.from_file(str(path))
+        spec.compiler.fusestatic = False
+        model = spec.compile()
+        found = cls(scene, derive(scene, list(terms)), model, mujoco.MjData(model))
+        sizes = [(factor.q_size, factor.v_size) for factor in found.system.factors]
+        assert sizes == [((7, 6), (4, 3), (1, 1), (1, 1))[kind] for kind in model.jnt_type]
+        return found
+
+    def place(self, q: Array, v: Array) -> Array:
+        """Put a state into MuJoCo's data, and return the (nv, nv) matrix from eomgen's velocities to MuJoCo's."""
+        A = np.eye(self.system.nv)
+        qpos = q.copy()
+        for factor in self.system.factors:
+            if factor.group == "SE3":
+                at, start = slice(factor.q_start, factor.q_start + 7), factor.v_start
+                qpos[at] = [*q[at][4:], *q[at][:4]]
+                A[start : start + 6, start : start + 6] = 0.0
+                A[start : start + 3, start + 3 : start + 6] = rotation_of(q[at][:4])
+                A[start + 3 : start + 6, start : start + 3] = np.eye(3)
+        self.data.qpos[:], self.data.qvel[:] = qpos, A @ v
+        return A
+
+    def equations(self, q: Array, v: Array, u: Array, z: Array) -> tuple[Array, Array, Array]:
+        """Return M, the residual at rest of accelerations (bias less forces), and the sizes of their parts."""
+        A = self.place(q, v)
+        self.data.ctrl[:], self.data.act[:] = u, z
+        mujoco.mj_fwdPosition(self.model, self.data)
+        mujoco.mj_fwdVelocity(self.model, self.data)
+        mujoco.mj_fwdActuation(self.model, self.data)
+        M = np.zeros((self.system.nv, self.system.nv))
+        mujoco.mj_fullM(self.model, self.data, M)
+        drift = np.zeros(self.system.nv)  # dA/dt v
+        for factor in self.system.factors:
+            if factor.group == "SE3":
+                omega, speed = v[factor.v_start : factor.v_start + 3], v[factor.v_start + 3 : factor.v_start + 6]
+                turned = rotation_of(q[factor.q_start : factor.q_start + 4]) @ np.cross(omega, speed)
+                drift[factor.v_start : factor.v_start + 3] = turned
+        parts = [self.data.qfrc_bias, M @ drift, -self.data.qfrc_passive, -self.data.qfrc_actuator]
+        return A.T @ M @ A, A.T @ sum(parts), np.sum([np.abs(A.T @ part) for part in parts], axis=0)
+
+    def errors(self, *, control: float = 1.0, spread: float = 1.0, seed: int = 0) -> tuple[float, float]:
+        """Return the largest relative errors of M and of the forces at random states."""
+        state = self.states(control, spread, seed)
+        evaluate = tape_evaluator(self.system)
+        own = {**state, "a": np.zeros_like(state["v"]), "lam": np.zeros((STATES, len(self.system.multipliers)))}
+        M, r = evaluate("mass", own)["M"], evaluate("residual", own)["r"]
+        expected = [self.equations(*(own[name][k] for name in ("q", "v", "u", "z"))) for k in range(STATES)]
+        mass, bias, sizes = (np.array(part) for part in zip(*expected, strict=True))
+        floor = float(np.max(np.linalg.norm(sizes, axis=1), initial=1e-9)) * 1e-3
+        return relative_error(M, mass, 2), float(
+            np.max(
+                np.linalg.norm(r[:, : self.system.nv] - bias, axis=1) / np.maximum(np.linalg.norm(sizes, axis=1), floor)
+            )
+        )
+
+    def constraints(self, q: Array) -> tuple[Array, Array]:
+        """Return matrix and violation of the constraints at a configuration, which MuJoCo's data takes too."""
+        self.place(q, np.zeros(self.system.nv))
+        evaluate = tape_evaluator(self.system)
+        state = {"q": q, "v": np.zeros(self.system.nv), "t": np.zeros(1)}
+        B = evaluate("constraint_jacobian", state)["B"]
+        return B.reshape(-1, self.system.nv), evaluate("constraint", state)["Phi"]
+
+    def states(self, control: float, spread: float, seed: int) -> dict[str, Array]:
+        rng = np.random.default_rng(seed)
+        state = dict(random_states(self.system, STATES, rng))
+        for factor in self.system.factors:
+            if factor.group == "R":
+                state["q"][:, factor.q_start] *= spread
+        state["u"] = control * rng.uniform(-1.0, 1.0, (STATES, self.system.nu))
+        state["z"] = control * rng.uniform(-1.0, 1.0, (STATES, self.system.nz))
+        return state

@@ -1,0 +1,254 @@
+"""MJCF: M and all forces as MuJoCo has them at random states, exact constraints, and a word on everything left out."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.scene.load import load
+from tests.oracles.mjcf_oracle import Imported
+
+TOLERANCE = 1e-12
+
+
+def arm(*, first: str = "", second: str = 'axis="0 1 0"', body: str = "", rest: str = "", option: str = "") -> str:
+    """Return two links on hinges ``a`` and ``b``, with an anchor beside the origin, and a free ball ``f``."""
+    return f"""<mujoco model="arm">
+  {option}
+  <worldbody>
+    <body name="upper" pos="0 0 1" euler="10 20 30">
+      <joint name="a" axis="0 1 0.2" {first}/>
+      <geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.05"/>
+      <body name="lower" pos="0.5 0 0" {body}>
+        <joint name="b" pos="0.01 0 0.02" {second}/>
+        <geom type="box" size="0.1 0.02 0.03" pos="0.1 0 0"/>
+        <body name="tip" pos="0.3 0 0" quat="1 1 0 0"><geom size="0.04" pos="0 0.01 0"/>
+          <site name="s" pos="0 0.1 0" euler="10 20 30"/></body>
+      </body>
+    </body>
+    <body name="f" pos="1 1 1" quat="0.6 0 0.8 0"><freejoint name="free"/><geom size="0.1" pos="0.01 0.02 0"/></body>
+  </worldbody>
+  {rest}
+</mujoco>"""
+
+
+def actuators(text: str) -> str:
+    return f"<actuator>{text}</actuator>"
+
+
+_TENDON = (
+    '<tendon><fixed name="t" stiffness="3 1" damping="2 1" springlength="-0.3 0.2"><joint joint="a" coef="2"/>'
+    '<joint joint="b" coef="-0.5"/></fixed></tendon>'
+)
+CASES = {
+    "plain": arm(),
+    "spring and damper": arm(first='damping="0.3" stiffness="2" springref="20" armature="0.1" ref="30"'),
+    "polynomials": arm(first='damping="0.3 0.2 0.1" stiffness="2 3 4" springref="20"'),
+    "slide": arm(second='type="slide" axis="1 1 0" ref="0.4" armature="0.3" damping="2" stiffness="4"'),
+    "ball": arm(second='type="ball" damping="0.7"'),
+    "several joints": arm(
+        first='/><joint name="c" pos="0 0.1 0" type="slide"/><joint name="d" axis="1 0 0" pos="0 1 0"'
+    ),
+    "gravcomp": arm(body='gravcomp="0.7"'),
+    "no gravity": arm(first='damping="1"', option='<option><flag gravity="disable" damper="disable"/></option>'),
+    "no springs": arm(first='stiffness="2"', option='<option gravity="1 2 3"><flag spring="disable"/></option>'),
+    "motors": arm(
+        rest=actuators('<motor joint="a" gear="3" armature="0.1" damping="0.2 0.3 0.4" ctrlrange="-0.5 0.2"/>')
+    ),
+    "servos": arm(
+        rest=actuators(
+            '<position name="p" joint="a" kp="20" kv="3" gear="2" forcerange="-4 3"/><velocity joint="b" kv="5"/>'
+            '<damper joint="b" kv="4" ctrlrange="0 1"/><general joint="a" gainprm="2" biastype="affine"'
+            ' biasprm="1 -2 -3"/>'
+        )
+    ),
+    "activations": arm(
+        rest=actuators(
+            '<intvelocity joint="a" kp="20" actrange="-0.5 0.5"/><position joint="b" kp="3" timeconst="0.1"/>'
+            '<cylinder joint="a" timeconst="0.3" area="0.1" bias="1 2 3"/>'
+        )
+    ),
+    "unclamped": arm(
+        option='<option><flag clampctrl="disable"/></option>', rest=actuators('<motor joint="a" ctrlrange="-0.1 0.1"/>')
+    ),
+    "site and free": arm(
+        rest=actuators(
+            '<motor site="s" gear="1 2 3 0.1 0.2 0.3" ctrlrange="-1 0.5"/><motor joint="free" gear="1 2 3 4 5 6"/>'
+        )
+    ),
+    "ball motor": arm(second='type="ball"', rest=actuators('<motor joint="b" gear="1 2 3 0 0 0"/>')),
+    "limited sum": arm(
+        first='actuatorfrcrange="-0.5 0.4"', rest=actuators('<motor joint="a"/><position joint="a" kp="7" kv="2"/>')
+    ),
+    "tendon": arm(
+        rest=_TENDON + actuators('<motor tendon="t" gear="2"/><position tendon="t" kp="7" kv="2" forcerange="-3 3"/>')
+    ),
+}
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "model.xml"
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_mass_and_forces_are_mujoco_s(name: str, file: Path) -> None:
+    file.write_text(CASES[name], encoding="utf-8")
+    mass, forces = Imported.of(file).errors()
+    assert mass < TOLERANCE
+    assert forces < TOLERANCE
+
+
+def test_a_difference_would_be_seen(file: Path) -> None:
+    file.write_text(CASES["spring and damper"], encoding="utf-8")
+    imported = Imported.of(file)
+    imported.model.dof_damping[0] *= 1.0 + 1e-6
+    assert imported.errors()[1] > 1e-9
+    imported.model.body_mass[1] *= 1.0 + 1e-6
+    assert imported.errors()[0] > 1e-9
+
+
+LOOP = """<mujoco>
+  <option><flag contact="disable"/></option>
+  <worldbody>
+    <body name="crank"><joint name="a" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 0.3" size="0.02"/>
+      <body name="rod" pos="0 0 0.3"><joint name="b" axis="0 1 0"/>
+        <geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.02"/><site name="end" pos="0.5 0 0"/></body></body>
+    <body name="rocker" pos="0.5 0 0"><joint name="c" axis="0 1 0" ref="10"/>
+      <geom type="capsule" fromto="0 0 0 0 0 0.3" size="0.02"/><site name="top" pos="0 0 0.3"/></body>
+  </worldbody>
+  <equality>{}</equality>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    "equality",
+    [
+        '<connect body1="rod" body2="rocker" anchor="0.5 0 0"/>',
+        '<connect site1="end" site2="top"/>',
+        '<weld body1="rod" body2="rocker" anchor="0 0 0.3"/>',
+        '<weld site1="end" site2="top"/>',
+        '<joint joint1="a" joint2="c" polycoef="0.1 2 0.3 0 0.1"/>',
+        '<joint joint1="c" polycoef="0.2 0 0 0 0"/>',
+    ],
+)
+def test_equalities_allow_the_same_velocities(equality: str, file: Path) -> None:
+    file.write_text(LOOP.format(equality), encoding="utf-8")
+    imported = Imported.of(file, terms=("constraint", "constraint_jacobian"))
+    rows, violation = imported.constraints(np.array([0.0, 0.0, np.radians(10.0)]))
+    mujoco.mj_fwdPosition(imported.model, imported.data)
+    theirs = imported.data.efc_J.reshape(-1, imported.model.nv)
+    assert np.linalg.matrix_rank(rows, 1e-9) == np.linalg.matrix_rank(theirs, 1e-9) > 0
+    assert np.linalg.matrix_rank(np.vstack([rows, theirs]), 1e-9) == np.linalg.matrix_rank(rows, 1e-9)
+    np.testing.assert_allclose(np.linalg.norm(violation), np.linalg.norm(imported.data.efc_pos), atol=1e-12)
+
+
+def test_names_frames_and_notes(file: Path) -> None:
+    file.write_text(
+        arm(
+            first='range="-90 90" frictionloss="0.2"',
+            rest='<keyframe><key name="bent" qpos="0.5 -1 1 2 3 1 0 0 0" qvel="1 2 3 4 5 0 0 0"/></keyframe>',
+        ).replace('name="tip"', 'name="tip-1"'),
+        encoding="utf-8",
+    )
+    scene = load(file)
+    assert [body.name for body in scene.bodies] == ["upper", "lower_b", "lower", "f"]
+    assert [joint.name for joint in scene.joints] == ["a", "b", "lower_fixed", "free"]
+    assert [frame.name for frame in scene.frames] == ["tip_1", "s"]
+    assert scene.notes == (
+        "the start is the configuration of the file; keyframe=... is one of bent",
+        "body 'tip-1' of the file is called tip_1",
+        "bodies without joints are parts of the ones that carry them, kept as frames: tip_1",
+        "not modelled: contact (4 geoms)",
+        "not modelled: dry friction (frictionloss) (1: a)",
+        "not modelled: limits of position (range) (1: a)",
+    )
+    assert scene.joints[0].initial_position == (0.0,)
+    bent = load(file, keyframe="bent", limits=True, friction=True)
+    assert [note for note in bent.notes if "not modelled" in note] == ["not modelled: contact (4 geoms)"]
+    assert bent.joints[0].initial_position == (0.5,)
+    assert bent.joints[3].initial_position == (1.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0)
+    assert bent.joints[3].initial_velocity == (0.0, 0.0, 0.0, 3.0, 4.0, 5.0)
+    assert bent.joints[0].stops
+    with pytest.raises(eomgen.UsageError, match=r"model\.xml has no keyframe 'bend'; try: bent"):
+        load(file, keyframe="bend")
+    with pytest.raises(
+        eomgen.DescriptionError, match=r"model\.xml:6: not modelled: contact \(4 geoms\); try: no --strict"
+    ):
+        load(file, strict=True)
+
+
+REFUSED = {
+    arm(
+        first='axes="1 0 0"'
+    ): r"model\.xml:5: MuJoCo refuses the file: Schema violation: unrecognized attribute: 'axes'",
+    arm(
+        second='type="ball" stiffness="3"'
+    ): r"model\.xml:8 \(joints\.b\): a ball joint with stiffness is not supported",
+    arm(second='type="ball" armature="3"'): r"model\.xml:8 \(joints\.b\): a ball joint with armature is not supported",
+    arm(first='stiffness="1" springyield="0.1"'): r"model\.xml:5 \(joints\.a\): springyield makes the spring plastic",
+    arm(option='<option density="1.2"/>'): r"model\.xml:2 \(option\): forces of the medium \(density and viscosity\)",
+    arm(
+        rest=actuators('\n<muscle name="m" joint="a" lengthrange="0 1"/>')
+    ): r"model\.xml:17 \(actuator m\): an actuator of type muscle",
+    arm(rest=actuators('\n<motor name="m" site="s" refsite="s"/>')): r"model\.xml:17 \(actuator m\): an actuator with a"
+    " transmission of type site",
+    "<robot/>": r"model\.xml",
+    "<mujoco><worldbody>": r"model\.xml:1: this is not XML: no element found",
+}
+
+
+@pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
+def test_what_no_scene_has_is_refused_with_its_line(text: str, file: Path) -> None:
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(eomgen.DescriptionError, match=REFUSED[text]):
+        load(file)
+
+
+def test_the_outermost_element_decides(file: Path) -> None:
+    file.write_text("<?xml version='1.0'?>\n<!-- a > b -->\n" + arm(), encoding="utf-8")
+    assert load(file).name == "arm"
+    file.write_text('<!-- <mujoco> -->\n<robot name="r"><link name="a"/></robot>', encoding="utf-8")
+    with pytest.raises(eomgen.DescriptionError, match="no joint can move"):
+        load(file)
+
+
+def test_included_files_and_meshes_are_looked_for_beside_the_file(tmp_path: Path) -> None:
+    (tmp_path / "part.xml").write_text(
+        '<mujoco>\n<worldbody>\n<body name="p"><joint name="j" type="ball" stiffness="1"/><geom size="1"/></body>'
+        "</worldbody></mujoco>",
+        encoding="utf-8",
+    )
+    (tmp_path / "whole.xml").write_text('<mujoco><include file="part.xml"/></mujoco>', encoding="utf-8")
+    with pytest.raises(eomgen.DescriptionError, match=r"part\.xml:3 \(joints\.j\): a ball joint with stiffness"):
+        load(tmp_path / "whole.xml")
+
+
+def test_a_scene_includes_a_file(tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text(arm(first='range="-90 90"'), encoding="utf-8")
+    text = 'format = 1\nname = "two"\n[include.left]\nfile = "arm.xml"\nlimits = true\nposition = [1, 0, 0]\n'
+    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+    scene = load(tmp_path / "scene.toml")
+    assert [joint.name for joint in scene.joints] == ["left_base", "left_a", "left_b", "left_lower_fixed", "left_free"]
+    assert scene.joints[1].stops
+
+
+def test_without_mujoco_the_remedy_is_the_extra(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file.write_text(arm(), encoding="utf-8")
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(eomgen.UsageError, match=r"mujoco is not installed; try: pip install 'eomgen\[mujoco\]'"):
+        load(file)
+
+
+def test_the_command_line_takes_it(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file.write_text(arm(first='range="-90 90"'), encoding="utf-8")
+    assert main(["info", str(file), "--limits", "--json"]) == 0
+    assert '"arm"' in capsys.readouterr().out
+    assert main(["info", str(file), "--keyframe", "home"]) == 2
+    assert "model.xml has no keyframe 'home'" in capsys.readouterr().err
