@@ -19,6 +19,7 @@ class IncludeKeys(TypedDict, total=False):
     actuated: bool | None
     transmissions: bool | None
     tunable: Sequence[str] | None
+    keyframe: str | None
 
 class SimulationKeys(TypedDict, total=False):
     method: str | None

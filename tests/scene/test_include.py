@@ -780,6 +780,7 @@ _PLAIN = {
     "description",
     "indices",
     "where",
+    "keyframe",
     "unit",
     "method",
     "energy",

@@ -9,7 +9,7 @@ from xml.parsers import expat
 from eomgen.errors import DescriptionError, Problem
 
 DEPTH = 100
-#: What may stand before the outermost element, by its beginning and its end.
+#: Declarations and comments before the outermost element, by beginning and end.
 _ASIDE = (("<?", "?>"), ("<!--", "-->"), ("<!", ">"))
 _TAG = re.compile(r"<([A-Za-z_][\w.:-]*)")
 _BLANK, _DECLARATION = re.compile(r"\s+"), re.compile(r"<\?xml\s")
@@ -132,7 +132,7 @@ def read_xml(text: str, file: str) -> Element:
 
 
 def root_tag(text: str) -> str:
-    """Return the tag of the outermost element of an XML text, whatever comes after; empty if there is none."""
+    """Return the tag of the outermost element of an XML text, also of one that is broken later; empty without one."""
     place = 1 if text.startswith("\ufeff") else 0
     while True:
         blank = _BLANK.match(text, place)
@@ -140,8 +140,8 @@ def root_tag(text: str) -> str:
             place = blank.end()
         ending = next((end for start, end in _ASIDE if text.startswith(start, place)), "")
         if not ending:
-            found = _TAG.match(text, place)
-            return found[1] if found else ""
+            tag = _TAG.match(text, place)
+            return tag[1] if tag else ""
         place = text.find(ending, place) + len(ending)
         if place < len(ending):
             return ""

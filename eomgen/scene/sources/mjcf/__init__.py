@@ -1,3 +1,4 @@
 """MJCF, the format of MuJoCo: compiled by MuJoCo, and converted to a scene."""
 
-__all__ = ["source"]
+#: Open to the other parts of ``scene``.
+WITHIN = ["source"]

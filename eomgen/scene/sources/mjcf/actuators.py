@@ -109,7 +109,7 @@ class _Actuator:
         return self.name
 
     def driving(self) -> str:
-        """Return what the gain multiplies: the control, or the activation, whose state is added. Empty for a fault."""
+        """Return the control, or the activation, whose state is added; empty for a fault."""
         model, draft, kinds = self.model, self.draft, self.draft.mujoco.mjtDyn
         kind = int(model.actuator_dyntype[self.index])
         if kind == kinds.mjDYN_NONE:
@@ -168,7 +168,7 @@ class _Actuator:
             result = clipped(result, *map(float, model.actuator_forcerange[self.index]))
         return result
 
-    def plain_force(self, what: str) -> str:
+    def plain_force(self, element: str) -> str:
         """Return the force of an actuator whose transmission has no length; empty for a fault."""
         model = self.model
         affine = int(model.actuator_biastype[self.index]) == self.draft.mujoco.mjtBias.mjBIAS_AFFINE
@@ -176,10 +176,10 @@ class _Actuator:
         if (affine and any(model.actuator_biasprm[self.index][1:3])) or (
             by_gain and any(model.actuator_gainprm[self.index][1:3])
         ):
-            self.refuse(f"an actuator on {what} whose force depends on length or rate is not supported")
+            self.refuse(f"an actuator on {element} whose force depends on length or rate is not supported")
             return ""
         if self.has_own_inertia():
-            self.refuse(f"an actuator on {what} with armature or damping is not supported")
+            self.refuse(f"an actuator on {element} with armature or damping is not supported")
             return ""
         return self.force("0.0", "0.0")
 

@@ -22,7 +22,7 @@ _DEEPEST = 20
 
 @dataclass(frozen=True)
 class Place:
-    """Where an element stands: name of the file for messages, and line."""
+    """Name of the file for messages, and line of an element."""
 
     file: str
     line: int
@@ -37,12 +37,12 @@ class Elements:
 
     Attributes
     ----------
-    found : all elements with their files, sections of the top level with their paths
+    every : all elements with their files, sections of the top level with their paths
     named : place by kind and name
     ordered : places by kind, in the order of the file
     """
 
-    found: list[tuple[str, Element, str]] = field(default_factory=list)
+    every: list[tuple[str, Element, str]] = field(default_factory=list)
     named: dict[tuple[str, str], Place] = field(default_factory=dict)
     ordered: dict[str, list[Place]] = field(default_factory=dict)
 
@@ -52,6 +52,11 @@ class Elements:
             return self.named[kind, name]
         places = self.ordered.get(kind, [])
         return places[number] if len(places) == count else Place(file, 1)
+
+    def first(self, tag: str, file: str) -> Place:
+        """Return the place of the first element whose tag begins so; the start of the file without one."""
+        places = (Place(name, element.line) for _, element, name in self.every if element.tag.startswith(tag))
+        return next(places, Place(file, 1))
 
 
 def elements_of(text: str, file: str, path: Path | None) -> Elements:
@@ -74,7 +79,7 @@ def _walk(result: Elements, element: Element, path: str, file: str, folder: Path
                 _walk(result, included, path, name, folder, depth + 1)
             continue
         own = f"{path}/{child.tag}" if path else child.tag
-        result.found.append((own, child, file))
+        result.every.append((own, child, file))
         kind = _kind(path, child.tag)
         if kind:
             place = Place(file, child.line)

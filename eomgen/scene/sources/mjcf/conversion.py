@@ -1,5 +1,5 @@
 """Conversion of MJCF to a scene, from the model that MuJoCo compiles: its defaults, frames, meshes and mass properties
-are resolved there, and nothing is computed twice."""
+are resolved there and are not computed again."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def mjcf_data(
     file : str
         Its name in messages.
     strict : bool
-        Refuse what would be left out with a note.
+        Refuse elements that would be left out with a note.
     path : Path, optional
         The file; without it MuJoCo compiles the text, which then names no other files.
     limits, friction : bool
@@ -99,20 +99,14 @@ def _keyframe(draft: Draft, wanted: str, file: str) -> int:
 
 def _refuse_other_physics(draft: Draft) -> None:
     """Report parts of MuJoCo's physics that no scene has, and that change the motion."""
-    model, file = draft.model, draft.report.file
-    option = next(
-        (Place(name, found.line) for path, found, name in draft.elements.found if path == "option"), Place(file, 1)
-    )
+    model, elements = draft.model, draft.elements
     if float(model.opt.density) > 0.0 or float(model.opt.viscosity) > 0.0:
         fault = "forces of the medium (density and viscosity) are not supported"
-        draft.refuse(option, "option", fault, "density 0 and viscosity 0")
-    for count, what in ((model.nflex, "flex (a soft body)"), (model.nplugin, "plugin")):
+        draft.refuse(elements.first("option", draft.report.file), "option", fault, "density 0 and viscosity 0")
+    for count, tag, name in ((model.nflex, "flex", "flex (a soft body)"), (model.nplugin, "plugin", "plugin")):
         if count:
-            place = next(
-                (Place(name, found.line) for path, found, name in draft.elements.found if what.split()[0] in found.tag),
-                Place(file, 1),
-            )
-            draft.refuse(place, "", f"a {what} is not supported", "the file without it")
+            place = elements.first(tag, draft.report.file)
+            draft.refuse(place, "", f"a {name} is not supported", "the file without it")
 
 
 def _add_sites(draft: Draft) -> None:

@@ -81,14 +81,14 @@ def odd_power(variable: str, exponent: int) -> str:
 
 @dataclass
 class Draft:
-    """What is known of the scene so far.
+    """The scene so far.
 
     Attributes
     ----------
     model : the compiled ``mujoco.MjModel``
     data, lines : of the scene, as of ``ConvertedScene``
-    notes : on conversions that change nothing
-    warnings : line, and what is left out
+    notes : on names, frames and starts
+    warnings : places and words of omissions
     taken : names that are taken, by kind
     places, joints, tendons : of bodies their places, of joints their names, of fixed tendons the definitions of their
         lengths, by number in the compiled model
@@ -127,7 +127,7 @@ class Draft:
         return self.mujoco.mj_id2name(self.model, getattr(kinds, f"mjOBJ_{kind.upper()}"), index) or ""
 
     def name(self, kind: str, written: str, default: str) -> str:
-        """Return a legal name among those of a kind, and take it."""
+        """Return a legal name that no other element of the kind has, and take it."""
         taken = self.taken.setdefault(kind, {BASE, WORLD} if kind == "body" else set(RESERVED))
         wanted = written or default
         if kind == "body" and wanted in (BASE, WORLD):
@@ -139,7 +139,7 @@ class Draft:
         return name
 
     def place(self, kind: str, index: int, count: int) -> Place:
-        """Return where an element stands."""
+        """Return file and line of an element."""
         return self.elements.place(kind, self.written(kind, index), index, count, self.report.file)
 
     def refuse(self, place: Place, key: str, fault: str, hint: str) -> None:
@@ -150,15 +150,16 @@ class Draft:
         """Note an element that has no part in the scene."""
         self.warnings.append((place, note))
 
-    def left_out(self, what: str, name: str) -> None:
+    def left_out(self, feature: str, name: str) -> None:
         """Note a property of an element that has no part in the scene; one note lists all elements."""
-        self.omitted.setdefault(what, []).append(name)
+        self.omitted.setdefault(feature, []).append(name)
 
     def all_warnings(self) -> list[tuple[Place, str]]:
         """Return a place and a note for all that is left out."""
         start = Place(self.report.file, 1)
         many = [
-            (start, f"not modelled: {what} ({len(names)}: {listed(names)})") for what, names in self.omitted.items()
+            (start, f"not modelled: {feature} ({len(names)}: {listed(names)})")
+            for feature, names in self.omitted.items()
         ]
         return [*self.warnings, *many]
 

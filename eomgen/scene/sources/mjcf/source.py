@@ -12,7 +12,7 @@ def read_mjcf(
     *,
     file: str = "model.xml",
     strict: bool = False,
-    included: bool = False,  # what MuJoCo fixes to the world is fixed to the base in any scene
+    included: bool = False,  # bodies fixed to the world are fixed to the base in any scene
     path: Path | None = None,
     limits: bool = False,
     friction: bool = False,

@@ -77,7 +77,7 @@ def _forces(draft: Draft, index: int, name: str) -> None:
 
 
 def _left_or_refused(draft: Draft, index: int, name: str) -> None:
-    """Refuse a spatial tendon with forces of its own; its actuators and equalities are refused where they stand."""
+    """Refuse a spatial tendon with forces of its own; its actuators and equalities are refused by their sections."""
     model, place = draft.model, draft.place("tendon", index, draft.model.ntendon)
     spring = [model.tendon_stiffness[index], *model.tendon_stiffnesspoly[index]]
     damper = [model.tendon_damping[index], *model.tendon_dampingpoly[index]]

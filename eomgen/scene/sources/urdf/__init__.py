@@ -1,3 +1,5 @@
 """URDF: its elements, and their conversion to a scene."""
 
 __all__ = ["source"]
+#: Open to the other sources as well.
+WITHIN = ["conversion", "reading", "source"]
