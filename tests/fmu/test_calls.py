@@ -69,6 +69,8 @@ method = "rk4"
 step = 0.01
 duration = 2.0
 """
+#: Start of the ball "raised".
+RAISED = {"left": {"position": "70 cm", "velocity": 2.0}}
 VERSIONS = [pytest.param(2, marks=pytest.mark.slow), 3]
 
 
@@ -102,9 +104,10 @@ def file_of(name: str, version: int) -> Path:
         "balls": lambda: tomllib.loads(BALLS),
         "stopped": stopped_ball,
         "ranged": ranged_ball,
+        "raised": ranged_ball,
     }
     scene = made[name]() if name in made else eomgen.load(EXAMPLES / name / "scene.toml")
-    return written(scene, version)
+    return written(scene, version, initial=RAISED if name == "raised" else None)
 
 
 class Logged:

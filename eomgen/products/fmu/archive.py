@@ -26,15 +26,16 @@ def token_of(texts: Mapping[str, str]) -> str:
 
 
 def documents(interface: Interface, **names: Any) -> dict[str, str]:
-    """Return the documentation by path: a page, and the licence of the sources."""
-    page = (
-        environment()
-        .get_template("fmu/index.html.jinja")
-        .render(interface=interface, program=interface.program, **names)
-    )
-    licence = (template_folder() / "fmu" / "LICENSE.txt").read_text(encoding="utf-8")
-    name = "license.txt" if interface.version == 3 else "eomgen.txt"
-    return {"documentation/index.html": page, f"documentation/licenses/{name}": licence}
+    """Return the documentation by path: a page, the licence of the model as far as it is stated, and the licence of
+    eomgen's part of the sources."""
+    template = environment().get_template
+    rendered = {"interface": interface, "program": interface.program, "about": interface.options.about, **names}
+    page = template("fmu/index.html.jinja").render(rendered)
+    files = {"index.html": page, "licenses/license.txt": template("fmu/license.txt.jinja").render(rendered)}
+    files["licenses/eomgen.txt"] = (template_folder() / "fmu" / "LICENSE.txt").read_text(encoding="utf-8")
+    if interface.options.about.license_text:
+        files["licenses/model.txt"] = interface.options.about.license_text
+    return {f"documentation/{name}": text for name, text in files.items()}
 
 
 def packed(files: Mapping[str, str | bytes]) -> bytes:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,20 +14,30 @@ from eomgen.cli.options import (
     check_assigned,
     debug_option,
     in_units,
+    initial_option,
     json_option,
     scene_options,
     set_option,
+    starts_of,
 )
 from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import say_notes, say_stand_in
 from eomgen.scene.sources.register import all_options, source_of
 
+if TYPE_CHECKING:
+    from eomgen.products.fmu.export import FmuFiles
+
 
 @click.command()
 @click.option("-o", "--output", "--out", "file", default=None, metavar="FILE", help="The file; NAME.fmu by default.")
-@click.option("--version", type=click.Choice(["2", "3"]), default="3", show_default=True, help="Of FMI: 2.0 or 3.0.")
+@click.option("--version", default="3", show_default=True, metavar="VERSION", help="Of FMI: 2 or 3, as 2.0 or 3.0.")
 @click.option(
-    "--type", "types", default="me,cs", show_default=True, metavar="TYPES", help="Model exchange, co-simulation."
+    "--type",
+    "types",
+    default="me,cs",
+    show_default=True,
+    metavar="TYPES",
+    help="Model exchange, co-simulation, or one of both: ME, CS.",
 )
 @click.option("--method", default=None, help="Whose stepper co-simulation has; the scene's by default.")
 @click.option(
@@ -49,7 +60,14 @@ from eomgen.scene.sources.register import all_options, source_of
     "--dae", is_flag=True, help="Importers may solve for accelerations and multipliers: FMI-LS-DAE, 1.0.0-alpha.1."
 )
 @click.option("--arrays", is_flag=True, help="Vectors are arrays, one variable each (FMI 3.0).")
+@click.option("--author", default="", metavar="TEXT", help="Of the model, for the model description.")
+@click.option("--model-version", default="", metavar="TEXT", help="Of the model, for the model description.")
+@click.option("--copyright", default="", metavar="TEXT", help="Of the model, for the model description.")
+@click.option("--license", default="", metavar="NAME", help="Of the model: MIT, proprietary ...")
+@click.option("--license-file", default=None, metavar="FILE", help="Text of the model's licence.")
+@click.option("--description", default="", metavar="TEXT", help="Of the model; the scene's by default.")
 @set_option
+@initial_option
 @scene_options
 @json_option
 @debug_option
@@ -65,7 +83,14 @@ def fmu(
     reference: bool | None,
     dae: bool,
     arrays: bool,
+    author: str,
+    model_version: str,
+    copyright: str,
+    license: str,
+    license_file: str | None,
+    description: str,
     parameters: Sequence[str],
+    initial: Sequence[str],
     as_json: bool,
     **reading: Any,
 ) -> None:
@@ -73,23 +98,25 @@ def fmu(
 
     Co-simulation steps with the scene's method and gives the bits of eomgen simulate --profile reproducible. In model
     exchange the importer integrates positions, velocities and internal states; scenes with loops are brought back onto
-    the constraints at completed steps. --set NAME=VALUE makes values the start values of parameters.
+    the constraints at completed steps. --set NAME=VALUE makes values the start values of parameters,
+    --initial NAME=VALUE of states and joints.
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imports SymPy
     from eomgen.products.fmu import export  # noqa: PLC0415
 
     described = pipeline.load_scene(scene, **reading)
     values: Mapping[str, float | str] = assignments("--set", parameters)
+    starts = assignments("--initial", initial)
     say_notes(described)
     check_assigned(described, values, {}, robot=source_of(Path(scene)) is all_options()["actuated"][0])
     values = in_units("--set", values, described.parameters)
     say_stand_in(described, method, "the FMU, which is written earlier, steps with")
     with building(described.name):
-        path = export.fmu(
+        make = partial(
+            export.fmu_files,
             described,
-            file,
-            version=int(version),
-            types=[name.strip() for name in types.split(",") if name.strip()],
+            version=version,
+            types=types,
             method=method,
             inputs=inputs,
             parameters=values or None,
@@ -98,9 +125,38 @@ def fmu(
             reference=reference,
             dae=dae,
             arrays=arrays,
+            initial=starts_of(starts, described) or None,
+            author=author,
+            model_version=model_version,
+            copyright=copyright,
+            license=license,
+            license_file=license_file,
+            description=description,
         )
+        path, made = export.written(file, make)
     if as_json:
-        print_json({"file": str(path), "version": int(version), "bytes": path.stat().st_size})
+        print_json(_facts(path, made))
     else:
         click.echo(str(path))
     say(f"{path.stat().st_size} bytes; documentation/index.html there says how to compile and use the sources")
+
+
+def _facts(path: Path, made: FmuFiles) -> dict[str, Any]:
+    """Return facts on an archive: interface, counts of variables, libraries."""
+    interface = made.interface
+    kinds = {"inputs": "input", "outputs": "output", "parameters": "parameter"}
+    rows = interface.program.method.get("events", {}).get("rows", ())
+    return {
+        "file": str(path),
+        "bytes": path.stat().st_size,
+        "version": interface.version,
+        "types": list(interface.options.types),
+        "identifier": interface.identifier,
+        "token": interface.token,
+        "states": len(interface.states),
+        **{name: len(interface.of(kind)) for name, kind in kinds.items()},
+        "event_indicators": len(rows) if interface.exchange else 0,
+        "variables": len(interface.variables),
+        "binaries": [name for name in sorted(made.files) if name.startswith("binaries/")],
+        "check": f"FMI {interface.version}.0: no findings",  # with findings nothing is written
+    }

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass, replace
-from eomgen.base.files import check_writable, make_folder, write_bytes
+from eomgen.base.files import check_writable, make_folder, nearby, read_bytes, write_bytes
 from eomgen.base.messages import nearest, shown
 from eomgen.codegen.targets.c.target import C
-from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.errors import FileError, ModelError, Problem, UsageError
 from eomgen.integrators.families.register import terms_of
 from eomgen.pipeline import pipeline
 from eomgen.products.fmu.archive import documents, packed, token_of
@@ -25,7 +26,7 @@ from eomgen.products.fmu.checks import findings
 from eomgen.products.fmu.dae import MANIFEST, dae_manifest
 from eomgen.products.fmu.dependencies import PATTERNS
 from eomgen.products.fmu.derivatives import derivative_data
-from eomgen.products.fmu.interface import NO_TOKEN, Interface, Options, interface_of, with_token
+from eomgen.products.fmu.interface import NO_TOKEN, About, Interface, Options, interface_of, with_token
 from eomgen.products.fmu.model_description import Experiment, build_description, model_description
 from eomgen.products.fmu.sources import compiled_sources, source_files, wrapper_name
 from eomgen.system.terms import PURPOSES
@@ -34,10 +35,13 @@ if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.pipeline.pipeline import Described
     from eomgen.scene.scene import Scene
+    from eomgen.simulation.simulator import Simulator
     from eomgen.system.description import Description
 
 #: Kinds of FMUs, by the names of the option.
 TYPES: Mapping[str, str] = {"me": "model exchange", "cs": "co-simulation"}
+#: Bytes of the text of a licence at most.
+_LONGEST_LICENCE = 1_000_000
 #: Communication points of the reference results at most.
 _REFERENCE = 500
 
@@ -47,7 +51,7 @@ def fmu(
     scene: Described,
     file: str | Path | None = None,
     *,
-    version: int = 3,
+    version: int | str = 3,
     types: Sequence[str] | str = ("me", "cs"),
     method: str | None = None,
     inputs: Sequence[str] = (),
@@ -58,6 +62,13 @@ def fmu(
     profile: str = "reproducible",
     dae: bool = False,
     arrays: bool = False,
+    initial: Mapping[str, Any] | None = None,
+    author: str = "",
+    model_version: str = "",
+    copyright: str = "",
+    license: str = "",
+    license_file: str | Path | None = None,
+    description: str = "",
 ) -> Path:
     """Write a scene as an FMU: model description, sources, this machine's library, documentation, reference results.
 
@@ -71,9 +82,9 @@ def fmu(
     file : path
         NAME.fmu in the present folder by default.
     version : int
-        Of FMI, 2 or 3.
+        Of FMI, 2 or 3; 2.0 and 3.0 as numbers or texts are the same.
     types : sequence of str
-        ``me`` (model exchange) and ``cs`` (co-simulation), or one of both.
+        ``me`` (model exchange) and ``cs`` (co-simulation), or one of both, in any case.
     method : str
         Method of co-simulation; the scene's by default.
     inputs : sequence of str
@@ -92,6 +103,14 @@ def fmu(
         multipliers: FMI-LS-DAE, draft 1.0.0-alpha.1.
     arrays : bool
         Whether vectors (outputs, quaternions, positions, velocities of a joint) are arrays of FMI 3.0.
+    initial : mapping
+        Initial values as of ``simulate``: the start values of the FMU, brought onto the constraints.
+    author, model_version, copyright, license : str
+        Of the model, for the model description; ``license`` is its name, such as MIT or proprietary.
+    license_file : path
+        Text of the licence of the model, for the documentation.
+    description : str
+        Of the model; the scene's by default.
     profile : str
         Of the library: ``reproducible`` (the bits of ``simulate`` with this profile), or as of ``build``.
 
@@ -110,11 +129,8 @@ def fmu(
     >>> eomgen.fmu("examples/double_pendulum_on_shaking_base/scene.toml", "pendulum.fmu").name
     'pendulum.fmu'
     """
-    path = None if file is None else Path(file)
-    if path is not None:
-        make_folder(path.parent)
-        check_writable(path)
-    made = fmu_files(
+    made = partial(
+        fmu_files,
         scene,
         version=version,
         types=types,
@@ -127,17 +143,40 @@ def fmu(
         profile=profile,
         dae=dae,
         arrays=arrays,
+        initial=initial,
+        author=author,
+        model_version=model_version,
+        copyright=copyright,
+        license=license,
+        license_file=license_file,
+        description=description,
     )
+    return written(file, made)[0]
+
+
+def written(file: str | Path | None, make: Callable[[], FmuFiles]) -> tuple[Path, FmuFiles]:
+    """Return the path of an archive that has been written, and its files.
+
+    Parameters
+    ----------
+    file : None: NAME.fmu
+    make : called once the file can be written, since models take longer
+    """
+    path = None if file is None else Path(file)
+    if path is not None:
+        make_folder(path.parent)
+        check_writable(path)
+    made = make()
     if path is None:
         path = Path(f"{made.interface.name}.fmu")
         check_writable(path)
     write_bytes(path, packed(made.files))
-    return path
+    return path, made
 
 
 @dataclass(frozen=True)
 class FmuFiles:
-    """An FMU before packing: the interface, and files by path in the archive."""
+    """An FMU before packing: the interface, and files by path in the archive, in which the check finds no faults."""
 
     interface: Interface
     files: Mapping[str, str | bytes]
@@ -146,7 +185,7 @@ class FmuFiles:
 def fmu_files(
     scene: Described,
     *,
-    version: int = 3,
+    version: int | str = 3,
     types: Sequence[str] | str = ("me", "cs"),
     method: str | None = None,
     inputs: Sequence[str] = (),
@@ -157,14 +196,23 @@ def fmu_files(
     profile: str = "reproducible",
     dae: bool = False,
     arrays: bool = False,
+    initial: Mapping[str, Any] | None = None,
+    author: str = "",
+    model_version: str = "",
+    copyright: str = "",
+    license: str = "",
+    license_file: str | Path | None = None,
+    description: str = "",
 ) -> FmuFiles:
     """Return the files of an FMU; see ``fmu``."""
-    options = _checked(version, types, inputs, dae, arrays)
+    about = About(author, model_version, copyright, license, _licence_text(license_file), description)
+    options = replace(_checked(version, types, inputs, dae, arrays), about=about)
+    version = options.version
     others = [machine_named(name, version) for name in machines]
     document = pipeline.load_scene(scene)
     described = pipeline.as_document(document)[1].describe(document)
     _check_exported(document, described, options)
-    program, refusal = _program(document, method, parameters, options)
+    program, refusal = _program(document, method, parameters, options, initial)
     if not program.method:
         name = pipeline.method_of(document, method)
         raise ModelError(f"{name} cannot run on this scene: {refusal}", "another method, by --method")
@@ -196,7 +244,7 @@ def fmu_files(
         path, library = cross_built(interface, texts, machine)
         files.setdefault(path, library)
     if binary if reference is None else reference:
-        files |= _reference(document, interface, method, parameters)
+        files |= _reference(document, interface, method, parameters, initial)
     _check(files)
     return FmuFiles(interface, files)
 
@@ -211,22 +259,43 @@ def _check(files: Mapping[str, str | bytes]) -> None:
         raise ModelError(f"the FMU would break the standard: {faults[0]}{more}", "a report to the authors of eomgen")
 
 
-def _checked(version: int, types: Sequence[str] | str, inputs: Sequence[str], dae: bool, arrays: bool) -> Options:
+def _licence_text(file: str | Path | None) -> str:
+    """Return the text of a licence. Raises FileError."""
+    if file is None:
+        return ""
+    try:
+        data = read_bytes(Path(file), _LONGEST_LICENCE)
+        if len(data) > _LONGEST_LICENCE:
+            fault = f"the text is larger than {_LONGEST_LICENCE // 1_000_000} MB"
+            raise FileError(Problem(shown(str(file)), fault, "the licence alone, as plain text"))
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise FileError(Problem(shown(str(file)), "the licence is not a text in UTF-8", "plain text")) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise FileError(
+            Problem(shown(str(file)), f"the licence cannot be read: {reason}", nearby(Path(file)))
+        ) from None
+
+
+def _checked(version: int | str, types: Sequence[str] | str, inputs: Sequence[str], dae: bool, arrays: bool) -> Options:
     """Return checked options. Raises UsageError."""
-    if version not in (2, 3):
+    number = {"2": 2, "2.0": 2, "3": 3, "3.0": 3}.get(str(version))
+    if number is None:
         raise UsageError(Problem("version", f"there is no version {shown(str(version))} of FMI here", "2 or 3"))
-    names = [types] if isinstance(types, str) else list(types)
+    given = types.split(",") if isinstance(types, str) else types
+    names = [str(name).strip().lower() for name in given]
     for name in names:
         if name not in TYPES:
-            raise UsageError(Problem("types", f"there is no type {shown(str(name))}", nearest(str(name), TYPES)))
+            raise UsageError(Problem("types", f"there is no type {shown(name)}", nearest(name, TYPES)))
     if not names:
         raise UsageError(Problem("types", "an FMU without model exchange and co-simulation has no use", "me, cs"))
-    if dae and (version != 3 or "me" not in names):
+    if dae and (number != 3 or "me" not in names):
         fault = "differential-algebraic systems are a layer over model exchange of FMI 3.0"
         raise UsageError(Problem("dae", fault, "version 3 with me"))
-    if arrays and version != 3:
+    if arrays and number != 3:
         raise UsageError(Problem("arrays", "FMI 2.0 has scalars alone", "version 3"))
-    return Options(version, tuple(name for name in TYPES if name in names), tuple(inputs), dae, arrays)
+    return Options(number, tuple(name for name in TYPES if name in names), tuple(inputs), dae, arrays)
 
 
 def _check_exported(scene: Scene, described: Description, options: Options) -> None:
@@ -242,15 +311,42 @@ def _check_exported(scene: Scene, described: Description, options: Options) -> N
 
 
 def _program(
-    scene: Scene, method: str | None, parameters: Mapping[str, float | str] | None, options: Options
+    scene: Scene,
+    method: str | None,
+    parameters: Mapping[str, float | str] | None,
+    options: Options,
+    initial: Mapping[str, Any] | None,
 ) -> tuple[Program, str]:
+    if initial:
+        scene = replace(scene, simulation=replace(scene.simulation, start="initial"))
     document, front_end = pipeline.as_document(scene)
     name = pipeline.method_of(scene, method)
     constrained = bool(scene.constraints) or scene.coordinates == "absolute"
     called = terms_of(name, constrained, bool(scene.states))
     wanted = [*PURPOSES["run"], *PURPOSES["accelerations"], "inverse_dynamics", *called, *PATTERNS]
     wanted += ["inverse_dynamics_derivatives"] if options.dae and not constrained else []
-    return pipeline.exported_program(document, front_end, C, list(dict.fromkeys(wanted)), method, parameters=parameters)
+    wanted = list(dict.fromkeys(wanted))
+    program, refusal = pipeline.exported_program(document, front_end, C, wanted, method, parameters=parameters)
+    if initial and program.method:
+        model = pipeline.built_for_run(scene, method, None, "reproducible")
+        program = _started(program, model.start(initial=initial, parameters=parameters))
+    return program, refusal
+
+
+def _started(program: Program, run: Simulator) -> Program:
+    """Return a Program that starts at the state of a run before its first step."""
+    q, v, z = (tuple(map(float, values)) for values in (run.q, run.v, run.z))
+    coordinates = (replace(item, value=value) for item, value in zip(program.coordinates, q, strict=True))
+    velocities = (replace(item, value=value) for item, value in zip(program.velocities, v, strict=True))
+    return replace(
+        program,
+        start="It starts at initial values that were given when the FMU was written.",
+        initial_q=q,
+        initial_v=v,
+        initial_z=z,
+        coordinates=tuple(coordinates),
+        velocities=tuple(velocities),
+    )
 
 
 def _flags(program: Program, options: Options, step: float) -> dict[str, str]:
@@ -265,14 +361,18 @@ def _flags(program: Program, options: Options, step: float) -> dict[str, str]:
 
 
 def _reference(
-    scene: Scene, interface: Interface, method: str | None, parameters: Mapping[str, float | str] | None
+    scene: Scene,
+    interface: Interface,
+    method: str | None,
+    parameters: Mapping[str, float | str] | None,
+    initial: Mapping[str, Any] | None,
 ) -> dict[str, str]:
     """Return the table of the motion by ``simulate``, states and outputs, as a file of reference results."""
 
     model = pipeline.built_for_run(scene, method, None, "reproducible")
     steps = scene.simulation.duration / scene.simulation.step
     every = max(1, round(steps / _REFERENCE))
-    run = model.simulate(parameters=parameters, record_every=every, error_estimate=False)
+    run = model.simulate(parameters=parameters, initial=initial, record_every=every, error_estimate=False)
     columns = {"time": run.t}
     columns |= {item.name: run.q[:, item.index] for item in interface.of("q")}
     columns |= {item.name: run.v[:, item.index] for item in interface.of("v")}

@@ -81,6 +81,25 @@ class Unknown:
 
 
 @dataclass(frozen=True)
+class About:
+    """What the user says on the model; empty texts: nothing.
+
+    Attributes
+    ----------
+    license : name, as MIT or proprietary
+    license_text : the licence in full
+    description : in place of the scene's
+    """
+
+    author: str = ""
+    version: str = ""
+    copyright: str = ""
+    license: str = ""
+    license_text: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
 class Options:
     """Options of the exported interface.
 
@@ -91,6 +110,7 @@ class Options:
     inputs : names of inputs with a formula that importers may set
     dae : whether the FMU can leave accelerations and multipliers to the importer, see ``dae.py``
     arrays : whether vectors are arrays, see ``arrays.py``
+    about : author, version, copyright, licence and description of the model
     """
 
     version: int
@@ -98,6 +118,7 @@ class Options:
     inputs: tuple[str, ...] = ()
     dae: bool = False
     arrays: bool = False
+    about: About = About()
 
 
 @dataclass(frozen=True)
@@ -207,7 +228,7 @@ def interface_of(program: Program, described: Description, options: Options) -> 
         program,
         options,
         described.name,
-        described.description or program.description,
+        options.about.description or described.description or program.description,
         tuple(made.variables),
         tuple(made.units.values()),
         structure.outputs,

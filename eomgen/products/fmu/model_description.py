@@ -76,11 +76,14 @@ def _text(root: ET.Element) -> str:
 
 def _root(interface: Interface, version: str, token: str) -> ET.Element:
     attributes = {"fmiVersion": version, "modelName": interface.name, token: interface.token}
+    about = interface.options.about
+    said = {"author": about.author, "version": about.version, "copyright": about.copyright, "license": about.license}
     return ET.Element(
         "fmiModelDescription",
         {
             **attributes,
             "description": described(interface),
+            **{name: text for name, text in said.items() if text},
             "generationTool": f"eomgen {__version__}",
             "variableNamingConvention": "structured" if interface.structured else "flat",
         },
