@@ -155,6 +155,12 @@ OF_SECOND = {
     "kinds alone": Mutant('dependencies="3 4" dep', "dep", 'index="7"', "there are kinds and no dependencies"),
     "lists in another order": Mutant("<Derivatives>", "<InitialUnknowns/><Derivatives>", "Derivatives", "follows InitialUnknowns"),
     "list without a name": Mutant("Outputs>", "Output>", "Output", "is not in the schema"),
+    "start empty": Mutant('start="2"', 'start=""', '"mass"', "is not a finite Real"),
+    "reinit of a derivative": Mutant('<Real unit="rad/s^2" derivative="5"/>', '<Real unit="rad/s^2" derivative="5" reinit="true"/>', _RATE, "reinit belongs to a state, and the variable is a derivative"),
+    "factor that is no number": Mutant('factor="57.29577951308232"', 'factor="NaN"', "DisplayUnit", "the factor nan is not finite"),
+    "range that is no number": Mutant('min="0" max="10"', 'min="NaN" max="10"', '"mass"', "min is not a number"),
+    "encoding": Mutant('encoding="UTF-8"', 'encoding="ISO-8859-1"', "line 1", 'encoding="ISO-8859-1", and the standards ask for UTF-8'),
+    "encoding of no program": Mutant('encoding="UTF-8"', 'encoding="KLINGON-7"', "line 1", "and the standards ask for UTF-8"),
     "structure missing": Mutant("ModelStructure", "Structure", "fmiModelDescription", "the element ModelStructure is missing"),
 }  # fmt: skip
 
@@ -198,6 +204,11 @@ OF_THIRD = {
     "kind of an initial unknown": Mutant('dependencies="1" dependenciesKind="constant"', 'dependencies="1" dependenciesKind="fixed"', "9", 'the kind "fixed" is not one of'),
     "dependency on a local variable": Mutant('valueReference="6" dependencies="1 2 3"', 'valueReference="6" dependencies="1 2 5"', "6", '"der(joint.angle)", does not belong'),
     "initial dependency on a derivative": Mutant('<InitialUnknown valueReference="6" dependencies="1 2 3"', '<InitialUnknown valueReference="6" dependencies="1 2 5"', "6", "does not belong to the knowns"),
+    "start empty": Mutant('start="0.5"', 'start=""', _ANGLE, 'start="" has no value'),
+    "start of an array empty": Mutant('start="0 0 0"', 'start=""', '"force"', 'start="" has no value'),
+    "reinit of a derivative": Mutant('unit="rad/s^2" derivative="4"', 'unit="rad/s^2" derivative="4" reinit="true"', _RATE, "reinit belongs to a state, and the variable is a derivative"),
+    "factor that is no number": Mutant('factor="57.29577951308232"', 'factor="NaN"', "DisplayUnit", "the factor nan is not finite"),
+    "encoding of no program": Mutant('encoding="UTF-8"', 'encoding="KLINGON-7"', "line 1", "and the standards ask for UTF-8"),
     "state that is an input": Mutant('causality="local" variability="continuous" initial="exact" declaredType="Angle"', 'causality="input" variability="continuous" declaredType="Angle"', "der(joint.angle)", "which is neither a local variable nor an output"),
 }  # fmt: skip
 
@@ -214,6 +225,8 @@ OF_BUILD = {
     "no override": Mutant('      <PreprocessorDefinition name="FMI3_OVERRIDE_FUNCTION_PREFIX" value="1" optional="true"/>\n', "", "SourceFileSet", "is not among the definitions"),
     "directory": Mutant('IncludeDirectory name="include"', 'IncludeDirectory name="headers"', "headers", "is not in the archive"),
     "element": Mutant("SourceFileSet", "Sources", "Sources", "is not in the schema"),
+    "language": Mutant('language="C99"', 'language="C98"', "SourceFileSet", 'language="C98" is not one of C89, C90'),
+    "encoding of no program": Mutant('encoding="UTF-8"', 'encoding="KLINGON-7"', "line 1", "and the standards ask for UTF-8"),
     "attribute": Mutant('SourceFile name="pendulum.c"', 'SourceFile file="pendulum.c"', "SourceFile", "name is missing"),
 }  # fmt: skip
 
@@ -264,6 +277,7 @@ def test_mutants_of_build_descriptions_are_named(name: str) -> None:
         ("sources\\extra.c", "", "is not relative with slashes"),
         ("../outside.txt", "", "is not relative with slashes"),
         ("Documentation/index.html", "", "differ in case alone"),
+        ("extra/include/fmi3FunctionTypes.h", "", "extra/include/fmi3FunctionTypes.h is the importer's"),
         ("", "documentation/index.html", "documentation has no index.html"),
         ("", "modelDescription.xml", "is not at the root of the archive"),
     ],
@@ -272,6 +286,42 @@ def test_paths_of_archives(more: str, less: str, cause: str) -> None:
     found = findings(THIRD, BUILD, names=(NAMES3 | {more}) - {"", less}, sources=SOURCES)
     assert len(found) == 1
     assert cause in found[0]
+
+
+def test_a_path_that_an_archive_has_twice() -> None:
+    found = findings(THIRD, BUILD, names=[*NAMES3, "sources/pendulum.c"], sources=SOURCES)
+    assert found == [
+        'modelDescription.xml: the path "sources/pendulum.c" is there 2 times (FMI 3.0: paths of the archive)'
+    ]
+
+
+def test_sources_that_one_type_alone_lists() -> None:
+    sources = {**SOURCES, "more.c": "int more;\n"}
+    names = {*NAMES2, "sources/more.c"}
+    text = SECOND.replace('<File name="pendulum.c"/>', '<File name="pendulum.c"/><File name="more.c"/>')
+    assert findings(text, names=names, sources=sources) == []
+    less = text.replace('<File name="more.c"/>', "", 1)
+    cause = "ModelExchange lists no source that needs sources/more.c, as others do"
+    assert findings(less, names=names, sources=sources) == [
+        f"modelDescription.xml: {cause} (FMI 2.0: lists of sources)"
+    ]
+
+
+def test_completed_steps_that_ask_for_events() -> None:
+    asking = "void completed(fmi3Boolean *enterEventMode)\n{\n    *enterEventMode = moved(c) != 0;\n}\n"
+    sources = {**SOURCES, "pendulum.c": SOURCES["pendulum.c"] + asking}
+    assert findings(THIRD, BUILD, names=NAMES3, sources=sources) == []
+    for flag in ("", 'needsCompletedIntegratorStep="false"'):
+        text = THIRD.replace('needsCompletedIntegratorStep="true"', flag)
+        (found,) = findings(text, BUILD, names=NAMES3, sources=sources)
+        assert 'ask for events after completed steps, and needsCompletedIntegratorStep is not "true"' in found
+    silent = {**SOURCES, "pendulum.c": SOURCES["pendulum.c"] + "*enterEventMode = *terminateSimulation = fmi3False;"}
+    assert findings(THIRD.replace('needsCompletedIntegratorStep="true"', ""), BUILD, names=NAMES3, sources=silent) == []
+    text = SECOND.replace(
+        'canGetAndSetFMUstate="true"', 'completedIntegratorStepNotNeeded="true" canGetAndSetFMUstate="true"', 1
+    )
+    (found,) = findings(text, names=NAMES2, sources=sources)
+    assert 'completedIntegratorStepNotNeeded is "true"' in found and "ModelExchange" in found
 
 
 def test_platforms_of_fmi_2() -> None:

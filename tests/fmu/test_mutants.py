@@ -48,6 +48,10 @@ CHANGES = {
         "initial that is not one": (r'initial="\w+"', 'initial="guess"'),
         "start of another type": (r' start="[^"]*"', ' start="x"'),
         "start of infinity": (r' start="[^"]*"', ' start="INF"'),
+        "start that is empty": (r' start="[^"]*"', ' start=""'),
+        "reinit of a derivative": (r' derivative="', ' reinit="true" derivative="'),
+        "factor of a display unit that is no number": (r'(<DisplayUnit [^>]*factor=")[^"]*', r"\1NaN"),
+        "encoding of no program": (r'encoding="UTF-8"', 'encoding="KLINGON-7"'),
         "start left out": (r'(initial="exact"[^>]*>?[^<]*(?:<Real)?[^>]*?) start="[^"]*"', r"\1"),
         "unit that is not defined": (r'(<(?:Float64|Real)[^>]* unit=")[^"]*', r"\1furlong"),
         "definition of a unit left out": (r"(?s)<Unit name=.*?</Unit>", ""),
@@ -85,3 +89,39 @@ def test_changes_of_real_descriptions_are_named(name: str, version: int) -> None
     silent = [change for change, text in applied.items() if not findings(text)]
     assert not silent
     assert len(applied) >= 45
+
+
+def _files(name: str, version: int) -> dict[str, str]:
+    made = fmu_files(EXAMPLES / name / "scene.toml", version=version, binary=False, reference=False)
+    return {path: str(text) for path, text in made.files.items()}
+
+
+def _findings(files: dict[str, str], *more: str) -> list[str]:
+    sources = {path.removeprefix("sources/"): text for path, text in files.items() if path.endswith((".c", ".h"))}
+    build = files.get("sources/buildDescription.xml", "")
+    return findings(files["modelDescription.xml"], build, names=[*files, *more], sources=sources)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_changes_of_real_archives_are_named(version: int) -> None:
+    files = _files("four_bar", version)
+    assert _findings(files) == []
+    description, model = files["modelDescription.xml"], f"sources/four_bar_fmi{version}.c"
+    (twice,) = _findings(files, model)
+    assert f'the path "{model}" is there 2 times' in twice
+    if version == 2:
+        changed = description.replace("<ModelExchange ", '<ModelExchange completedIntegratorStepNotNeeded="true" ')
+        (flag,) = _findings({**files, "modelDescription.xml": changed})
+        less = {**files, "modelDescription.xml": description.replace('<File name="four_bar.c" />', "", 1)}
+        assert any("ModelExchange lists no source that needs sources/four_bar.c" in found for found in _findings(less))
+    else:
+        changed = description.replace(' needsCompletedIntegratorStep="true"', "")
+        (flag,) = _findings({**files, "modelDescription.xml": changed})
+        (header,) = _findings(files, "documentation/fmi3Functions.h")
+        assert "documentation/fmi3Functions.h is the importer's" in header
+        build = files["sources/buildDescription.xml"]
+        (language,) = _findings({**files, "sources/buildDescription.xml": build.replace('"C99"', '"C98"')})
+        assert 'language="C98" is not one of' in language
+        less = {**files, "sources/buildDescription.xml": build.replace('<SourceFile name="four_bar.c" />', "")}
+        assert any("sources/four_bar.c is neither listed nor included" in found for found in _findings(less))
+    assert "ModelExchange" in flag and "the sources ask for events after completed steps" in flag

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -129,3 +130,14 @@ def test_the_command_takes_versions_and_types_as_people_write_them(
     }
     assert main([*words[:5], "--version", "2.1"]) == 2
     assert "there is no version '2.1' of FMI here; try: 2 or 3" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "identifier"), [("int", "int_model"), ("_Bool", "_Bool_model"), ("math", "math_model"), ("Int", "Int")]
+)
+@pytest.mark.parametrize("version", [2, 3])
+def test_names_of_scenes_that_are_words_of_c(name: str, identifier: str, version: int) -> None:
+    made = fmu_files({**tomllib.loads(BALLS), "name": name}, version=version, binary=False, reference=False)
+    text = str(made.files["modelDescription.xml"])
+    assert f'modelName="{name}"' in text and text.count(f'modelIdentifier="{identifier}"') == 2
+    assert f"sources/{identifier}_fmi{version}.c" in made.files

@@ -15,6 +15,7 @@ from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass, replace
 from eomgen.base.files import check_writable, make_folder, nearby, read_bytes, write_bytes
 from eomgen.base.messages import nearest, shown
+from eomgen.codegen.targets.c.naming import free_prefix
 from eomgen.codegen.targets.c.target import C
 from eomgen.errors import FileError, ModelError, Problem, UsageError
 from eomgen.integrators.families.register import terms_of
@@ -319,7 +320,8 @@ def _program(
 ) -> tuple[Program, str]:
     if initial:
         scene = replace(scene, simulation=replace(scene.simulation, start="initial"))
-    document, front_end = pipeline.as_document(scene)
+    identifier = free_prefix(scene.name)
+    document, front_end = pipeline.as_document(scene if identifier == scene.name else replace(scene, name=identifier))
     name = pipeline.method_of(scene, method)
     constrained = bool(scene.constraints) or scene.coordinates == "absolute"
     called = terms_of(name, constrained, bool(scene.states))

@@ -29,6 +29,8 @@ _STANDARD_HEADERS = re.compile(
 )
 
 
+#: Names of generated code.
+_TAKEN = ("main", "interface", "eg", "eomgen", "eomgen_real")
 #: Numbers of a table that stand in one line.
 _IN_ONE_LINE = 100
 #: Number of places that 16 bits can hold.
@@ -79,9 +81,21 @@ def check_prefix(prefix: str) -> str:
         raise ModelError(
             f"the model's name {prefix!r} would let {prefix}.h hide a header of C itself", f"{prefix}_model"
         )
-    if prefix.lower() in ("main", "interface", "eg", "eomgen", "eomgen_real"):
+    if prefix.lower() in _TAKEN:
         raise ModelError(f"the model's name {prefix!r} is taken by the generated code", f"{prefix}_model")
     return prefix
+
+
+def free_prefix(name: str) -> str:
+    """Return a name, followed by ``_model`` if it is a word of C or taken by headers or generated code.
+
+    Raises
+    ------
+    ModelError
+        A name that is not an identifier.
+    """
+    taken = _C_WORDS.fullmatch(name) or _STANDARD_HEADERS.fullmatch(name.lower()) or name.lower() in _TAKEN
+    return check_prefix(f"{name}_model" if taken else name)
 
 
 def check_identifier(name: str, kind: str) -> str:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import posixpath
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping
 
 from eomgen.products.fmu.checks.document import Element, Malformed, Report, parsed
 
 _C_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_ASKED = re.compile(r"\*enterEventMode\s*=(?:[^;=]+=)*([^;=]+);")
 _INCLUDED = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 #: Words of C that no identifier may be.
 _RESERVED = re.compile(
     r"auto|break|case|char|const|continue|default|do|double|else|enum|extern|float|for|goto|if|"
-    r"inline|int|long|register|restrict|return|short|signed|sizeof|static|struct|switch|typedef|union|unsigned|void|volatile|while"
+    r"inline|int|long|register|restrict|return|short|signed|sizeof|static|struct|switch|typedef|union|unsigned|void|volatile|while|_Bool|_Complex|_Imaginary"
 )
 _PLATFORMS2 = ("win32", "win64", "linux32", "linux64", "darwin32", "darwin64")
 _PLATFORM3 = re.compile(
@@ -21,6 +23,11 @@ _PLATFORM3 = re.compile(
 )
 _ENDINGS = {"win": ".dll", "windows": ".dll", "linux": ".so", "darwin": ".dylib"}
 _HEADERS = ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h")
+#: Languages of sources in build descriptions.
+_LANGUAGES = (
+    *("C89", "C90", "C95", "C99", "C11", "C17", "C18", "C23"),
+    *("C++98", "C++03", "C++11", "C++14", "C++17", "C++20", "C++23"),
+)
 _INTERFACES = ("ModelExchange", "CoSimulation", "ScheduledExecution")
 #: Elements of a build description with the required attributes.
 _BUILD = {
@@ -49,7 +56,9 @@ def is_c_name(text: str) -> bool:
 def check_names(names: Collection[str], report: Report) -> None:
     """Report paths that an archive must not have."""
     lower = dict[str, str]()
-    for name in sorted(names):
+    for name, count in sorted(Counter(iter(names)).items()):
+        if count > 1:
+            report.add(None, f'the path "{name}" is there {count} times', "paths of the archive")
         if "\\" in name or name.startswith("/") or ".." in name.split("/") or ":" in name:
             report.add(None, f'the path "{name}" is not relative with slashes', "paths of the archive")
         other = lower.setdefault(name.lower(), name)
@@ -59,6 +68,13 @@ def check_names(names: Collection[str], report: Report) -> None:
         report.add(None, "modelDescription.xml is not at the root of the archive", "files of the archive")
     if any(name.startswith("documentation/") for name in names) and "documentation/index.html" not in names:
         report.add(None, "documentation has no index.html", "documentation of the archive")
+
+
+def check_headers(names: Collection[str], report: Report) -> None:
+    """Report headers of FMI in an archive of FMI 3.0."""
+    for name in sorted(names) if report.standard.startswith("FMI 3") else ():
+        if posixpath.basename(name) in _HEADERS:
+            report.add(None, f"{name} is the importer's", "headers of FMI, which an archive must not have")
 
 
 def check_binaries(root: Element, names: Collection[str], report: Report) -> None:
@@ -158,7 +174,9 @@ def _check_configurations(root: Element, build: Element, report: Report) -> None
 
 
 def _check_files(files: Element, names: Collection[str], report: Report) -> None:
-    sources = files.all("SourceFile")
+    sources, language = files.all("SourceFile"), files.attributes.get("language")
+    if language is not None and language not in _LANGUAGES:
+        report.add(files, f'language="{language}" is not one of {", ".join(_LANGUAGES)}', "SourceFileSet")
     if not sources:
         report.add(files, "there is no SourceFile", "SourceFileSet")
     seen = set[str]()
@@ -189,31 +207,53 @@ def _check_files(files: Element, names: Collection[str], report: Report) -> None
         report.add(files, cause, "prefix of functions")
 
 
-def check_source_texts(root: Element, sources: Mapping[str, str], listed: Collection[str], report: Report) -> None:
-    """Report C without the token or the identifier of the model, files that no other includes, and headers of FMI.
+def check_source_texts(
+    root: Element, sources: Mapping[str, str], lists: Mapping[str, Collection[str]], report: Report
+) -> None:
+    """Report C without the token or the identifier of the model, files that no other includes, and completed steps that
+    ask for events without the flag.
 
     Parameters
     ----------
     sources : texts by path in ``sources``
-    listed : names that compilers are given
+    lists : names that compilers are given, by the element that lists them
     """
     third = report.standard.startswith("FMI 3")
     key = "instantiationToken" if third else "guid"
     token = root.attributes.get(key, "")
     if not any(f'"{token}"' in text for text in sources.values()):
         report.add(root, f'{key}="{token}" is in no source', f"{key}, which instances are checked against")
-    reached = _reached(sources, listed)
+    each = {element: _reached(sources, listed) for element, listed in lists.items()}
+    reached = set[str]().union(*each.values())
     for name in sorted(set(sources) - reached):
         if name.endswith((".c", ".h")):
             report.add(None, f"sources/{name} is neither listed nor included", "sources")
-    for name in sorted(sources):
-        if third and posixpath.basename(name) in _HEADERS:
-            report.add(None, f"sources/{name} is the importer's", "headers of FMI, which an archive must not have")
+    for element, own in each.items():
+        for name in sorted(reached - own):
+            report.add(None, f"{element} lists no source that needs sources/{name}, as others do", "lists of sources")
+    _check_completed_steps(root, sources, report)
     macro = "FMI3_FUNCTION_PREFIX" if third else "FMI2_FUNCTION_PREFIX"
     defined = {x for text in sources.values() for x in re.findall(rf"#\s*define\s+{macro}\s+(\w+)", text)}
     for identifier in sorted({element.attributes.get("modelIdentifier", "") for element in interfaces(root)}):
         if f"{identifier}_" not in defined:
             report.add(root, f"no source defines {macro} as {identifier}_", "prefix of functions")
+
+
+def _check_completed_steps(root: Element, sources: Mapping[str, str], report: Report) -> None:
+    """Report completed steps that may ask for an event, and model exchange that does not say so."""
+    values = {value.strip() for text in sources.values() for value in _ASKED.findall(text)}
+    exchange = root.first("ModelExchange")
+    if exchange is None or not values - {"fmi2False", "fmi3False"}:
+        return
+    flags = exchange.attributes
+    if report.standard.startswith("FMI 3"):
+        missing = flags.get("needsCompletedIntegratorStep") not in ("true", "1")
+        cause = 'the sources ask for events after completed steps, and needsCompletedIntegratorStep is not "true"'
+    else:
+        missing = flags.get("completedIntegratorStepNotNeeded") in ("true", "1")
+        cause = 'the sources ask for events after completed steps, and completedIntegratorStepNotNeeded is "true"'
+    if missing:
+        report.add(exchange, cause, "completed steps")
 
 
 def _reached(sources: Mapping[str, str], listed: Collection[str]) -> set[str]:

@@ -80,12 +80,18 @@ def parsed(text: str) -> Element:
     def document_type(*_: object) -> None:
         raise Malformed(parser.CurrentLineNumber, "a document type definition is not allowed")
 
+    def declaration(_version: str, encoding: str | None, _standalone: int) -> None:
+        if encoding is not None and encoding.upper() != "UTF-8":
+            raise Malformed(parser.CurrentLineNumber, f'encoding="{encoding}", and the standards ask for UTF-8')
+
     parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.StartDoctypeDeclHandler = document_type
+    parser.StartDoctypeDeclHandler, parser.XmlDeclHandler = document_type, declaration
     try:
         parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
         raise Malformed(error.lineno, expat.ErrorString(error.code)) from None
+    except LookupError as error:  # of encodings that Python has not
+        raise Malformed(parser.CurrentLineNumber, f"{error}, and the standards ask for UTF-8") from None
     return roots[0]
 
 

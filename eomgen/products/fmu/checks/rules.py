@@ -11,6 +11,7 @@ from collections.abc import Collection, Mapping
 from eomgen.products.fmu.checks.archive import (
     check_binaries,
     check_build_description,
+    check_headers,
     check_names,
     check_second_sources,
     check_source_texts,
@@ -78,21 +79,29 @@ def findings(
         check_second_sources(root, names, report) if names else None
     elif build_description or names:
         of_build = check_build_description(root, build_description, names, report)
+    check_headers({*names, *(f"sources/{name}" for name in sources or ())}, report)
     if sources is not None:
         check_source_texts(root, sources, _listed(root, build_description), report)
     of_manifest = manifest_findings(manifest, variables) if manifest else []
     return [*report.findings, *of_build, *of_manifest]
 
 
-def _listed(root: Element, build_description: str) -> list[str]:
-    """Return the names of the sources that compilers are given, in order."""
+def _listed(root: Element, build_description: str) -> dict[str, list[str]]:
+    """Return the names of the sources that compilers are given, by the element that lists them."""
     if not build_description:
-        return [x.attributes.get("name", "") for element, _ in root.walk() for x in element.all("File")]
+        return {x.tag: _names(x, "File") for x in interfaces(root)}
     try:
         build = parsed(build_description)
     except Malformed:
-        return []
-    return [x.attributes.get("name", "") for element, _ in build.walk() for x in element.all("SourceFile")]
+        return {}
+    result: dict[str, list[str]] = {}
+    for place, configuration in enumerate(build.all("BuildConfiguration"), 1):
+        result[f"BuildConfiguration {place}"] = _names(configuration, "SourceFile")
+    return result
+
+
+def _names(element: Element, tag: str) -> list[str]:
+    return [x.attributes.get("name", "") for inner, _ in element.walk() for x in inner.all(tag)]
 
 
 def _check_interfaces(root: Element, standard: Standard, report: Report) -> None:

@@ -223,7 +223,9 @@ def _check_values(variable: Variable, report: Report) -> None:
     settable = variable.initial in ("exact", "approx") or variable.causality == "input"
     if variable.kind == "Clock":
         settable, starts = False, None
-    if settable and starts is None:
+    if starts == [] and variable.size != 0:
+        report.add(element, 'start="" has no value', "start")
+    elif settable and starts is None:
         report.add(element, "there is no start value", f'start of causality="{variable.causality}"')
     if starts is not None and variable.causality == "independent":
         report.add(element, "the independent variable has a start value", "start")
@@ -238,6 +240,9 @@ def _check_range(variable: Variable, starts: Sequence[str], report: Report) -> N
     low, high = (number(variable.values.attributes.get(key, "")) for key in ("min", "max"))
     if low is not None and high is not None and low > high:
         report.add(element, f"min {low:g} is above max {high:g}", "min and max")
+    for key in ("min", "max", "nominal"):
+        if math.isnan(number(variable.values.attributes.get(key, "")) or 0.0):
+            report.add(element, f"{key} is not a number", key)
     if number(variable.values.attributes.get("nominal", "")) == 0.0:
         report.add(element, "the nominal value is zero", "nominal")
     if len(starts) > 1 and not variable.is_array:
@@ -293,6 +298,8 @@ def _check_derivative(variable: Variable, variables: Variables, convention: str,
         if variable.values.attributes.get("reinit") == "true" and not variables.is_state(variable):
             report.add(element, "reinit belongs to a state, and no variable is the derivative", "reinit")
         return
+    if variable.values.attributes.get("reinit") == "true" and not variables.is_state(variable):
+        report.add(element, "reinit belongs to a state, and the variable is a derivative", "reinit")
     state = variables.referred(key)
     if state is None or state is variable:
         report.add(element, f"derivative names the {by} {key}, which is not another variable", "derivative")
@@ -391,8 +398,12 @@ def _check_unit_definitions(units: Units, report: Report) -> None:
         for display in sorted({other for other in shown if shown.count(other) > 1}):
             report.add(unit, f'the display unit "{display}" is defined twice', "unique names of display units")
         for element in (*unit.all("BaseUnit"), *unit.all("DisplayUnit")):
-            if number(element.attributes.get("factor", "1")) == 0.0:
+            factor, offset = (number(element.attributes.get(key, "1")) for key in ("factor", "offset"))
+            if factor == 0.0:
                 report.add(element, "the factor is zero", "factor of units")
+            for key, value in (("factor", factor), ("offset", offset)):
+                if value is not None and not math.isfinite(value):
+                    report.add(element, f"the {key} {value:g} is not finite", f"{key} of units")
 
 
 def _types(root: Element, standard: Standard, report: Report) -> Iterator[Element]:
