@@ -26,8 +26,8 @@ def token_of(texts: Mapping[str, str]) -> str:
 
 
 def documents(interface: Interface, **names: Any) -> dict[str, str]:
-    """Return the documentation by path: a page, the licence of the model as far as it is stated, and the licence of
-    eomgen's part of the sources."""
+    """Return the documentation by path: a page, the licence of the model as far as the user states
+    one, and the licence of eomgen's part of the sources."""
     template = environment().get_template
     rendered = {"interface": interface, "program": interface.program, "about": interface.options.about, **names}
     page = template("fmu/index.html.jinja").render(rendered)

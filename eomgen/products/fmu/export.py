@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass, replace
 from eomgen.base.files import check_writable, make_folder, nearby, read_bytes, write_bytes
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.pipeline.pipeline import Described
     from eomgen.scene.scene import Scene
-    from eomgen.simulation.simulator import Simulator
     from eomgen.system.description import Description
 
 #: Kinds of FMUs, by the names of the option.
@@ -107,7 +107,7 @@ def fmu(
     initial : mapping
         Initial values as of ``simulate``: the start values of the FMU, brought onto the constraints.
     author, model_version, copyright, license : str
-        Of the model, for the model description; ``license`` is its name, such as MIT or proprietary.
+        Of the model, for the model description; ``license`` is a name, such as MIT or proprietary.
     license_file : path
         Text of the licence of the model, for the documentation.
     description : str
@@ -156,7 +156,7 @@ def fmu(
 
 
 def written(file: str | Path | None, make: Callable[[], FmuFiles]) -> tuple[Path, FmuFiles]:
-    """Return the path of an archive that has been written, and its files.
+    """Return the path of an archive that has been written, and the files in the archive.
 
     Parameters
     ----------
@@ -331,21 +331,21 @@ def _program(
     program, refusal = pipeline.exported_program(document, front_end, C, wanted, method, parameters=parameters)
     if initial and program.method:
         model = pipeline.built_for_run(scene, method, None, "reproducible")
-        program = _started(program, model.start(initial=initial, parameters=parameters))
+        run = model.start(initial=initial, parameters=parameters)
+        program = _started(program, run.q, run.v, run.z)
     return program, refusal
 
 
-def _started(program: Program, run: Simulator) -> Program:
-    """Return a Program that starts at the state of a run before its first step."""
-    q, v, z = (tuple(map(float, values)) for values in (run.q, run.v, run.z))
-    coordinates = (replace(item, value=value) for item, value in zip(program.coordinates, q, strict=True))
-    velocities = (replace(item, value=value) for item, value in zip(program.velocities, v, strict=True))
+def _started(program: Program, q: Array, v: Array, z: Array) -> Program:
+    """Return a Program that starts at a state."""
+    coordinates = (replace(item, value=value) for item, value in zip(program.coordinates, q.tolist(), strict=True))
+    velocities = (replace(item, value=value) for item, value in zip(program.velocities, v.tolist(), strict=True))
     return replace(
         program,
-        start="It starts at initial values that were given when the FMU was written.",
-        initial_q=q,
-        initial_v=v,
-        initial_z=z,
+        start="The run starts at initial values that were given when the FMU was written.",
+        initial_q=tuple(q.tolist()),
+        initial_v=tuple(v.tolist()),
+        initial_z=tuple(z.tolist()),
         coordinates=tuple(coordinates),
         velocities=tuple(velocities),
     )

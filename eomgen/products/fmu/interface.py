@@ -82,7 +82,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class About:
-    """What the user says on the model; empty texts: nothing.
+    """Author, version and licence of the model; texts that the user leaves out are empty.
 
     Attributes
     ----------

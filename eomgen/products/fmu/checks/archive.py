@@ -216,7 +216,7 @@ def check_source_texts(
     Parameters
     ----------
     sources : texts by path in ``sources``
-    lists : names that compilers are given, by the element that lists them
+    lists : names that compilers are given, by the listing element
     """
     third = report.standard.startswith("FMI 3")
     key = "instantiationToken" if third else "guid"

@@ -87,7 +87,7 @@ def findings(
 
 
 def _listed(root: Element, build_description: str) -> dict[str, list[str]]:
-    """Return the names of the sources that compilers are given, by the element that lists them."""
+    """Return the names of the sources that compilers are given, by the listing element."""
     if not build_description:
         return {x.tag: _names(x, "File") for x in interfaces(root)}
     try:
