@@ -11,9 +11,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from eomgen.codegen.program import Program
+from eomgen.symbolic.operations import Op
 
 #: Version of the data below; part of every cache key.
-LAYOUT_VERSION = 3
+LAYOUT_VERSION = 4
 
 #: Fields of a Program that are used only for the text in C.
 _OF_THE_TEXT = (
@@ -65,12 +66,25 @@ def stack_bytes(program: Program) -> int:
     return 8 * (of_functions + _OF_STEPPER * (program.sizes["v"] + states) + _OF_STATES * states**2)
 
 
+def loop_operations(program: Program) -> int:
+    """Return the number of operations in the bodies of loops over elements, which ``operations`` of functions do not
+    count."""
+    return sum(_operations(statement.data) for loop in program.loops for statement in loop.statements)
+
+
+def _operations(data: Any) -> int:
+    """Return the number of operations in an expression, or in the data of a statement."""
+    if not isinstance(data, tuple):
+        return 0
+    return sum(map(_operations, data)) + (bool(data) and data[0] in Op.__members__)
+
+
 def interface_layout(program: Program) -> dict[str, Any]:
     """Return sizes, names, factors, functions (numbered by position), initial state, defaults and method.
 
     Each function has ``name, description, inputs, input_sizes, outputs (name, shape, size, description), operations,
-    counts``; each of ``parameters, inputs, states, outputs`` is a list of ``name, member, value, size, unit,
-    description``.
+    counts``; ``loop_operations`` is a number; each of ``parameters, inputs, states, outputs`` is a list of ``name,
+    member, value, size, unit, description``.
     """
     layout: dict[str, Any] = {
         field.name: getattr(program, field.name)
@@ -95,6 +109,7 @@ def interface_layout(program: Program) -> dict[str, Any]:
     if functions := [dataclasses.asdict(source.python) for source in program.sources if source.python]:
         layout["python"] = functions
     layout["stack"] = stack_bytes(program)
+    layout["loop_operations"] = loop_operations(program)
     layout["layout_version"] = LAYOUT_VERSION
     plain: dict[str, Any] = json.loads(json.dumps(layout, default=dict, sort_keys=True))
     return plain

@@ -852,13 +852,13 @@ def _with_settings(data: dict[str, Any], described: Description) -> dict[str, An
         raise DescriptionError([Problem(where, p.what, p.hint) for p in error.problems]) from None
 
 
-def _is_faster_on_tape(functions: Sequence[Mapping[str, Any]], steps: float) -> bool:
+def _is_faster_on_tape(functions: Sequence[Mapping[str, Any]], loops: int, steps: float) -> bool:
     """Return whether a run of the given number of steps ends on the tape engine before the compilers of the library
-    would end."""
+    would end; ``functions`` and ``loops`` as of ``compiler_seconds``."""
     from eomgen.toolchain.compiler import processors  # noqa: PLC0415
     from eomgen.toolchain.profiles import compiler_seconds, run_seconds_on_tape  # noqa: PLC0415
 
-    compiled, on_tape = compiler_seconds(functions, processors()), run_seconds_on_tape(functions, steps)
+    compiled, on_tape = compiler_seconds(functions, processors(), loops), run_seconds_on_tape(functions, steps)
     _LOG.info("estimated %.2g s of compilers, and %.2g s of the run on the tape engine", compiled, on_tape)
     return on_tape < compiled
 
@@ -904,8 +904,14 @@ def _library(
             return cached
         on_tape = builder.varied(profile="instant")
         there = on_tape.find(content)
-        functions = map(vars, program()[0].functions) if there is None else there.layout["functions"]
-        if _is_faster_on_tape(list(functions), steps):
+        if there is None:
+            from eomgen.codegen.metadata import loop_operations  # noqa: PLC0415  # a library of the cache has a layout
+
+            made_of = program()[0]
+            functions, loops = list(map(vars, made_of.functions)), loop_operations(made_of)
+        else:
+            functions, loops = there.layout["functions"], there.layout["loop_operations"]
+        if _is_faster_on_tape(functions, loops, steps):
             return made(on_tape)
     if not builder.profile.on_tape:
         if not selection.whole or builder.profile.name in FEW_COMPILERS or builder.real != "double":

@@ -38,6 +38,8 @@ _LOADS = ("moment", "force")
 _COLOURS = ("#0B62C4", "#F08C00", "#1A9850")
 #: Rows of a map over time, and instants of a figure that a run draws into a file.
 _ROWS, _INSTANTS = 400, 6
+#: Inches of a figure in a file: left of the panels, for numbers and a label; below them; above them.
+_BESIDE, _BELOW, _ABOVE = 0.95, 0.55, 0.5
 #: Components of less than this part of the largest component of the same quantity are rounding errors, and have no map.
 _NONE = 1e-9
 
@@ -98,9 +100,14 @@ def draw_sections(solution: LoadedSolution, beams: Sequence[str], folder: Path) 
         rows = _thinned(solution.t, _ROWS)
         name, loads = _loads(solution, beam, rows)
         panels = [(quantity, index) for quantity in _LOADS for index in _present(loads, quantity)]
-        figure = new_figure((15.0, 0.6 + 2.6 * len(panels)))
-        figure.suptitle(f"{solution.metadata.get('scene', '')}: sections of the beam {name}", fontsize=11)
+        width, height = 15.0, 0.6 + 2.6 * len(panels)
+        figure = new_figure((width, height), placed=True)  # panels of one size need no measured texts
+        figure.suptitle(
+            f"{solution.metadata.get('scene', '')}: sections of the beam {name}", fontsize=11, y=1 - 0.1 / height
+        )
         axes = figure.subplots(len(panels), 2, sharex="col", squeeze=False)
+        edges = {"left": _BESIDE / width, "right": 1.0 - 0.3 * _BESIDE / width, "bottom": _BELOW / height}
+        figure.subplots_adjust(**edges, top=1.0 - _ABOVE / height, wspace=0.14, hspace=0.13)
         instants = np.unique(np.linspace(0, len(rows) - 1, _INSTANTS).astype(int))
         for number, ((left, right), (quantity, index)) in enumerate(zip(axes, panels, strict=True)):
             _along(left, _of_rows(loads, instants), quantity, index, solution.t[rows][instants], legend=number == 0)

@@ -57,6 +57,8 @@ ENGINE_FLAGS = ("-O2", "-ffp-contract=off")
 #: once; the same with the tape engine, of which the stepper alone is compiled (gcc 12, two processors: an arm of 7
 #: joints, a linkage of 4 bodies, a car of 18 bodies).
 _COMPILING, _OF_OPERATION = 0.5, 1.6e-4
+#: The same for an operation in the body of a loop over elements, as of exact beams.
+_OF_LOOP = 2.2e-4
 _ON_TAPE, _OF_TAPE = 0.25, 5e-6
 #: Seconds of an operation on the tape engine: 1e-9 to 3e-9, with the stepper, which is not optimised.
 _EVALUATED = 3e-9
@@ -99,16 +101,17 @@ STANDARD_PROFILE = os.environ.get(PROFILE_VARIABLE) or "fast"
 COMPILED_PROFILE = "fast" if STANDARD_PROFILE == "instant" else STANDARD_PROFILE
 
 
-def compiler_seconds(functions: Sequence[Mapping[str, Any]], compilers: int) -> float:
+def compiler_seconds(functions: Sequence[Mapping[str, Any]], compilers: int, loops: int = 0) -> float:
     """Return an estimate of the time that compilers take for a library.
 
     Parameters
     ----------
     functions : of the library: ``operations`` of the text, and ``counts`` of operations by kind
     compilers : number of compilers at once
+    loops : operations in the bodies of loops over elements
     """
     operations: int = sum(item["operations"] for item in functions)
-    return _COMPILING + _OF_OPERATION * operations / compilers
+    return _COMPILING + (_OF_OPERATION * operations + _OF_LOOP * loops) / compilers
 
 
 def run_seconds_on_tape(functions: Sequence[Mapping[str, Any]], steps: float) -> float:

@@ -221,6 +221,7 @@ def test_a_first_run_is_estimated_by_its_steps_and_operations() -> None:
     arm = [{"operations": 7400, "counts": {"additions": 3700, "multiplications": 3700}}]
     assert run_seconds_on_tape(arm, 1000.0) < compiler_seconds(arm, 2) < run_seconds_on_tape(arm, 100_000.0)
     assert compiler_seconds(arm, 8) < compiler_seconds(arm, 2)
+    assert compiler_seconds(arm, 2, loops=6000) == pytest.approx(compiler_seconds(arm, 2) + 0.66)
 
 
 def test_hamiltonian_systems_are_not_for_the_tape_engine() -> None:
