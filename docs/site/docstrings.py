@@ -1,15 +1,17 @@
-"""Docstrings as Sphinx takes them: bars of absolute values, ``|x|``, are text and no substitutions."""
+"""Docstrings as Sphinx takes them: bars of absolute values, ``|x|``, are text and no substitutions; classes that
+callers do not construct, whose docstrings have no section Parameters, have no signature."""
 
 from __future__ import annotations
 
+import inspect
 import re
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
-#: After numpydoc, which reads sections of the docstring.
-_LATE = 900
+#: Before and after numpydoc, which reads sections of the docstring.
+_EARLY, _LATE = 100, 900
 
 
 def escaped(line: str) -> str:
@@ -26,7 +28,14 @@ def _escape(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: li
             lines[number] = escaped(line)
 
 
+def _signature(
+    app: Sphinx, what: str, name: str, obj: Any, options: Any, signature: str, returned: str
+) -> tuple[str, str] | None:
+    return ("", "") if what == "class" and "Parameters\n---" not in (inspect.getdoc(obj) or "") else None
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Register the function that escapes bars."""
+    """Register the functions for docstrings and signatures."""
+    app.connect("autodoc-process-signature", _signature, priority=_EARLY)
     app.connect("autodoc-process-docstring", _escape, priority=_LATE)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
