@@ -85,6 +85,7 @@ coverage: $(VENV)/installed-test browser
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check --quiet .
+	$(BIN)/python -m tests.docstrings
 
 types: $(VENV)/installed-test
 	$(BIN)/mypy

@@ -58,7 +58,13 @@ class EomgenError(Exception):
         super().__init__(self.report())
 
     def report(self) -> str:
-        """Return the whole message: one line for one problem, a counted list for several, of many alike the first."""
+        """Return the whole message: one line for one problem, a counted list for several, of many alike the first.
+
+        Returns
+        -------
+        str
+            Lines of text, the first with the kind of the error.
+        """
         if len(self.problems) == 1:
             return f"{self.title}: {self.problems[0]}"
         lines = [f"{self.title}: {len(self.problems)} problems"]

@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 
 import eomgen
+from docs.site.reference import INTERNAL
 from eomgen.simulation.simulator import Simulator
+from tests.docstrings import LEFT_OUT, findings_of
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -31,18 +33,6 @@ WITHOUT_EXAMPLE = {
     "Model.section_loads",
     "Model.steady_motion",
     "Solution.plot_sections",
-}
-#: Methods for other rooms, which take objects that callers do not make.
-INTERNAL = {
-    "Model.check_left_out",
-    "Model.having",
-    "Model.in_complex",
-    "Model.stepper",
-    "Model.jumps_between",
-    "Model.stepper_in_lanes",
-    "Simulator.begin",
-    "Simulator.moved_from",
-    "Solution.later",
 }
 
 
@@ -104,3 +94,24 @@ def test_examples_run_as_they_stand(name: str, tmp_path: Path, monkeypatch: pyte
     report: list[str] = []
     runner.run(example, out=report.append)
     assert runner.tries and not runner.failures, "".join(report)
+
+
+def unclear(first: float, second: float) -> float:
+    """Adds two numbers
+
+    Parameters
+    ----------
+    first : float
+        One of them.
+    third : float
+        Another one.
+    """
+    return first + second
+
+
+def test_numpydoc_finds_what_is_wrong_with_a_docstring() -> None:
+    pytest.importorskip("numpydoc")
+    codes = {item.code for item in findings_of(f"{__name__}.unclear", sections=True)}
+    assert {"SS03", "SS05", "PR01", "PR02", "RT01"} <= codes and not codes & LEFT_OUT.keys()
+    assert not {"PR01", "RT01"} & {item.code for item in findings_of(f"{__name__}.unclear", sections=False)}
+    assert findings_of("eomgen.build", sections=True) == []

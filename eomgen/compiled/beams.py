@@ -132,7 +132,7 @@ class SectionLoads:
 
     @property
     def nodes(self) -> Array:
-        """x of the nodes at rest, (n + 1,), m."""
+        """Coordinates x of the nodes at rest, (n + 1,), m."""
         result = [0.0]
         for middle in self.x.tolist():
             result.append(2.0 * middle - result[-1])

@@ -631,7 +631,7 @@ def evaluate(
         Multipliers of the constraints (..., rows); zero if not given.
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
-    rates : array_like
+    **rates : array_like
         Time derivatives that some terms take: j, s, a_higher, u_dot, u_ddot, u_higher and base_rates.
 
     Returns

@@ -133,7 +133,7 @@ class Campbell:
 
     @property
     def damping_ratios(self) -> Array:
-        """(n, modes)"""
+        """Damping ratios of the modes, (n, modes)."""
         return np.asarray(-self.eigenvalues.real / np.abs(self.eigenvalues))
 
     @property

@@ -78,7 +78,7 @@ def load(
     task_frames : sequence of str
         Bodies and frames of the terms of frames (``frame_jacobians`` and others), in place of the file's own;
         a URDF has all.
-    options
+    **options
         For URDF: ``root``, whether the root link is ``fixed`` to the base or ``free``; ``lock``, moving joints to be
         fixed at zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints' largest
         efforts ask for; ``friction``, to take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s;

@@ -266,7 +266,7 @@ class Solution:
         ----------
         beam : str
             Name of the beam; may be left out if the scene has a single beam.
-        quantities : str
+        *quantities : str
             ``moment``, ``force``, ``curvature``, ``strain``; moment and force if none is given.
         at : times, s
             Curves along the axis at the rows nearest to these times; without times one map over time and axis for each
@@ -328,7 +328,7 @@ class Solution:
 
         Parameters
         ----------
-        names : str, or lists of str
+        *names : str, or lists of str
             ``coordinates`` (or ``q``), ``velocities`` (``v``), ``accelerations`` (``a``), ``states`` (``z``),
             ``inputs`` (``u``), ``outputs``, ``energy``; or columns by name: ``"q.hinge"``, ``"tip"``, ``"tip[0]"``,
             ``"total"``. The outputs, or else the coordinates, if none is given.
@@ -653,6 +653,11 @@ class Solution:
         """Return the largest error of ``at`` across three spacings of rows: q (an increment), ``v``, ``a``, ``z``.
 
         That exceeds the error between rows, by 3^3 to 3^6 if rows follow the motion.
+
+        Returns
+        -------
+        dict
+            Name of the array to largest error, in the unit of the array.
         """
         return largest_errors(self._rows, self.metadata)
 
@@ -757,7 +762,13 @@ class Solution:
 
     def columns(self) -> dict[str, Array]:
         """Return all columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``input.motor``, ``output.tip[0]``,
-        ``energy.total``."""
+        ``energy.total``.
+
+        Returns
+        -------
+        dict
+            Name to array (nt,), SI units.
+        """
         return columns_of(self)
 
     def __len__(self) -> int:
@@ -778,12 +789,22 @@ class Solution:
         """Return the units of the columns by name: ``s``, ``rad``, ``m/s``, ``N``; ``1`` for pure numbers.
 
         Multipliers have no unit of their own: forces or moments by the unit of the row.
+
+        Returns
+        -------
+        dict
+            Name of the column to unit.
         """
         return units_of(self)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return all columns as a pandas DataFrame over ``t``; ``attrs`` of the frame have ``units``, ``scene`` and
         ``message``.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each recorded time, with the times as index.
 
         Raises
         ------
@@ -798,6 +819,11 @@ class Solution:
         ``q``, ``v``, ``a``, ``z`` and ``multipliers`` have a second dimension with the names of the components; each
         output and energy is a variable.
 
+        Returns
+        -------
+        xarray.Dataset
+            With the dimension ``t`` and the names of components as coordinates.
+
         Raises
         ------
         UsageError
@@ -807,7 +833,18 @@ class Solution:
 
     def with_model(self, model: ModelOfRun) -> Solution:
         """Return a copy of this solution that holds the model of its run, with inputs and poses as far as they are
-        known. Callers have ``Model.attach``, which makes the argument from a model and calls this method."""
+        known. Callers have ``Model.attach``, which makes the argument from a model and calls this method.
+
+        Parameters
+        ----------
+        model : ModelOfRun
+            With the inputs, parameters and steps of the run.
+
+        Returns
+        -------
+        Solution
+            The rows are shared, not copied.
+        """
         whole, known = replace(self, model=model), vars(self).get("poses_and_scenery")
         vars(whole)["inputs"] = self.inputs
         return whole if known is None else whole._with(known)

@@ -43,7 +43,7 @@ def _method(row: Section) -> Callable[..., SceneBuilder]:
 
     called.__name__ = row.method_name
     called.__qualname__ = f"SceneBuilder.{row.method_name}"
-    describe(called, signature, documentation_of(row.method_documentation, row.entry))
+    describe(called, signature, documentation_of(row.method_documentation, row.entry, signature))
     return called
 
 
@@ -148,6 +148,11 @@ class SceneBuilder(SectionMethods):
 
     def build(self) -> Scene:
         """Return the checked scene.
+
+        Returns
+        -------
+        Scene
+            As ``eomgen.load`` gives it for a file with the same entries.
 
         Raises
         ------

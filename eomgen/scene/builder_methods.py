@@ -36,6 +36,10 @@ _TYPES: tuple[tuple[Any, str], ...] = (
     (kinds.Inertia, "Sequence[Any] | Mapping[str, Value]"),
     (RotationList, "Rotations"),
 )
+#: The argument of methods that add an entry.
+_NAME = "name : str\n    name of the entry, by which the rest of the scene refers to the entry\n"
+#: Keys that only some sources of an include have.
+_FURTHER = "**keys\n    further options of the source of the file\n"
 _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")
 
 
@@ -68,7 +72,7 @@ def enters(
             signature.bind(self, *args, **kwargs)
             return method(self, *args, **kwargs)
 
-        describe(called, signature, documentation_of(method.__doc__ or "", table.model))
+        describe(called, signature, documentation_of(method.__doc__ or "", table.model, signature))
         return called
 
     return decorated
@@ -84,10 +88,16 @@ def signature_of(row: Section) -> inspect.Signature:
     return inspect.Signature([*given, *every.values()], return_annotation="Self")
 
 
-def documentation_of(text: str, table: type[Table]) -> str:
+def documentation_of(text: str, table: type[Table], signature: inspect.Signature) -> str:
     """Return the documentation of a method: its own lines, the parameters from the schema, and the result."""
-    types = _types(table)
-    meanings = "".join(_meaning(name, types[name], field) for name, field in table.model_fields.items())
+    types, described = _types(table), table.model_fields
+    meanings = "".join(
+        _meaning(name, types[name], described[name]) if name in described else _NAME
+        for name in signature.parameters
+        if name in described or name == "name"
+    )
+    if any(item.kind is inspect.Parameter.VAR_KEYWORD for item in signature.parameters.values()):
+        meanings += _FURTHER
     own = indent(inspect.cleandoc(text), " " * 8).strip()
     returned = "Returns\n-------\nSceneBuilder\n    The same builder, for further calls."
     return own + indent(f"\n\nParameters\n----------\n{meanings}\n{returned}", " " * 8).rstrip()

@@ -318,7 +318,13 @@ class Scene:
         return tuple(joint for joint in self.joints if joint.mimic is None and joint.kind.moves)
 
     def frames_of_terms(self) -> tuple[FixedFrame, ...]:
-        """The frames that terms of frames give, in order: the task frames, else all bodies and all frames."""
+        """Return the frames that terms of frames give, in order: the task frames, else all bodies and all frames.
+
+        Returns
+        -------
+        tuple of FixedFrame
+            In the order of the arrays of these terms.
+        """
         every = {body.name: FixedFrame(body.name, body.name, ZERO_VECTOR) for body in self.bodies}
         every |= {frame.name: frame for frame in self.frames}
         return tuple(every[name] for name in self.task_frames or every)
@@ -327,6 +333,11 @@ class Scene:
         """Return the places of joints, points, frames and frames of constraints with every joint at zero.
 
         Places on geometrically exact beams are left out, because they follow from the shape of the beam.
+
+        Returns
+        -------
+        list of DesignPlace
+            Position of each place in its body and in the world, m.
         """
         placements = {
             joint.child: FramePlacement(joint.parent, joint.position, joint.orientation) for joint in self.joints

@@ -198,6 +198,8 @@ class Simulator:
 
         Parameters
         ----------
+        t : float, s
+            Not before the time of the state.
         u, end, motions : as in ``step``; ``end`` and the targets of motions hold at t
 
         Raises
@@ -621,7 +623,13 @@ class Simulator:
         self._stopped, self._found, self._begun, self._advanced = "", (), state.begun, None
 
     def copy(self) -> Simulator:
-        """Return an independent simulator of the same model in the same state, which continues to the same bits."""
+        """Return an independent simulator of the same model in the same state, which continues to the same bits.
+
+        Returns
+        -------
+        Simulator
+            Shares the compiled functions, and no state.
+        """
         other = Simulator(self._run, self._library)
         other.restore(self.state)
         other._signals, other._stopped, other.notes = self._signals, self._stopped, self.notes

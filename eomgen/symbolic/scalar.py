@@ -136,6 +136,7 @@ def plus(x: Vector, y: Vector) -> Vector:
 
 
 def minus(x: Vector, y: Vector) -> Vector:
+    """Return x - y."""
     return (x[0] - y[0], x[1] - y[1], x[2] - y[2])
 
 
@@ -144,10 +145,12 @@ def negative(x: Vector) -> Vector:
 
 
 def scaled(factor: Scalar | Number, x: Vector) -> Vector:
+    """Return factor x."""
     return (x[0] * factor, x[1] * factor, x[2] * factor)
 
 
 def dot(x: Sequence[Scalar], y: Sequence[Scalar]) -> Scalar:
+    """Return the scalar product x . y."""
     try:
         tape, sum_of_products = x[0].tape, ZERO
         for first, second in zip(x, y, strict=True):
@@ -172,6 +175,7 @@ def apply(A: Matrix, x: Vector) -> Vector:
 
 
 def transpose(A: Matrix) -> Matrix:
+    """Return A^T."""
     return ((A[0][0], A[1][0], A[2][0]), (A[0][1], A[1][1], A[2][1]), (A[0][2], A[1][2], A[2][2]))
 
 

@@ -76,7 +76,13 @@ def draw(runs: dict[str, eomgen.Solution], path: Path) -> None:
         ylabel="|tip deflection|, m", xlabel="time, s", xlim=(0, 12), ylim=(1e-4, 1e6), title="Stiffening left out"
     )
     failure.legend(frameon=False, loc="lower right")
-    late.set(ylabel="tip deflection, mm", xlabel="time, s", xlim=(RISE, 20), ylim=(-10, 13), title="Vibration after the spin-up")
+    late.set(
+        ylabel="tip deflection, mm",
+        xlabel="time, s",
+        xlim=(RISE, 20),
+        ylim=(-10, 13),
+        title="Vibration after the spin-up",
+    )
     late.legend(frameon=False, loc="upper right", ncols=2)
     run, (title, colour) = runs["with_stretch"], RUNS["with_stretch"]
     axial.plot(run.t, 1e3 * run.outputs["tip_elongation"], color=colour, label=title)

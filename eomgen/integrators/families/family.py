@@ -335,12 +335,12 @@ class Family(ABC):
 
     @abstractmethod
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        """Return the data of the templates of the family, JSON types only, and for the common templates:
+        """Return the data of the templates of the family, JSON types only.
 
-        ``input_times``, the shares of a step with a row of inputs; ``hooks``, if any: functions of the template by the
-        moment of their call: ``row`` (before a row is given), ``recorded`` (after a row), ``end`` (of a run), and
-        ``row_notes``, lines on rows for the header; true ``starts_with_rates_of_inputs``, if a start depends on the
-        last row of inputs of the first step.
+        The common templates read ``input_times``, the shares of a step with a row of inputs; ``hooks``, if any:
+        functions of the template by the moment of their call: ``row`` (before a row is given), ``recorded`` (after a
+        row), ``end`` (of a run), and ``row_notes``, lines on rows for the header; true
+        ``starts_with_rates_of_inputs``, if a start depends on the last row of inputs of the first step.
 
         Parameters
         ----------

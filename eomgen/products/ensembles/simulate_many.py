@@ -145,8 +145,8 @@ def simulate_many(
         As of ``simulate``, called with samples.
     error_estimate : bool
         As of ``simulate``, of examined samples.
-    method, rho_inf, alpha, beta, gamma, order, tolerance, initial, parameters, inputs, controllers, record_every,
-    t_start, settings, start : as of ``simulate``
+    method, rho_inf, alpha, beta, gamma, order, tolerance, initial, parameters, inputs, controllers : as of ``simulate``
+    record_every, t_start, settings, start : as of ``simulate``
 
     Returns
     -------

@@ -99,6 +99,8 @@ def fmu(
         aarch64-darwin.
     reference : bool
         Whether the archive has the motion of ``simulate`` as a table, which needs a compiler; as ``binary`` by default.
+    profile : str
+        Of the library: ``reproducible`` (the bits of ``simulate`` with this profile), or as of ``build``.
     dae : bool
         Whether importers can take the model as a differential-algebraic system and solve for accelerations and
         multipliers: FMI-LS-DAE, draft 1.0.0-alpha.1.
@@ -112,8 +114,6 @@ def fmu(
         Text of the licence of the model, for the documentation.
     description : str
         Of the model; the scene's by default.
-    profile : str
-        Of the library: ``reproducible`` (the bits of ``simulate`` with this profile), or as of ``build``.
 
     Returns
     -------

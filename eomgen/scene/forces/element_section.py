@@ -54,10 +54,12 @@ class ElementSection(Section):
     scene_field: str = "elements"
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
+        """Return the quantities that formulas may read of the elements."""
         names = reading.names_in(self.key)
         return {"offered": {kind: ElementQuantity(self.key, scope, names) for kind, scope in self.offers.items()}}
 
     def read_entry(self, name: str, entry: Any, reading: Reading) -> ForceElement:
+        """Return the force element of an entry, with its places on bodies."""
         items = reading.items
         beams = reading.document.section("beams")
         site = Site(reading.bodies, beams, items["points"], reading.values, items.get("beams", {}))

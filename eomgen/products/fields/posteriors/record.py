@@ -136,7 +136,7 @@ class Samples:
 
     @property
     def expected_acceptance(self) -> float:
-        """erfc(sqrt(mean dH)/2): the acceptance that normal errors of this mean give."""
+        """Acceptance erfc(sqrt(mean dH)/2) of normal errors with this mean."""
         return math.erfc(math.sqrt(max(self.mean_energy_error, 0.0)) / 2.0)
 
     @property

@@ -61,7 +61,7 @@ def sample(
         A function of (trajectories done, all trajectories), or True for a bar.
     checkpoint_every : float
         Time between checkpoints, s.
-    settings
+    **settings
         In place of the settings in ``[sampling]``: ``method``, ``step`` (0: found by the warm-up), ``duration`` of a
         trajectory, ``first`` (``random``, ``drift``, ``kick``), ``jitter``, ``guard``, ``chains``, ``start`` (``mode``,
         ``prior``, ``zero``, or the path of a ``.npy`` file with white fields), ``warm_up`` and ``samples`` of each

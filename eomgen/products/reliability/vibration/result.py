@@ -132,7 +132,13 @@ class RandomVibration:
         return [f"{100.0 * self.lost_variance:.2g} % of its variance is lost with the modes left out"]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain data."""
+        """Return everything as plain data.
+
+        Returns
+        -------
+        dict
+            JSON types.
+        """
         keys = ("mean", "standard_deviation", "skewness", "excess_kurtosis")
         return {
             "scene": self.scene,
@@ -159,7 +165,18 @@ class RandomVibration:
         }
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Write random.json, distribution.csv and autocovariance.csv and return the files. Raises FileError."""
+        """Write random.json, distribution.csv and autocovariance.csv and return the files. Raises FileError.
+
+        Parameters
+        ----------
+        folder : path
+            Made if it is absent.
+
+        Returns
+        -------
+        list of Path
+            The files, in this order.
+        """
         place = make_folder(Path(folder))
         columns = {"threshold": self.thresholds, "index": self.indices}
         for name, one in self.distributions.items():
@@ -175,7 +192,18 @@ class RandomVibration:
         return files
 
     def plot(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Draw the distribution, the autocovariance and the spectrum of modes, and return the files."""
+        """Draw the distribution, the autocovariance and the spectrum of modes, and return the files.
+
+        Parameters
+        ----------
+        folder : path
+            Made if it is absent.
+
+        Returns
+        -------
+        list of Path
+            The pictures.
+        """
         return draw(self, make_folder(Path(folder)))
 
 

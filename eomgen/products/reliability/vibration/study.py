@@ -140,6 +140,11 @@ def random_vibration(
     method, rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of
         ``simulate``; the method is the scene's by default
 
+    Returns
+    -------
+    RandomVibration
+        With moments, quantiles, tails and the cost of each method.
+
     Raises
     ------
     UsageError

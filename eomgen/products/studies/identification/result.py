@@ -147,7 +147,13 @@ class Identification:
         return "; ".join([text, *self.notes])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything but the residuals as plain data."""
+        """Return everything but the residuals as plain data.
+
+        Returns
+        -------
+        dict
+            JSON types.
+        """
         return {
             "scene": self.scene,
             "estimates": [dict(vars(one)) for one in self.estimates],
@@ -166,7 +172,18 @@ class Identification:
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Write identification.json, estimates.csv and residuals of each run, and return the files. Raises
-        FileError."""
+        FileError.
+
+        Parameters
+        ----------
+        folder : path
+            Made if it is absent.
+
+        Returns
+        -------
+        list of Path
+            The files, in this order.
+        """
         place = make_folder(Path(folder))
         files = [place / "identification.json", place / "estimates.csv"]
         write_text(files[0], json_text(self.to_dict()) + "\n")
@@ -184,7 +201,18 @@ class Identification:
         return files
 
     def plot(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Draw data against the model with residuals for each run, and return the files. Raises FileError."""
+        """Draw data against the model with residuals for each run, and return the files. Raises FileError.
+
+        Parameters
+        ----------
+        folder : path
+            Made if it is absent.
+
+        Returns
+        -------
+        list of Path
+            One picture for each run.
+        """
         return draw(self, make_folder(Path(folder)))
 
 

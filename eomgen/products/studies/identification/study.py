@@ -111,7 +111,8 @@ def identify(
     by : str
         ``run``: outputs of runs; ``torque``: efforts at each time with q, v and a, by the regressor. Parameters of
         ``torque`` have the names of ``regressor_parameters``; all base parameters if none is named.
-    options : ``method``, ``rho_inf``, ``alpha``, ``beta``, ``gamma``, ``inputs``, ``settings``, as of ``sensitivities``
+    **options
+        ``method``, ``rho_inf``, ``alpha``, ``beta``, ``gamma``, ``inputs``, ``settings``, as of ``sensitivities``.
 
     Returns
     -------

@@ -132,14 +132,31 @@ class Extremes:
         return counts(self.cells)
 
     def command(self, cell: Cell) -> str:
-        """Return the command that runs one cell."""
+        """Return the command that runs one cell.
+
+        Parameters
+        ----------
+        cell : Cell
+            One of ``cells``.
+
+        Returns
+        -------
+        str
+            A line for a shell.
+        """
         return f"eomgen extremes {self.source} --cell {cell.name}"
 
     def of(self, ladder: str) -> tuple[Cell, ...]:
         return tuple(cell for cell in self.cells if cell.ladder == ladder)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all attributes as JSON types."""
+        """Return all attributes as JSON types.
+
+        Returns
+        -------
+        dict
+            JSON types.
+        """
         cells = [{**asdict(cell), "command": self.command(cell)} for cell in self.cells]
         return {
             "scene": self.scene,
@@ -152,7 +169,13 @@ class Extremes:
         }
 
     def csv(self) -> str:
-        """Return the table: a row for each cell, with the command that repeats the cell."""
+        """Return the table: a row for each cell, with the command that repeats the cell.
+
+        Returns
+        -------
+        str
+            Comma-separated values with a head.
+        """
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         head = ["ladder", "value", "method", "verdict", "error", "velocity_error", "bound"]
@@ -164,7 +187,18 @@ class Extremes:
         return text.getvalue()
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write extremes.csv, extremes.json and extremes.png. Raises FileError."""
+        """Write extremes.csv, extremes.json and extremes.png. Raises FileError.
+
+        Parameters
+        ----------
+        folder : path
+            Made if it is absent.
+
+        Returns
+        -------
+        list of Path
+            The three files.
+        """
 
         made = make_folder(Path(folder))
         write_text(made / "extremes.csv", self.csv())

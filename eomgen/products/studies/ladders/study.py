@@ -289,7 +289,7 @@ def extremes(
         Go on with the cells of the folder.
     progress : callable
         Called with cells done, cells in all, and the present cell.
-    reading
+    **reading
         As of ``eomgen.load``.
 
     Returns

@@ -84,12 +84,29 @@ class RealTime:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all attributes as JSON data."""
+        """Return all attributes as JSON data.
+
+        Returns
+        -------
+        dict
+            JSON types.
+        """
         own = {name: value for name, value in vars(self).items() if name not in ("configuration", "source")}
         return {**own, **self.configuration.to_dict(), "why": self.why}
 
     def save(self, path: str | Path) -> Path:
-        """Write the scene's file with these settings and the comments of the file. Raises UsageError, FileError."""
+        """Write the scene's file with these settings and the comments of the file. Raises UsageError, FileError.
+
+        Parameters
+        ----------
+        path : path
+            New ``.toml`` file.
+
+        Returns
+        -------
+        Path
+            The file.
+        """
         write_text(Path(path), with_settings(self.source, self.simulation, "", ""))
         return Path(path)
 

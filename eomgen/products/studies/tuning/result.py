@@ -207,7 +207,13 @@ class Tuned:
         return f"{'; '.join(parts)}; measured on {self.machine['processor']}, {self.machine['compiler']}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all attributes as JSON data."""
+        """Return all attributes as JSON data.
+
+        Returns
+        -------
+        dict
+            JSON types.
+        """
         return {
             "scene": self.scene,
             "quantity": self.quantity,
@@ -238,6 +244,16 @@ class Tuned:
 
     def save(self, path: str | Path) -> Path:
         """Write the scene's file with these settings and the comments of the file.
+
+        Parameters
+        ----------
+        path : path
+            New ``.toml`` file.
+
+        Returns
+        -------
+        Path
+            The file.
 
         Raises
         ------

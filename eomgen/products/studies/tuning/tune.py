@@ -85,7 +85,7 @@ def tune(
         Whether other formulations than the scene's own may win.
     progress : callable
         Called with a word on the present work.
-    reading
+    **reading
         As of ``eomgen.load``.
 
     Returns

@@ -159,7 +159,18 @@ class Tradeoff:
     seconds: float = 0.0
 
     def error(self, point: Point) -> float:
-        """Return the error of a point, in the study's quantity and measure."""
+        """Return the error of a point, in the study's quantity and measure.
+
+        Parameters
+        ----------
+        point : Point
+            One of ``points``.
+
+        Returns
+        -------
+        float
+            Absolute or relative, as the measure says.
+        """
         return point.error_of(self.quantity, self.measure)
 
     @property
@@ -207,13 +218,35 @@ class Tradeoff:
         return tuple(result)
 
     def best(self, demand: float) -> Point | None:
-        """Return the cheapest point that meets a demand, None if none does."""
+        """Return the cheapest point that meets a demand, None if none does.
+
+        Parameters
+        ----------
+        demand : float
+            Largest error, in the quantity and measure of the study.
+
+        Returns
+        -------
+        Point or None
+            With the shortest time of those whose error is known.
+        """
         able = [p for p in self.usable if self.error(p) <= demand]
         return min(able, key=lambda p: p.seconds or math.inf, default=None)
 
     def verdict(self, point: Point) -> str:
         """Return the value of a point: ``front``, ``dominated``, ``wrong, said``, ``wrong, silent``, or the kind of
-        failure."""
+        failure.
+
+        Parameters
+        ----------
+        point : Point
+            One of ``points``.
+
+        Returns
+        -------
+        str
+            One of the words above.
+        """
         if point.ended != REACHED:
             return point.ended
         if point in self.wrong:
@@ -238,7 +271,13 @@ class Tradeoff:
         return tuple(result)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all attributes as JSON data."""
+        """Return all attributes as JSON data.
+
+        Returns
+        -------
+        dict
+            JSON types.
+        """
         return {
             "scene": self.scene,
             "quantity": self.quantity,
@@ -258,12 +297,34 @@ class Tradeoff:
         }
 
     def plot(self, path: str | Path) -> Path:
-        """Draw errors over time, the front and the failures. Raises FileError."""
+        """Draw errors over time, the front and the failures. Raises FileError.
+
+        Parameters
+        ----------
+        path : path
+            Picture, of the kind of its ending.
+
+        Returns
+        -------
+        Path
+            The picture.
+        """
         return draw(self, Path(path))
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write ``tradeoff.json``, ``tradeoff.csv`` and ``tradeoff.png`` to a folder, and return the files. Raises
-        FileError."""
+        FileError.
+
+        Parameters
+        ----------
+        folder : path
+            Made if it is absent.
+
+        Returns
+        -------
+        list of Path
+            The files, in this order.
+        """
         place = make_folder(Path(folder))
         data, table = place / "tradeoff.json", place / "tradeoff.csv"
         write_text(data, json_text(self.to_dict()) + "\n")

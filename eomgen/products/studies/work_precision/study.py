@@ -220,7 +220,7 @@ def tradeoff(
         Called with points done, points known, and a word on the present work.
     announce : callable
         Called before the runs with how many methods are to be built.
-    reading
+    **reading
         As of ``eomgen.load``.
 
     Returns

@@ -51,7 +51,7 @@ class Profile:
 
     @property
     def slope(self) -> Array:
-        """dz/dx."""
+        """Slope dz/dx of the surface."""
         return self.za / self.xa
 
     @property
