@@ -32,6 +32,8 @@ typedef struct eg_steps {
     const double *G;            /* (nh, nv): B W at the start of a step */
     const double *N;            /* (nv, nv): partials of W B^T eta in q there, */
     const double *Np;           /* (nv, np): and in the parameters; neither without holonomic ones */
+    long *plan;                 /* of the elimination, made by the first sweep */
+    double *scale;
 } eg_steps;
 
 typedef struct eg_gains {
@@ -156,7 +158,68 @@ EG_SEEN void eomgen_step_products(long steps, long rows, long columns, long dire
 EG_SEEN long eomgen_step_room(long nv, long nz, long nl, long nh, long directions)
 {
     const long n = nv + nz + nh + nl;
-    return n * n + n * nv + nv * nh + 2 * n + (n + 5 * nv + 3 * nz + 6) * directions;
+    return n * n + n * nv + nv * nh + 2 * n + (2 * n + 5 * nv + 3 * nz + 6) * directions;
+}
+
+/* Plan the elimination by steps spread over all of them. nonzero: (n, n); counts: room for 3 n. */
+EG_SEEN void eomgen_step_plan(const eg_steps *given, char *nonzero, long *counts, double *room)
+{
+    const long n = given->nv + given->nz + given->nh + given->nl;
+    const eg_gains g = eg_gains_of(given->coefficients);
+    double *S = room, *JT = S + n * n;
+    eg_plan plan = eg_plan_in(given->plan, given->scale, n);
+    long i, sample;
+    *plan.made = -1;
+    if (n < EG_SMALL)
+        return;
+    memset(nonzero, 0, (size_t)(n * n));
+    for (sample = 0; sample < EG_SAMPLES; ++sample) {
+        const eg_step at = eg_step_of(given, sample * (given->steps - 1) / (EG_SAMPLES - 1));
+        eg_matrix(given, &g, &at, JT, S);
+        for (i = 0; i < n * n; ++i)
+            nonzero[i] |= S[i] != 0.0;
+    }
+    eg_make_plan(&plan, nonzero, S, counts, n);
+}
+
+/* Factors of a step's matrix: by the plan, or with pivots of its own. */
+typedef struct eg_factors {
+    const double *S, *row, *column;
+    const long *pivot;
+    eg_plan plan;
+    int planned;
+} eg_factors;
+
+/* Factor the matrix of a step; 0: singular. */
+static int eg_factors_of(const eg_steps *given, const eg_gains *g, const eg_step *at, double *JT, double *S,
+    double *row, double *column, long *pivot, eg_factors *factors)
+{
+    const long n = given->nv + given->nz + given->nh + given->nl;
+    eg_matrix(given, g, at, JT, S);
+    factors->S = S;
+    factors->row = row;
+    factors->column = column;
+    factors->pivot = pivot;
+    factors->plan = eg_plan_in(given->plan, given->scale, n);
+    factors->planned = *factors->plan.made == 1 && eg_factor_planned(&factors->plan, S, n);
+    if (factors->planned)
+        return 1;
+    if (*factors->plan.made == 1)
+        eg_matrix(given, g, at, JT, S);
+    return eg_factor(S, row, column, pivot, n);
+}
+
+/* X := S^-1 X, or S^-T X; room: as many numbers. */
+static void eg_solve_factored(const eg_factors *f, int transposed, long n, double *X, long count, double *room)
+{
+    if (f->planned && transposed)
+        eg_solve_planned_transposed(&f->plan, f->S, n, X, count, room);
+    else if (f->planned)
+        eg_solve_planned(&f->plan, f->S, n, X, count, room);
+    else if (transposed)
+        eg_solve_transposed(f->S, f->row, f->column, f->pivot, n, X, count);
+    else
+        eg_solve(f->S, f->row, f->column, f->pivot, n, X, count);
 }
 
 /* Tangents through the steps. state, in and out, (4 nv + 3 nz, directions): dq, dv, dvdot, da, dz, dzdot, dr. dp: (np,
@@ -169,14 +232,14 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
     const long n = nv + nz + nh + nl, count = given->directions, block = nv * count, small = nz * count;
     const eg_gains g = eg_gains_of(given->coefficients);
     double *S = room, *JT = S + n * n, *row = JT + n * nv + nv * nh, *column = row + n, *x = column + n, *D = x + n * count,
-        *temporary = D + block;
+        *temporary = D + block, *solved = temporary + 6 * count;
     double *q = state, *v = q + block, *vdot = v + block, *a = vdot + block, *z = a + block, *zdot = z + small,
         *r = zdot + small;
     long k;
     for (k = 0; k < given->steps; ++k) {
         const eg_step at = eg_step_of(given, k);
-        eg_matrix(given, &g, &at, JT, S);
-        if (!eg_factor(S, row, column, pivot, n))
+        eg_factors factors;
+        if (!eg_factors_of(given, &g, &at, JT, S, row, column, pivot, &factors))
             return k;
         /* the part that the unknowns do not change */
         memcpy(D, v, (size_t)block * sizeof *D);
@@ -201,7 +264,7 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
         eg_add(x, -1.0, at.Jz, n, nz, z, count);
         eg_add(x, -1.0, at.P, n, np, dp, count);
         eg_add_scaled(x + block, -1.0, zdot, small);
-        eg_solve(S, row, column, pivot, n, x, count);
+        eg_solve_factored(&factors, 0, n, x, count, solved);
         /* the end of the step */
         memcpy(a, x, (size_t)block * sizeof *a);
         eg_add_scaled(vdot, g.to_vdot, a, block);
@@ -238,7 +301,8 @@ EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, c
     const long nv = given->nv, nz = given->nz, nl = given->nl, nh = given->nh, np = given->np;
     const long n = nv + nz + nh + nl, count = given->directions, block = nv * count, small = nz * count;
     const eg_gains g = eg_gains_of(given->coefficients);
-    double *S = room, *JT = S + n * n, *row = JT + n * nv + nv * nh, *column = row + n, *D = column + n, *temporary = D + block;
+    double *S = room, *JT = S + n * n, *row = JT + n * nv + nv * nh, *column = row + n, *D = column + n, *temporary = D + block,
+        *solved = temporary + 6 * count;
     double *q = state, *v = q + block, *vdot = v + block, *a = vdot + block, *z = a + block, *zdot = z + small,
         *r = zdot + small;
     long k;
@@ -247,9 +311,9 @@ EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, c
         const double *own = direct + k * (3 * nv + nz + nl) * count;
         const double *source = sources ? sources + k * (2 * nv + nh) * count : sources;
         double *x = multipliers + k * n * count;
+        eg_factors factors;
         long i;
-        eg_matrix(given, &g, &at, JT, S);
-        if (!eg_factor(S, row, column, pivot, n))
+        if (!eg_factors_of(given, &g, &at, JT, S, row, column, pivot, &factors))
             return k;
         eg_add_scaled(q, 1.0, own, 3 * block);
         eg_add_scaled(z, 1.0, own + 3 * block, small);
@@ -268,7 +332,7 @@ EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, c
             eg_add_scaled(x + (nv + nl) * count, 1.0, source + 2 * block, nh * count);
         for (i = 0; i < small; ++i)
             x[(nv + nl + nh) * count + i] = r[i] + g.h * g.zgamma * z[i] + g.to_zdot * zdot[i];
-        eg_solve_transposed(S, row, column, pivot, n, x, count);
+        eg_solve_factored(&factors, 1, n, x, count, solved);
         /* of the part that the unknowns do not change */
         eg_add_transposed(q, -1.0, at.Jq, n, nv, x, count);
         eg_add_transposed(v, -1.0, at.Jv, n, nv, x, count);

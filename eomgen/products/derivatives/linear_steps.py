@@ -42,7 +42,11 @@ typedef struct eg_steps {
     const double *G;
     const double *N;
     const double *Np;
+    long *plan;
+    double *scale;
 } eg_steps;
+long eomgen_plan_size(long n);
+void eomgen_step_plan(const eg_steps *given, char *nonzero, long *counts, double *room);
 void eomgen_step_products(long steps, long rows, long columns, long directions, const double *X, const double *D,
     double *Y);
 long eomgen_step_room(long nv, long nz, long nl, long nh, long directions);
@@ -86,13 +90,16 @@ class LinearSteps:
     def __init__(
         self, sizes: Mapping[str, int], factors: Sequence[Factor], coefficients: Sequence[float], eta: int
     ) -> None:
-        self._ffi, self._lib = routine(("generalized_alpha.c",), _CDEF)
+        self._ffi, self._lib = routine(("sparse_factors.c", "generalized_alpha.c"), _CDEF)
         self._nv, self._nz, self._nl, self._nh = sizes["v"], sizes["z"], sizes["lam"], eta
         turning = [factor for factor in factors if factor.group != "R"]
         self._turn = np.array([[factor.v_start, factor.v_size] for factor in turning], dtype=np.dtype("l")).reshape(
             -1, 2
         )
         self._coefficients = np.array(coefficients, dtype=float)
+        #: Order of pivots by the nonzeros of some steps, chosen at the first sweep; the first number says whether.
+        self._plan = self._ffi.new("long[]", self._lib.eomgen_plan_size(self.rows))
+        self._scale = self._ffi.new("double[]", self.rows)
 
     @property
     def rows(self) -> int:
@@ -181,7 +188,12 @@ class LinearSteps:
         sizes = {"nv": self._nv, "nz": self._nz, "nl": self._nl, "nh": self._nh, "np": parameters}
         numbers = {"steps": steps, "directions": directions, "turns": len(self._turn), "turn": turn}
         coefficients = self._doubles(self._coefficients)
-        given = self._ffi.new("eg_steps *", {**sizes, **numbers, "coefficients": coefficients, **pointers})
+        pointers |= {"coefficients": coefficients, "plan": self._plan, "scale": self._scale}
+        given = self._ffi.new("eg_steps *", {**sizes, **numbers, **pointers})
+        if not self._plan[0] and steps:
+            rows = self.rows
+            room = self._ffi.new("char[]", rows * rows), self._ffi.new("long[]", 3 * rows), self._room(1)[0]
+            self._lib.eomgen_step_plan(given, *room)
         return given, kept, pointers, turn, coefficients
 
     def _room(self, directions: int) -> tuple[Any, Any]:
