@@ -19,7 +19,7 @@
 /* Arguments of the caller. Pointers to matrices of steps: as many as there are steps, in their order. */
 typedef struct eg_steps {
     long nv, nz, nl, nh; /* velocities, internal states, rows of constraints, holonomic ones with eta */
-    long np;             /* parameters */
+    long np, nown;       /* parameters; columns of P, of the first parameters */
     long steps, directions;
     long turns;          /* rotating factors: first velocity component and size (3 or 6) of each */
     const long *turn;
@@ -27,7 +27,7 @@ typedef struct eg_steps {
     const double *Jq, *Jv, *Ja; /* (rows, nv): partials of e at the end of a step */
     const double *Jz;           /* (rows, nz) */
     const double *Jlam;         /* (rows, nl) */
-    const double *P;            /* (rows, np) */
+    const double *P;            /* (rows, nown) */
     const double *A, *T;        /* of the rotating factors, one behind the other */
     const double *G;            /* (nh, nv): B W at the start of a step */
     const double *N;            /* (nv, nv): partials of W B^T eta in q there, */
@@ -110,7 +110,7 @@ static eg_step eg_step_of(const eg_steps *given, long k)
     at.Ja = given->Ja + k * rows * nv;
     at.Jz = given->Jz + k * rows * nz;
     at.Jlam = given->Jlam + k * rows * nl;
-    at.P = given->P + k * rows * np;
+    at.P = given->P + k * rows * given->nown;
     at.A = given->A + k * turning;
     at.T = given->T + k * turning;
     at.G = given->G + k * nh * nv;
@@ -142,6 +142,50 @@ static void eg_matrix(const eg_steps *given, const eg_gains *g, const eg_step *a
         for (j = 0; j < nz; ++j)
             line[nv + nl + nh + j] = g->h * g->zgamma * at->Jz[i * nz + j] + (i == nv + j ? g->to_zdot : 0.0);
     }
+}
+
+/* Multipliers eta of velocities in steps: (B W B^T) eta = B moved. B of step k begins at B + k stride; W, (nv), is the same
+ * for all steps or, with w_stride = nv, each step's own. moved: (nv) of each step. Fills G = B W (nh, nv), eta (nh) and
+ * B^T eta (nv) of each step. room: nh nh + nh nv. Returns the number of the first step without a solution, else the number of
+ * steps. */
+EG_SEEN long eomgen_step_reactions(long steps, long nv, long nh, const double *B, long stride, const double *W,
+    long w_stride, const double *moved, double *G, double *eta, double *reaction, double *room)
+{
+    double *S = room, *BT = S + nh * nh;
+    long k, i, j;
+    for (k = 0; k < steps; ++k, B += stride, W += w_stride, moved += nv, G += nh * nv, eta += nh, reaction += nv) {
+        memset(S, 0, (size_t)(nh * nh) * sizeof *S);
+        memset(eta, 0, (size_t)nh * sizeof *eta);
+        memset(reaction, 0, (size_t)nv * sizeof *reaction);
+        for (i = 0; i < nh; ++i)
+            for (j = 0; j < nv; ++j) {
+                BT[j * nh + i] = B[i * nv + j];
+                G[i * nv + j] = B[i * nv + j] * W[j];
+            }
+        for (i = 0; i < nh; ++i) {
+            eg_accumulate(S + i * nh, 1.0, G + i * nv, 1, nv, BT, nh);
+            eg_accumulate(eta + i, 1.0, B + i * nv, 1, nv, moved, 1);
+        }
+        for (i = 0; i < nh; ++i) { /* rows of the upper factor, with their pivots */
+            const double pivot = S[i * nh + i];
+            if (!(pivot > 0.0))
+                return k;
+            for (j = i + 1; j < nh; ++j) {
+                const double factor = S[i * nh + j] / pivot;
+                if (factor != 0.0) {
+                    eg_add_scaled(S + j * nh + j, -factor, S + i * nh + j, nh - j);
+                    eta[j] -= factor * eta[i];
+                }
+            }
+        }
+        for (i = nh - 1; i >= 0; --i) {
+            for (j = i + 1; j < nh; ++j)
+                eta[i] -= S[i * nh + j] * eta[j];
+            eta[i] /= S[i * nh + i];
+        }
+        eg_add_transposed(reaction, 1.0, B, nh, nv, eta, 1);
+    }
+    return steps;
 }
 
 /* Y := X D of each of so many rows: X (rows, columns), D (columns, directions), one behind the other. */
@@ -262,7 +306,7 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
         eg_add(x, -1.0, at.Jv, n, nv, v, count);
         eg_add(x, -1.0, at.Ja, n, nv, vdot, count);
         eg_add(x, -1.0, at.Jz, n, nz, z, count);
-        eg_add(x, -1.0, at.P, n, np, dp, count);
+        eg_add(x, -1.0, at.P, n, given->nown, dp, count);
         eg_add_scaled(x + block, -1.0, zdot, small);
         eg_solve_factored(&factors, 0, n, x, count, solved);
         /* the end of the step */
@@ -338,7 +382,7 @@ EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, c
         eg_add_transposed(v, -1.0, at.Jv, n, nv, x, count);
         eg_add_transposed(vdot, -1.0, at.Ja, n, nv, x, count);
         eg_add_transposed(z, -1.0, at.Jz, n, nz, x, count);
-        eg_add_transposed(gradient, -1.0, at.P, n, np, x, count);
+        eg_add_transposed(gradient, -1.0, at.P, n, given->nown, x, count);
         eg_add_scaled(zdot, -1.0, x + block, small);
         /* of the start of the step */
         memcpy(D, q, (size_t)block * sizeof *D);

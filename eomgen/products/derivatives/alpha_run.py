@@ -25,7 +25,7 @@ from eomgen.products.derivatives.linear_run import (
     rows_of,
     undefined_derivatives,
 )
-from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
+from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices, reactions
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.start import LinearizedStart, StateDirections, on_constraints
 from eomgen.simulation.stepping.states import PrescribedInputs, States
@@ -40,6 +40,7 @@ def step_matrices(
     a: Array,
     coefficients: Sequence[Any],
     inverse_inertia: Array,
+    begun: EquationPartials | None = None,
 ) -> tuple[StepMatrices, Array]:
     """Return the matrices of n steps, and eta, (n, holonomic).
 
@@ -51,6 +52,7 @@ def step_matrices(
     coefficients : the size of steps may be (n, 1)
     a : (n, nv) algorithmic accelerations at the starts; or (nv,) at the start of the first of consecutive steps
     inverse_inertia : (nv,) or (n, nv), W, by which multipliers of velocities move positions; empty if there are none
+    begun : partials of the equations at the starts, if known
     """
     factors, count, nv = equations.model.factors, len(partials.Jq), equations.nv
     theta = difference(factors, before.q, after.q)
@@ -59,19 +61,20 @@ def step_matrices(
     if not equations.holonomic or not inverse_inertia.size:
         none = tuple(np.zeros((count, 0, 0)) for _ in range(3))
         return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, e.P, A, T, *none), np.zeros((count, 0))
-    W = np.broadcast_to(inverse_inertia, (count, nv))
-    B = equations.of("constraint_jacobian", values)["B"][:, : equations.holonomic]
-    G = B * W[:, np.newaxis]
+    held = slice(partials.Jv.shape[1] - equations.nl, partials.Jv.shape[1] - equations.nl + equations.holonomic)
+    if begun is None:
+        B = equations.of("constraint_jacobian", values)["B"][:, : equations.holonomic]
+    else:
+        B = begun.Jv[:, held]
     moved = _predicted_exponents(before, after, a, coefficients) - theta / coefficients[0]  # W B^T eta
-    multipliers = np.linalg.solve(B @ np.swapaxes(G, 1, 2), B @ moved[:, :, np.newaxis])
-    eta = np.asarray(multipliers[:, :, 0], dtype=np.float64)
-    N, of_parameters = equations.reaction_partials(values, eta)
-    reaction = np.swapaxes(B, 1, 2) @ eta[:, :, np.newaxis]
-    others = np.zeros((count, nv, e.P.shape[2] - of_parameters.shape[2]))
-    Np = np.concatenate([W[:, :, np.newaxis] * of_parameters, others, reaction * np.eye(nv)], axis=2)
-    P = np.concatenate([e.P, np.zeros((*e.P.shape[:2], nv))], axis=2)
-    weighed = W[:, :, np.newaxis] * N
-    return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, P, A, T, G, weighed, Np), eta
+    G, eta, reaction = reactions(B, inverse_inertia, moved)
+    N, of_parameters = equations.reaction_partials(values, eta, begun)
+    W = np.broadcast_to(inverse_inertia, (count, nv))[:, :, np.newaxis]
+    Np = np.zeros((count, nv, e.P.shape[2] + nv))
+    Np[:, :, : of_parameters.shape[2]] = W * of_parameters
+    each = np.arange(nv)
+    Np[:, each, e.P.shape[2] + each] = reaction
+    return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, e.P, A, T, G, W * N, Np), eta
 
 
 def _predicted_exponents(before: States, after: States, a: Array, coefficients: Sequence[Any]) -> Array:
@@ -190,7 +193,11 @@ class AlphaRun(StartedRun[AlphaPart]):
         """Make a part of the run linear."""
         states, given = self.states(part)
         blocks = self.blocks(states, given)
-        partials = self.equations.partials(rows_of(blocks, slice(1, None)))
+        both = self.equations.partials(blocks)
+        partials, begun = (
+            EquationPartials(*(matrix[rows] for matrix in vars(both).values()))
+            for rows in (slice(1, None), slice(None, -1))
+        )
         rows = np.isfinite(partials.Jq).all(axis=(1, 2)) & np.isfinite(partials.Jv).all(axis=(1, 2))
         if not rows.all():
             t = float(states.t[1:][int(np.argmin(rows))])
@@ -200,7 +207,7 @@ class AlphaRun(StartedRun[AlphaPart]):
         if len(self.kept) < partials.Jq.shape[1]:
             partials = EquationPartials(*(matrix[:, self.kept] for matrix in vars(partials).values()))
         matrices, eta = step_matrices(
-            self.equations, partials, before, after, values, part.memory, self.coefficients, self.inverse_inertia
+            self.equations, partials, before, after, values, part.memory, self.coefficients, self.inverse_inertia, begun
         )
         return AlphaPart(part.first, states, blocks, matrices, eta)
 

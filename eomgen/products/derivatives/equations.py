@@ -350,19 +350,32 @@ class Equations:
         result = self._parameters(self.of("parameter_partials", values), "Ap", self.nl, count)
         return np.concatenate([result, np.zeros((count, self.nl, self.driven))], axis=2)
 
-    def reaction_partials(self, values: Mapping[str, Array], eta: Array) -> tuple[Array, Array]:
+    def reaction_partials(
+        self, values: Mapping[str, Array], eta: Array, known: EquationPartials | None = None
+    ) -> tuple[Array, Array]:
         """Return partials of B^T eta, holonomic rows alone, in q, (n, nv, nv), and in the parameters, (n, nv,
-        parameters): differences of the partials of the residual, which is linear in the multipliers."""
-        still = {**values, "v": np.zeros_like(values["v"]), "a": np.zeros_like(values["a"])}
-        count, lam = len(eta), np.zeros_like(values["lam"])
+        parameters): differences of the partials of the residual, which is linear in the multipliers; ``known``: the
+        partials of e at the same states, if they have been evaluated."""
+        nv, count, lam = self.nv, len(eta), np.zeros_like(values["lam"])
         lam[:, : self.holonomic] = eta
+        still, share = {**values, "v": np.zeros_like(values["v"]), "a": np.zeros_like(values["a"])}, 1.0
+        if known is not None:  # as large as the multipliers, which leaves no digits less
+            sizes = [float(np.max(np.abs(array), initial=0.0)) for array in (values["lam"], eta)]
+            share = sizes[0] / sizes[1] if all(sizes) else 1.0
+            still, lam = dict(values), values["lam"] + share * lam
         none = np.zeros_like(lam)
-        of_q = self.of("partials", {**still, "lam": lam})["K"] - self.of("partials", {**still, "lam": none})["K"]
-        of_parameters = np.zeros((count, self.nv, self.parameters))
+        first = self.of("partials", {**still, "lam": lam})["K"]
+        last = self.of("partials", {**still, "lam": none})["K"] if known is None else known.Jq[:, :nv]
+        of_parameters = np.zeros((count, nv, self.parameters))
         if "lam" in self.model.functions.inputs("parameter_partials") if self.chosen else False:
-            pair = (self.of("parameter_partials", {**still, "lam": one}) for one in (lam, none))
-            first, last = (self._parameters(one, "Rp", self.nv, count) for one in pair)
-            of_parameters[:, :, : len(self.chosen)] = first - last
+            pair = [self._parameters(self.of("parameter_partials", {**still, "lam": lam}), "Rp", nv, count)]
+            if known is None:
+                pair.append(self._parameters(self.of("parameter_partials", {**still, "lam": none}), "Rp", nv, count))
+            else:
+                pair.append(known.P[:, :nv, : len(self.chosen)])
+            of_parameters[:, :, : len(self.chosen)] = (pair[0] - pair[1]) / share
+        of_q = first - last
+        of_q /= share
         return of_q, of_parameters
 
     def output_values(self, values: Mapping[str, Array]) -> Array:

@@ -604,10 +604,11 @@ class JumpRun(StartedRun[JumpPart]):
         parts = (partials.Jq, in_q), (partials.Jv, in_v), (partials.Jz, in_z)
         in_size = sum(J @ change[..., np.newaxis] for J, change in parts)
         made = self._step_matrices(partials, before._replace(a=starts.vdot), after, p, a, starts.inertia, h)
+        lacking = max(made.Np.shape[2] - made.P.shape[2], 0)
         made = StepMatrices(
             **{
                 **vars(made),
-                "P": np.concatenate([made.P, in_size], axis=2),
+                "P": np.concatenate([made.P, np.zeros((*made.P.shape[:2], lacking)), in_size], axis=2),
                 "Np": np.concatenate([made.Np, np.zeros((*made.Np.shape[:2], 1))], axis=2),
             }
         )

@@ -26,10 +26,11 @@ def routine(files: Sequence[str], cdef: str, *, in_complex: bool = False) -> tup
     return Builder().build_routine(source, cdef)
 
 
+_FILES = ("sparse_factors.c", "generalized_alpha.c")
 _CDEF = """\
 typedef struct eg_steps {
     long nv, nz, nl, nh;
-    long np;
+    long np, nown;
     long steps, directions;
     long turns;
     const long *turn;
@@ -46,6 +47,8 @@ typedef struct eg_steps {
     double *scale;
 } eg_steps;
 long eomgen_plan_size(long n);
+long eomgen_step_reactions(long steps, long nv, long nh, const double *B, long stride, const double *W, long w_stride,
+    const double *moved, double *G, double *eta, double *reaction, double *room);
 void eomgen_step_plan(const eg_steps *given, char *nonzero, long *counts, double *room);
 void eomgen_step_products(long steps, long rows, long columns, long directions, const double *X, const double *D,
     double *Y);
@@ -61,7 +64,8 @@ long eomgen_step_adjoints(const eg_steps *given, const double *direct, const dou
 class StepMatrices:
     """Matrices of linearised steps, (steps, ...) each, as ``templates/derivatives/generalized_alpha.c`` says.
 
-    ``rows`` of Jq to P: residual, minus rates of internal states, holonomic constraints, rates of all constraints.
+    ``rows`` of Jq to P: residual, minus rates of internal states, holonomic constraints, rates of all constraints. P may
+    lack the columns of the last parameters, which no equation has.
     Blocks of the rotating factors in A and T are concatenated.
     """
 
@@ -78,6 +82,37 @@ class StepMatrices:
     Np: Array
 
 
+def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
+    """Return G = B W, (n, nh, nv), eta with (B W B^T) eta = B moved, (n, nh), and B^T eta, (n, nv).
+
+    Parameters
+    ----------
+    B : (n, nh, nv), each of them contiguous
+    W : (nv,) or (n, nv)
+    moved : (n, nv)
+
+    Raises
+    ------
+    NumericalError
+        Constraints repeat each other.
+    """
+    ffi, lib = routine(_FILES, _CDEF)
+    count, nh, nv = B.shape
+    if B.strides[1:] != (8 * nv, 8) or B.strides[0] % 8:
+        B = np.ascontiguousarray(B)
+    G, eta, reaction = np.empty((count, nh, nv)), np.empty((count, nh)), np.empty((count, nv))
+    W, moved = np.ascontiguousarray(W), np.ascontiguousarray(moved)
+    from_start = ffi.cast("const double *", B.ctypes.data)
+    pointers = [ffi.cast("double *", array.ctypes.data) for array in (W, moved, G, eta, reaction)]
+    room = ffi.new("double[]", nh * nh + nh * nv)
+    own = nv if W.ndim == 2 else 0
+    done = lib.eomgen_step_reactions(count, nv, nh, from_start, B.strides[0] // 8, pointers[0], own, *pointers[1:], room)
+    if done != count:
+        fault = "the multipliers of velocities in a step are not unique: constraints repeat each other"
+        raise NumericalError(Problem("sensitivities", fault, "constraints that do not repeat"))
+    return G, eta, reaction
+
+
 class LinearSteps:
     """The compiled linearised steps of a run.
 
@@ -90,7 +125,7 @@ class LinearSteps:
     def __init__(
         self, sizes: Mapping[str, int], factors: Sequence[Factor], coefficients: Sequence[float], eta: int
     ) -> None:
-        self._ffi, self._lib = routine(("sparse_factors.c", "generalized_alpha.c"), _CDEF)
+        self._ffi, self._lib = routine(_FILES, _CDEF)
         self._nv, self._nz, self._nl, self._nh = sizes["v"], sizes["z"], sizes["lam"], eta
         turning = [factor for factor in factors if factor.group != "R"]
         self._turn = np.array([[factor.v_start, factor.v_size] for factor in turning], dtype=np.dtype("l")).reshape(
@@ -186,6 +221,7 @@ class LinearSteps:
         pointers = {name: self._doubles(array) for name, array in kept.items()}
         turn = self._ffi.from_buffer("long[]", self._turn)
         sizes = {"nv": self._nv, "nz": self._nz, "nl": self._nl, "nh": self._nh, "np": parameters}
+        sizes["nown"] = matrices.P.shape[2]
         numbers = {"steps": steps, "directions": directions, "turns": len(self._turn), "turn": turn}
         coefficients = self._doubles(self._coefficients)
         pointers |= {"coefficients": coefficients, "plan": self._plan, "scale": self._scale}
