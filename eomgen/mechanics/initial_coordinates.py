@@ -149,7 +149,7 @@ def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[flo
 
     The references of counted angles follow the poses in q.
     """
-    q, v = _absolute_start(derivation, _defaults(derivation.scene))
+    q, v = _absolute_start(derivation, BodiesAtStart(derivation.scene), _defaults(derivation.scene))
     return tuple(map(float, q)), tuple(map(float, v))
 
 
@@ -163,19 +163,22 @@ def absolute_start_slopes(
         return None
     tunable = [parameter.name for parameter in scene.parameters if parameter.tunable]
     values = _defaults(scene)["p"]
-    q = np.array(_absolute_start(derivation, {"p": values})[0])
+    bodies = BodiesAtStart(scene)
+    q = np.array(_absolute_start(derivation, bodies, {"p": values})[0])
     slopes = np.zeros((2, derivation.tree.nv, len(names)))
     for column, name in enumerate(names):
         moved = values.astype(complex)
         moved[tunable.index(name)] += 1j * _TINY
-        at, v = _absolute_start(derivation, {"p": moved})
+        at, v = _absolute_start(derivation, bodies, {"p": moved})
         slopes[0, :, column], slopes[1, :, column] = difference(factors, q, at).imag / _TINY, v.imag / _TINY
     return slopes[0], slopes[1]
 
 
-def _absolute_start(derivation: Derivation, p: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any]]:
+def _absolute_start(
+    derivation: Derivation, bodies: BodiesAtStart, p: Mapping[str, NDArray[Any]]
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return q and v of the absolute bodies with real or complex parameters p."""
-    poses, twists, angles = _bodies_at_start(derivation.scene, p)
+    poses, twists, angles = bodies(p)
     numbers = {body.name: number for number, body in enumerate(derivation.scene.bodies)}
     places = [part.ref for link in derivation.tree.links for part in derivation.tree.mounts[link.name].position]
     offsets = -evaluate(derivation.tape, places, p).reshape(-1, 3)
@@ -201,24 +204,26 @@ def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:
     return {"p": np.array([parameter.value for parameter in scene.parameters if parameter.tunable])}
 
 
-def _bodies_at_start(scene: Scene, p: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    beams = tuple(element for element in scene.elements if isinstance(element, CosseratBeam))
-    bare = replace(scene, constraints=(), states=(), controllers=(), elements=beams)
-    tree = Derivation(replace(bare, coordinates="joint"))
-    initial_q, initial_v = joint_start(tree)
-    inputs: dict[str, NDArray[Any]] = {
-        **p,
-        "t": np.zeros(1),
-        "q": np.array(initial_q),
-        "v": np.array(initial_v),
-    }
-    if scene.base is not None:
-        law = base_law(tree.algebra, scene.base, tree.tree.parameters)
-        inputs["base"] = evaluate(tree.tape, [value.ref for value in law], inputs)
-    (pose,), (twist,) = tree.poses(), tree.twists()
-    angles = [tree.quantities(Symbol("q", *angle)).ref for angle in counted_angles(scene)]
-    return (
-        evaluate(tree.tape, pose.refs, inputs).reshape(-1, 7),
-        evaluate(tree.tape, twist.refs, inputs).reshape(-1, 6),
-        evaluate(tree.tape, angles, inputs).reshape(-1),
-    )
+class BodiesAtStart:
+    """Poses and twists of the bodies at the joints' initial state, on one tape for all values of the parameters."""
+
+    def __init__(self, scene: Scene) -> None:
+        beams = tuple(element for element in scene.elements if isinstance(element, CosseratBeam))
+        bare = replace(scene, constraints=(), states=(), controllers=(), elements=beams)
+        tree = Derivation(replace(bare, coordinates="joint"))
+        initial_q, initial_v = joint_start(tree)
+        self._tape, self._still = tree.tape, {"q": np.array(initial_q), "v": np.array(initial_v), "t": np.zeros(1)}
+        (pose,), (twist,) = tree.poses(), tree.twists()
+        angles = [tree.quantities(Symbol("q", *angle)).ref for angle in counted_angles(scene)]
+        self._parts = list(pose.refs), list(twist.refs), angles
+        self._base = None
+        if scene.base is not None:
+            self._base = [value.ref for value in base_law(tree.algebra, scene.base, tree.tree.parameters)]
+
+    def __call__(self, p: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+        """Return poses (bodies, 7), twists (bodies, 6) and counted angles with real or complex parameters."""
+        inputs: dict[str, NDArray[Any]] = {**p, **self._still}
+        if self._base is not None:
+            inputs["base"] = evaluate(self._tape, self._base, inputs)
+        poses, twists, angles = (evaluate(self._tape, part, inputs) for part in self._parts)
+        return poses.reshape(-1, 7), twists.reshape(-1, 6), angles.reshape(-1)

@@ -106,7 +106,9 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
     pointers = [ffi.cast("double *", array.ctypes.data) for array in (W, moved, G, eta, reaction)]
     room = ffi.new("double[]", nh * nh + nh * nv)
     own = nv if W.ndim == 2 else 0
-    done = lib.eomgen_step_reactions(count, nv, nh, from_start, B.strides[0] // 8, pointers[0], own, *pointers[1:], room)
+    done = lib.eomgen_step_reactions(
+        count, nv, nh, from_start, B.strides[0] // 8, pointers[0], own, *pointers[1:], room
+    )
     if done != count:
         fault = "the multipliers of velocities in a step are not unique: constraints repeat each other"
         raise NumericalError(Problem("sensitivities", fault, "constraints that do not repeat"))

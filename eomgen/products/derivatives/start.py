@@ -130,8 +130,8 @@ def moved_positions(
         state = InitialState(q, np.zeros(equations.nv), asked.z)
         values = _values(equations, state, t, given)
         partials = equations.partials(values)
-        B = equations.of("constraint_jacobian", values)["B"][0, :nh]
         rows = slice(equations.nv + equations.nz, equations.nv + equations.nz + nh)
+        B = partials.Jq[0, rows]
         off = equations.of("constraint", values)["Phi"][0, :nh]
         change = B @ dq + partials.P[0, rows] @ dp
         c, dc = _correction(equations, values, partials.Ja[0, : equations.nv], B, (off, change), (dq, dp))
@@ -183,21 +183,23 @@ def _correction(
     matrix = np.block([[M, -B.T], [B, np.zeros((count, count))]])
     solution = np.linalg.solve(matrix, np.concatenate([np.zeros(nv), off[0]]))
     c, sigma = solution[:nv], solution[nv:]
-    still = {**values, "v": np.zeros((1, nv)), "a": np.zeros((1, nv)), "lam": np.zeros((1, equations.nl))}
-    pushed = {**still, "a": c[np.newaxis], "lam": np.zeros((1, equations.nl))}
-    pushed["lam"][0, :count] = -sigma
-    forces = _difference(equations.partials(pushed), equations.partials(still), along)[:nv]
-    moving = {**still, "v": c[np.newaxis]}
+    rows = {name: array if name == "p" else np.repeat(array, 3, axis=0) for name, array in values.items()}
+    at_rest, pushed, moving = 0, 1, 2
+    rows |= {"v": np.zeros((3, nv)), "a": np.zeros((3, nv)), "lam": np.zeros((3, equations.nl))}
+    rows["a"][pushed], rows["lam"][pushed, :count], rows["v"][moving] = c, -sigma, c
+    partials = equations.partials(rows)
+    forces = _difference(partials, pushed, at_rest, along)[:nv]
     first = nv + equations.nz + equations.holonomic
-    rates = _difference(equations.partials(moving), equations.partials(still), along)[first : first + count]
+    rates = _difference(partials, moving, at_rest, along)[first : first + count]
     right = np.concatenate([-forces, off[1] - rates])
     changes = np.linalg.solve(matrix, right)
     return c, changes[:nv]
 
 
-def _difference(one: EquationPartials, other: EquationPartials, along: tuple[Array, Array]) -> Array:
-    """Return changes of e at one state minus changes at another, along dq and dp."""
-    result: Array = (one.Jq[0] - other.Jq[0]) @ along[0] + (one.P[0] - other.P[0]) @ along[1]
+def _difference(partials: EquationPartials, one: int, other: int, along: tuple[Array, Array]) -> Array:
+    """Return changes of e at one row minus changes at another, along dq and dp."""
+    of_q, of_p = partials.Jq[one] - partials.Jq[other], partials.P[one] - partials.P[other]
+    result: Array = of_q @ along[0] + of_p @ along[1]
     return result
 
 
