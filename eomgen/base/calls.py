@@ -229,13 +229,18 @@ class NamedResults(dict[str, T]):
     kind : str
         Kind of the names: ``output``.
     values : mapping
+    absent : mapping, optional
+        Names of results that others have -> the reason why they are not here.
     """
 
-    def __init__(self, kind: str, values: Mapping[str, T]) -> None:
+    def __init__(self, kind: str, values: Mapping[str, T], absent: Mapping[str, str] | None = None) -> None:
         super().__init__(values)
-        self.kind = kind
+        self.kind, self.absent = kind, dict(absent or {})
 
     def __missing__(self, name: object) -> T:
+        if name in self.absent:
+            others = ", ".join(self) or "another scene"
+            raise UnknownName(Problem("", f"there is no {self.kind} {shown(name)}: {self.absent[str(name)]}", others))
         hint = nearest(str(name), self) if self else f"a scene or a model that has {self.kind}s"
         raise UnknownName(Problem("", f"there is no {self.kind} {shown(name)}", hint))
 

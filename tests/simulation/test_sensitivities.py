@@ -193,6 +193,26 @@ def test_absolute_coordinates_move_onto_their_constraints() -> None:
 
 
 @pytest.mark.slow
+def test_steps_of_large_loops_have_one_order_of_pivots() -> None:
+    """By a plan, and each step with pivots of its own; and a plan by steps whose nonzeros are fewer."""
+    _, model = built(absolute())
+    options: dict[str, Any] = {"by": ["mass", "damping", "v.one[4]"], "initial": {"v": np.zeros(12)}}
+    found = model.sensitivities(0.1, STEP, **options)
+    gradients, linear = found.gradients(["final(y[0])", "sum(y[2])"]), found._run.linear
+    assert linear._plan[0] == 1
+    linear._plan[0] = -1
+    dense = found.gradients(["final(y[0])", "sum(y[2])"])
+    np.testing.assert_allclose(gradients, dense, rtol=1e-12, atol=1e-13 * np.max(np.abs(dense)))
+    linear._plan[0] = 1
+    np.testing.assert_array_equal(found.gradients(["final(y[0])", "sum(y[2])"]), gradients)
+    np.testing.assert_allclose(found.derivatives["y"][-1, 0], dense[0], rtol=1e-12, atol=1e-13 * np.max(np.abs(dense)))
+    place = linear._plan[1 + 2 * linear.rows + 2 * (linear.rows + 1) + 2 * linear.rows**2]
+    assert 0 < place < linear.rows**2  # nonzeros of the matrix
+    linear._plan[1 + 2 * linear.rows + 2 * (linear.rows + 1) + 2 * linear.rows**2] = place - 1
+    np.testing.assert_array_equal(found.gradients(["final(y[0])", "sum(y[2])"]), dense)
+
+
+@pytest.mark.slow
 def test_a_controller_with_internal_states() -> None:
     check(controlled(), "trapezoidal", ["mass", "length", "lag", "gain", "q.a", "v.a", "z.filtered"], {"a": 0.6})
 

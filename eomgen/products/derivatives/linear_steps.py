@@ -64,8 +64,8 @@ long eomgen_step_adjoints(const eg_steps *given, const double *direct, const dou
 class StepMatrices:
     """Matrices of linearised steps, (steps, ...) each, as ``templates/derivatives/generalized_alpha.c`` says.
 
-    ``rows`` of Jq to P: residual, minus rates of internal states, holonomic constraints, rates of all constraints. P may
-    lack the columns of the last parameters, which no equation has.
+    ``rows`` of Jq to P: residual, minus rates of internal states, holonomic constraints, rates of all constraints. P
+    may lack the columns of the last parameters, which no equation has.
     Blocks of the rotating factors in A and T are concatenated.
     """
 

@@ -24,7 +24,7 @@ from eomgen.codegen.targets.c.target import fingerprint, generate_files
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.codegen.targets.target import Target
 from eomgen.errors import Problem, UsageError
-from eomgen.products.optimisers.discrete_steps import chain_of
+from eomgen.products.optimisers.discrete_steps import chain_of, why_no_step
 from eomgen.products.optimisers.functions import Exported, Pattern, Places, dense, empty, plain
 from eomgen.system.terms import DIFFERENTIATED
 
@@ -281,6 +281,7 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
         names["functions"].append({**own[0]["function"], "output": item.output[0]})
     names |= {"entries": entries, "sparsities": texts.patterns, "tables": texts.tables, "longest": longest}
     names |= {"step": step}
+    absent = {} if step is not None else {"step": why_no_step(program) or "functions that it takes are not among terms"}
     name = f"{program.prefix}_casadi.c"
     files[name] = environment().get_template("optimisers/casadi.c.jinja").render(**names)
     sources = sorted(file for file in files if file.endswith(".c"))
@@ -296,11 +297,11 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
         }
         for item in exported
     ]
-    texts_of_readme = {"command": command, "library": library, "signatures": signatures}
+    texts_of_readme = {"command": command, "library": library, "signatures": signatures, "absent": absent}
     readme = environment().get_template("optimisers/README.md.jinja").render(**names, **texts_of_readme)
     files["README.md"] = readme
     mark = fingerprint(files)
-    files[MANIFEST] = manifest(program, files, fingerprint=mark, compile=command, casadi=signatures)
+    files[MANIFEST] = manifest(program, files, fingerprint=mark, compile=command, casadi=signatures, absent=absent)
     return files
 
 

@@ -89,7 +89,8 @@ def casadi(
         generate(document, folder, terms, method, target=CASADI.name)
 
     entry = Builder(profile=profile).build_folder(f"casadi {method}".encode() + content, write)
-    symbols = [item["symbol"] for item in json.loads(entry.text(MANIFEST))["casadi"]]
+    written = json.loads(entry.text(MANIFEST))
+    symbols = [item["symbol"] for item in written["casadi"]]
     library = str(entry.file(SHARED))
     functions = {symbol.partition("_casadi_")[2]: package.external(symbol, library) for symbol in symbols}
-    return NamedResults("function of CasADi", functions)
+    return NamedResults("function of CasADi", functions, written["absent"])

@@ -341,9 +341,20 @@ def default_method(program: Program) -> str:
     return "rattlie" if program.sizes["holonomic"] == program.sizes["lam"] else "trapezoidal"
 
 
+def why_no_step(program: Program) -> str:
+    """Return the reason why no step of a model is a function of its state, empty if there is one."""
+    if program.sampled:
+        names = ", ".join(str(program.states[int(row["state"])].name) for row in program.sampled)
+        return f"the state {names} is sampled, and what a step does with it depends on the time of the last sample"
+    if program.angles:
+        names = ", ".join(program.angles)
+        return f"the turns of {names} are counted, by references that a step changes and that have no derivatives"
+    return ""
+
+
 def chain_of(program: Program, functions: Sequence[Exported], method: str | None, along: Sequence[str]) -> Chain | None:
     """Return one step of a method, or None of a model whose functions do not suffice, or with sampled states or angles
-    that are counted over turns.
+    that are counted over turns, if no method is asked for.
 
     Parameters
     ----------
@@ -354,7 +365,12 @@ def chain_of(program: Program, functions: Sequence[Exported], method: str | None
     ------
     UsageError
         A method without such steps, or none of this model.
+    ModelError
+        A method is asked for, and no step of the model is a function of its state.
     """
+    reason = why_no_step(program)
+    if reason and method is not None:
+        raise ModelError(Problem("method", reason, "no method, for the other functions, or a scene without it"))
     rows, holonomic = program.sizes["lam"], program.sizes["holonomic"]
     name = canonical_name(default_method(program) if method is None else method)
     made: Any = method_named(name)
@@ -377,7 +393,7 @@ def chain_of(program: Program, functions: Sequence[Exported], method: str | None
         raise UsageError(Problem("method", fault, default_method(program)))
     by_name = {function.name: function for function in functions}
     terms = tuple(term for term in needed if term != "internal_rate" or program.sizes["z"])
-    if program.sampled or program.angles or any(term not in by_name for term in terms):
+    if reason or any(term not in by_name for term in terms):
         return None
     return record(program, {term: by_name[term] for term in terms}, made, along)
 
