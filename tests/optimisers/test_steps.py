@@ -260,7 +260,7 @@ def test_methods_without_such_steps_are_refused(tmp_path: Path) -> None:
 def test_scenes_without_a_step_say_why(tmp_path: Path) -> None:
     builder = SceneBuilder("clocked").body("mass", 1.0).joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0])
     scene = builder.state("held", sample=0.01, formula="q.slide").effort("push", "slide", "-held").build()
-    why = "the state held is sampled, and what a step does with it depends on the time of the last sample"
+    why = "the state held is sampled, and the value after a step depends on the time of the last sample"
     functions = eomgen.casadi(scene, profile="quick")
     with pytest.raises(KeyError) as asked:
         functions["step"]
@@ -271,6 +271,6 @@ def test_scenes_without_a_step_say_why(tmp_path: Path) -> None:
     with pytest.raises(eomgen.ModelError, match=f"method: {why}; try: no method, for the other functions"):
         eomgen.casadi(scene, method="rk4", profile="quick")
     eomgen.generate(SCENES["spins"](), tmp_path / "one", ["outputs"], target="casadi")
-    assert "There is no `step`: functions that it takes are not among terms." in (
+    assert "There is no `step`: functions of a step are not among the terms." in (
         tmp_path / "one" / "README.md"
     ).read_text(encoding="utf-8")

@@ -281,7 +281,7 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
         names["functions"].append({**own[0]["function"], "output": item.output[0]})
     names |= {"entries": entries, "sparsities": texts.patterns, "tables": texts.tables, "longest": longest}
     names |= {"step": step}
-    absent = {} if step is not None else {"step": why_no_step(program) or "functions that it takes are not among terms"}
+    absent = {} if step is not None else {"step": why_no_step(program) or "functions of a step are not among the terms"}
     name = f"{program.prefix}_casadi.c"
     files[name] = environment().get_template("optimisers/casadi.c.jinja").render(**names)
     sources = sorted(file for file in files if file.endswith(".c"))

@@ -342,10 +342,10 @@ def default_method(program: Program) -> str:
 
 
 def why_no_step(program: Program) -> str:
-    """Return the reason why no step of a model is a function of its state, empty if there is one."""
+    """Return the reason why no step of a model is a function of the state, empty if there is one."""
     if program.sampled:
         names = ", ".join(str(program.states[int(row["state"])].name) for row in program.sampled)
-        return f"the state {names} is sampled, and what a step does with it depends on the time of the last sample"
+        return f"the state {names} is sampled, and the value after a step depends on the time of the last sample"
     if program.angles:
         names = ", ".join(program.angles)
         return f"the turns of {names} are counted, by references that a step changes and that have no derivatives"
@@ -366,11 +366,11 @@ def chain_of(program: Program, functions: Sequence[Exported], method: str | None
     UsageError
         A method without such steps, or none of this model.
     ModelError
-        A method is asked for, and no step of the model is a function of its state.
+        A method is asked for, and no step of the model is a function of the state.
     """
     reason = why_no_step(program)
     if reason and method is not None:
-        raise ModelError(Problem("method", reason, "no method, for the other functions, or a scene without it"))
+        raise ModelError(Problem("method", reason, "no method, for the other functions, or a scene without this"))
     rows, holonomic = program.sizes["lam"], program.sizes["holonomic"]
     name = canonical_name(default_method(program) if method is None else method)
     made: Any = method_named(name)
