@@ -10,8 +10,12 @@ from typing import Any
 
 from eomgen.base.files import template_folder
 from eomgen.codegen.targets.c.templates import environment
-from eomgen.products.fmu.interface import Interface
+from eomgen.products.fmu.arrays import listed
+from eomgen.products.fmu.dae import VERSION
+from eomgen.products.fmu.interface import Interface, event_rows
 
+#: Kinds of variables of FMI-LS-DAE.
+_LAYER = ("switch", "algebraic", "residual", "drift")
 #: Time of all files in the archive, so that the same model gives the same bytes.
 _TIME = (1980, 1, 1, 0, 0, 0)
 
@@ -28,8 +32,20 @@ def token_of(texts: Mapping[str, str]) -> str:
 def documents(interface: Interface, **names: Any) -> dict[str, str]:
     """Return the documentation by path: a page, the licence of the model as far as the user states
     one, and the licence of eomgen's part of the sources."""
-    template = environment().get_template
-    rendered = {"interface": interface, "program": interface.program, "about": interface.options.about, **names}
+    template, program = environment().get_template, interface.program
+    rows = listed(interface)
+    rendered = {
+        "interface": interface,
+        "program": program,
+        "about": interface.options.about,
+        "quaternions": any(factor["group"] != "R" for factor in program.factors),
+        "rows": [row for row in rows if row.variable.kind not in _LAYER],
+        "layer": [row for row in rows if row.variable.kind in _LAYER],
+        "dae": VERSION if interface.options.dae else "",
+        "events": len(event_rows(program)),
+        "samples": bool(program.method.get("samples")),
+        **names,
+    }
     page = template("fmu/index.html.jinja").render(rendered)
     files = {"index.html": page, "licenses/license.txt": template("fmu/license.txt.jinja").render(rendered)}
     files["licenses/eomgen.txt"] = (template_folder() / "fmu" / "LICENSE.txt").read_text(encoding="utf-8")

@@ -238,7 +238,13 @@ def fmu_files(
         files[MANIFEST] = dae_manifest(interface)
     if version == 3:
         files["sources/buildDescription.xml"] = build_description(interface, listed)
-    files |= documents(interface, experiment=experiment, types=TYPES, sources=listed)
+    files |= documents(
+        interface,
+        experiment=experiment,
+        types=[TYPES[name] for name in options.types],
+        sources=listed,
+        fixed=[item for item in described.parameters if not item.tunable],
+    )
     if binary:
         files[binary_path(interface)] = built(interface, texts, profile)
     for machine in others:

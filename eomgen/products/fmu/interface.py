@@ -338,8 +338,7 @@ class _Variables:
     def _derivatives(self) -> None:
         for kind in ("q", "v", "z"):
             for state in [item for item in self.variables if item.kind == kind]:
-                rate = {"": "", "1": "1/s"}.get(state.unit, f"{state.unit}/s" if state.unit else "")
-                rate = "" if kind == "q" and not state.unit else _per_second(rate)
+                rate = _rate(state.unit)
                 self._add(
                     f"der({state.name})",
                     f"der_{kind}",
@@ -413,9 +412,18 @@ class _Variables:
         holonomic = program.multipliers[: program.sizes["holonomic"]]
         drifts = [f"constraint {name}" for name in holonomic]
         drifts += [f"rate of the constraint {name}" for name in program.multipliers]
+        rates = [_rate(item.unit) for item in program.velocities]
+        angular = [unit.startswith("1") for unit in program.row_units]
+        units = {
+            "algebraic": rates + ["N m" if turning else "N" for turning in angular],
+            "residual": [{"m/s^2": "N", "rad/s^2": "N m"}.get(unit, "") for unit in rates]
+            + ["1/s^2" if turning else "m/s^2" for turning in angular],
+            "drift": ["" if turning else "m" for turning in angular[: program.sizes["holonomic"]]]
+            + ["1/s" if turning else "m/s" for turning in angular],
+        }
         for kind, descriptions in (("algebraic", unknowns), ("residual", equations), ("drift", drifts)):
-            for index, description in enumerate(descriptions):
-                more: Any = {"initial": "calculated", "description": description}
+            for index, (description, unit) in enumerate(zip(descriptions, units[kind], strict=True)):
+                more: Any = {"initial": "calculated", "description": description, "unit": unit}
                 self._add(f"dae.{kind}[{index}]", kind, index, *local, **more)
 
 
@@ -469,11 +477,11 @@ def _normal(end: float | None) -> float | None:
     return math.copysign(sys.float_info.min, end)
 
 
-def _per_second(text: str) -> str:
-    """Return the unit of a rate in one fraction: m/s^2 for m/s/s."""
-    if text.endswith("/s/s"):
-        return f"{text[:-4]}/s^2"
-    return text
+def _rate(unit: str) -> str:
+    """Return the unit of a rate in one fraction: m/s^2 of m/s; none of no unit."""
+    if unit in ("", "1"):
+        return unit and "1/s"
+    return f"{unit[:-2]}/s^2" if unit.endswith("/s") else f"{unit}/s"
 
 
 def _held_states(program: Program) -> set[int]:

@@ -1,0 +1,89 @@
+"""The page in an FMU, and the recipes of the documentation."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from eomgen.products.fmu.export import fmu_files
+from tests.browser.chromium import MISSING, Browser, chromium
+from tests.fmu.test_calls import BALLS, ranged_ball
+from tests.fmu.test_fmu import pendulum
+
+ROOT = Path(__file__).parents[2]
+
+
+def page_of(scene: object, **options: object) -> str:
+    files = fmu_files(scene, binary=False, reference=False, **options).files  # type: ignore[arg-type]
+    return str(files["documentation/index.html"])
+
+
+def cells(page: str, name: str) -> list[str]:
+    """Return the cells of the row of a variable."""
+    rows = [re.findall(r"(?s)<td>\s*(.*?)\s*</td>", row) for row in re.findall(r"(?s)<tr>(.*?)</tr>", page)]
+    return next([" ".join(cell.split()) for cell in row] for row in rows if row and row[0] == name)
+
+
+def test_the_page_has_a_table_of_variables() -> None:
+    page = page_of(ranged_ball(), version=2)
+    assert cells(page, "mass")[2:6] == ["parameter", "kg", "0.2", "0 to \N{HORIZONTAL ELLIPSIS}"]
+    assert cells(page, "bounce")[5] == "0 to 1" and cells(page, "height")[2:4] == ["output", "m"]
+    assert cells(page, "push")[2:5] == ["input", "N", "0"]
+    assert "Model exchange with 2 states and 1 event\nindicator." in page and "FMI 2.0: model exchange" in page
+    assert "licence</dt><dd>not stated" in page and "Fixed parameters" not in page
+    fixed = tomllib.loads(BALLS)
+    fixed["parameters"] = {"weight": {"value": 0.25, "unit": "kg", "description": "of <one>"}}
+    fixed["bodies"]["one"]["mass"] = "weight"
+    assert cells(page_of(fixed), "weight") == ["weight", "0.25", "kg", "of &lt;one&gt;"]
+
+
+def test_the_page_says_only_sentences_of_this_fmu() -> None:
+    balls = page_of(tomllib.loads(BALLS), types="CS")
+    for absent in ("Model exchange", "constraint", "uaternion", "Inputs", "Differential-algebraic", "Sampled"):
+        assert absent not in balls, absent
+    assert "Events of the scene act within steps." in balls
+    pushed = page_of(pendulum(), dae=True, arrays=True)
+    assert "Inputs are held over a communication step" in pushed and "Events of the scene" not in pushed
+    assert cells(pushed, "tip[3]")[2:4] == ["output", "m"]
+    assert cells(pushed, "dae")[4] == "false" and "FMI-LS-DAE, draft 1.0.0-alpha.1" in pushed
+    assert cells(pushed, "dae.algebraic[0]")[3] == "rad/s^2" and cells(pushed, "dae.residual[0]")[3] == "N m"
+
+
+@pytest.mark.slow
+def test_multipliers_and_drifts_have_units() -> None:
+    page = page_of(ROOT / "examples" / "four_bar" / "scene.toml", dae=True)
+    names = ("algebraic[3]", "residual[2]", "residual[3]", "drift[0]", "drift[2]")
+    assert [cells(page, f"dae.{name}")[3] for name in names] == ["N", "N m", "m/s^2", "m", "m/s"]
+    for sentence in ("There are 2 constraint equations", "(index 1)", "the log (logStatusWarning) has each value"):
+        assert sentence in page
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(chromium() is None, reason=MISSING)
+def test_the_page_fits_a_narrow_window(tmp_path: Path) -> None:
+    command = chromium()
+    assert command is not None
+    page = tmp_path / "index.html"
+    wide = "<script>document.title = `wide ${document.documentElement.scrollWidth <= innerWidth}`</script></body>"
+    page.write_text(page_of(ranged_ball()).replace("</body>", wide), encoding="utf-8")
+    for width in (1280, 500):
+        assert "<title>wide true</title>" in Browser(command, width).document(page)
+
+
+@pytest.mark.slow
+def test_the_recipe_for_fmpy_runs(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "fmu.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"(?s)```python\n(import eomgen\nfrom fmpy.*?)```", text)
+    code = code.replace("examples/", f"{(ROOT / 'examples').as_posix()}/").replace("out/", f"{tmp_path.as_posix()}/")
+    names: dict[str, object] = {}
+    exec(code, names)
+    stepped, exchanged = names["stepped"], names["exchanged"]
+    assert isinstance(stepped, np.ndarray) and isinstance(exchanged, np.ndarray)
+    assert stepped["time"][-1] == 2.0 and np.ptp(stepped["tyre_load"]) > 100.0
+    assert abs(stepped["body_acceleration"][-1] - exchanged["body_acceleration"][-1]) < 1e-3
+    assert fmpy.read_model_description(str(names["file"])).modelName == "quarter_car"
