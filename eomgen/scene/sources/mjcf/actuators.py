@@ -53,7 +53,10 @@ class _Actuator:
         """Add the actuator; ``efforts`` are the terms of joints."""
         model, index, kinds = self.model, self.index, self.draft.mujoco.mjtTrn
         kind, target = int(model.actuator_trntype[index]), int(model.actuator_trnid[index][0])
-        if float(model.actuator_delay[index]) > 0.0:
+        if hasattr(model, "actuator_ctrlnum") and int(model.actuator_ctrlnum[index]) != 1:
+            self.refuse("an actuator with several controls is not supported")
+            return
+        if hasattr(model, "actuator_delay") and float(model.actuator_delay[index]) > 0.0:
             self.refuse("a delay of the control is not supported", "delay 0")
             return
         gear = [float(value) for value in model.actuator_gear[index]]
@@ -132,9 +135,8 @@ class _Actuator:
             entry["initial"] = value
         draft.section("states")[name] = entry
         if model.actuator_actearly[self.index]:
-            draft.notes.append(
-                f"the actuator {self.name} acts on the present activation: actearly shifts it by one step"
-            )
+            note = f"not modelled: actearly of the actuator {self.name}, which acts one step of MuJoCo earlier"
+            draft.leave_out(self.line, note)
         return name
 
     def force(self, length: str, rate: str) -> str:

@@ -13,6 +13,7 @@ from eomgen.base.messages import listed, nearest, shown
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.mjcf.actuators import convert_actuators
 from eomgen.scene.sources.mjcf.compiled import Place, compiled, elements_of, mujoco_module
+from eomgen.scene.sources.mjcf.coverage import note_unknown_attributes
 from eomgen.scene.sources.mjcf.draft import Draft
 from eomgen.scene.sources.mjcf.equalities import convert_equalities, site_place
 from eomgen.scene.sources.mjcf.tendons import convert_tendons
@@ -70,6 +71,7 @@ def mjcf_data(
     convert_actuators(draft)
     _drop_unused_definitions(data)
     _note_the_rest(draft)
+    note_unknown_attributes(draft)
     warnings = draft.all_warnings()
     if strict:
         for place, note in warnings:

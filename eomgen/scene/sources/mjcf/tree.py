@@ -77,6 +77,7 @@ class _Chain:
         self.draft, self.body, self.name = draft, body, name
         self.limits, self.friction = limits, friction
         self.model = draft.model
+        self.after: list[tuple[str, dict[str, Any]]] = []
 
     def attach(self, rest: LinkPlace) -> None:
         """Add the joints, each with the link that it carries; ``rest`` is the pose of the body in the file."""
@@ -103,6 +104,7 @@ class _Chain:
                 "child": self.name,
                 "position": place.position.tolist(),
             }
+        self.draft.section("joints").update(self.after)
         self.draft.places[self.body] = LinkPlace(self.name, np.eye(3), np.zeros(3))
 
     def entry(self, joint: int, kind: int, place: LinkPlace, link: str, anchor: Array) -> dict[str, Any]:
@@ -218,12 +220,30 @@ class _Chain:
             fault = f"a {_WORDS[kind]} joint with stiffness is not supported"
             draft.refuse(line, f"joints.{name}", fault, "a bushing in a scene that includes the file, and stiffness 0")
         if model.dof_armature[rate]:
-            fault = f"a {_WORDS[kind]} joint with armature is not supported"
-            draft.refuse(line, f"joints.{name}", fault, "armature 0, and the inertia in the body")
+            self.armature_of(float(model.dof_armature[rate]), joint, kind, entry)
         if model.dof_frictionloss[rate] and not draft.disabled("FRICTIONLOSS"):
             draft.left_out("dry friction (frictionloss)", name)
         if kind == BALL and model.jnt_limited[joint] and not draft.disabled("LIMIT"):
             draft.left_out("limits of position (range)", name)
+
+    def armature_of(self, armature: float, joint: int, kind: int, entry: dict[str, Any]) -> None:
+        """Add a body with the kinetic energy of an armature of all components: of a free joint a mass at the origin of
+        the body, which gravity does not pull, and an isotropic inertia; of a ball joint on the base the inertia
+        alone."""
+        draft, name = self.draft, self.draft.joints[joint]
+        if kind == BALL and entry["parent"] != BASE:
+            fault = "a ball joint with armature on a body that moves is not supported"
+            hint = "armature 0, and the inertia in the body"
+            draft.refuse(draft.place("joint", joint, self.model.njnt), f"joints.{name}", fault, hint)
+            return
+        link = draft.name("body", "", f"{name}_armature")
+        mass = armature if kind == FREE else 0.0
+        draft.section("bodies")[link] = {"mass": mass, "inertia": [armature] * 3}
+        self.after.append((draft.name("joint", "", link), {"type": "fixed", "parent": entry["child"], "child": link}))
+        gravity = np.array(draft.data["gravity"])
+        if mass and gravity.any():
+            force = {"body": link, "force": (-mass * gravity).tolist()}
+            draft.section("forces")[draft.name("force", "", f"{link}_weight")] = force
 
 
 def _number(value: float) -> str:

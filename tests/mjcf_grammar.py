@@ -1,0 +1,59 @@
+"""The page docs/mjcf.md: how eomgen takes each element and attribute of MuJoCo's own grammar. ``python -m
+tests.mjcf_grammar docs/mjcf.md`` renews it; it needs the package mujoco."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import mujoco
+
+from eomgen.scene.sources.mjcf.coverage import MEANINGS, STATUSES, key_of_path
+
+COMMAND = "python -m tests.mjcf_grammar docs/mjcf.md"
+PAGE = Path(__file__).parents[1] / "docs" / "mjcf.md"
+_LINE = re.compile(r"^( *)(\(world\)body|[a-z_]+) \(([!?*R])\) *(.*)$")
+
+
+def grammar() -> dict[str, tuple[str, ...]]:
+    """Return the attributes of each element by its path, as ``actuator/motor``, of the installed MuJoCo."""
+    result: dict[str, list[str]] = {}
+    path: list[str] = []
+    attributes: list[str] = []
+    for line in mujoco.mj_printSchema(False, False).splitlines():
+        match = _LINE.match(line)
+        if match is None:
+            attributes += line.split()
+            continue
+        depth = len(match[1]) // 3
+        path[depth:] = [match[2].replace("(world)", "")]
+        attributes = result.setdefault(key_of_path("/".join(path[1:]) or "mujoco"), [])
+        attributes += match[4].split()
+    return {key: tuple(dict.fromkeys(names)) for key, names in result.items()}
+
+
+def page() -> str:
+    """Return the text of the page."""
+    version = ".".join(mujoco.__version__.split(".")[:2])
+    lines = [
+        "# MJCF: every attribute\n",
+        f"How eomgen takes each attribute of the grammar that MuJoCo {version} prints (`mj_printSchema`);",
+        "[MJCF](scene.md#mjcf) lists the elements with their counterparts in scenes.",
+        f"The table is made by `{COMMAND}`, and a test compares it with the grammar of the installed MuJoCo.\n",
+        "| | |\n|---|---|",
+        *(f"| {status} | {meaning} |" for status, meaning in MEANINGS.items()),
+        "\nAn attribute that is not in this table, of a newer MuJoCo, is noted, and refused with `--strict`.",
+        "MuJoCo refuses attributes that it does not know.\n",
+        "| element | attributes |\n|---|---|",
+    ]
+    for key, attributes in sorted(grammar().items()):
+        by_status = {status: [name for name in attributes if STATUSES[key].get(name) == status] for status in MEANINGS}
+        texts = [f"**{status}**: {', '.join(names)}" for status, names in by_status.items() if names]
+        if texts:
+            lines.append(f"| `{key}` | {'; '.join(texts)} |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(page(), encoding="utf-8")
