@@ -66,7 +66,8 @@ class Imported:
     def equations(self, q: Array, v: Array, u: Array, z: Array) -> tuple[Array, Array, Array]:
         """Return M, the residual at rest of accelerations (bias less forces), and the sizes of their parts."""
         A = self.place(q, v)
-        self.data.ctrl[:], self.data.act[:] = u, z
+        if self.system.nu:  # without inputs the file switches actuators off
+            self.data.ctrl[:], self.data.act[:] = u, z
         mujoco.mj_fwdPosition(self.model, self.data)
         mujoco.mj_fwdVelocity(self.model, self.data)
         mujoco.mj_fwdActuation(self.model, self.data)
@@ -81,13 +82,15 @@ class Imported:
         parts = [self.data.qfrc_bias, M @ drift, -self.data.qfrc_passive, -self.data.qfrc_actuator]
         return A.T @ M @ A, A.T @ sum(parts), np.sum([np.abs(A.T @ part) for part in parts], axis=0)
 
-    def errors(self, *, control: float = 1.0, spread: float = 1.0, seed: int = 0) -> tuple[float, float]:
+    def errors(
+        self, *, control: float = 1.0, spread: float = 1.0, seed: int = 0, states: int = STATES
+    ) -> tuple[float, float]:
         """Return the largest relative errors of M and of the forces at random states."""
-        state = self.states(control, spread, seed)
+        state = self.states(control, spread, seed, states)
         evaluate = tape_evaluator(self.system)
-        own = {**state, "a": np.zeros_like(state["v"]), "lam": np.zeros((STATES, len(self.system.multipliers)))}
+        own = {**state, "a": np.zeros_like(state["v"]), "lam": np.zeros((states, len(self.system.multipliers)))}
         M, r = evaluate("mass", own)["M"], evaluate("residual", own)["r"]
-        expected = [self.equations(*(own[name][k] for name in ("q", "v", "u", "z"))) for k in range(STATES)]
+        expected = [self.equations(*(own[name][k] for name in ("q", "v", "u", "z"))) for k in range(states)]
         mass, bias, sizes = (np.array(part) for part in zip(*expected, strict=True))
         floor = float(np.max(np.linalg.norm(sizes, axis=1), initial=1e-9)) * 1e-3
         return relative_error(M, mass, 2), float(
@@ -104,12 +107,12 @@ class Imported:
         B = evaluate("constraint_jacobian", state)["B"]
         return B.reshape(-1, self.system.nv), evaluate("constraint", state)["Phi"]
 
-    def states(self, control: float, spread: float, seed: int) -> dict[str, Array]:
+    def states(self, control: float, spread: float, seed: int, count: int) -> dict[str, Array]:
         rng = np.random.default_rng(seed)
-        state = dict(random_states(self.system, STATES, rng))
+        state = dict(random_states(self.system, count, rng))
         for factor in self.system.factors:
             if factor.group == "R":
                 state["q"][:, factor.q_start] *= spread
-        state["u"] = control * rng.uniform(-1.0, 1.0, (STATES, self.system.nu))
-        state["z"] = control * rng.uniform(-1.0, 1.0, (STATES, self.system.nz))
+        state["u"] = control * rng.uniform(-1.0, 1.0, (count, self.system.nu))
+        state["z"] = control * rng.uniform(-1.0, 1.0, (count, self.system.nz))
         return state

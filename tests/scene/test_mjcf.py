@@ -55,6 +55,9 @@ CASES = {
     "several joints": arm(
         first='/><joint name="c" pos="0 0.1 0" type="slide"/><joint name="d" axis="1 0 0" pos="0 1 0"'
     ),
+    "armature of free and ball": arm(option='<default><joint armature="0.5"/></default>').replace(
+        '<freejoint name="free"/>', '<joint type="free" name="free"/>'
+    ),
     "gravcomp": arm(body='gravcomp="0.7"'),
     "no gravity": arm(first='damping="1"', option='<option><flag gravity="disable" damper="disable"/></option>'),
     "no springs": arm(first='stiffness="2"', option='<option gravity="1 2 3"><flag spring="disable"/></option>'),
@@ -191,7 +194,8 @@ REFUSED = {
     arm(
         second='type="ball" stiffness="3"'
     ): r"model\.xml:8 \(joints\.b\): a ball joint with stiffness is not supported",
-    arm(second='type="ball" armature="3"'): r"model\.xml:8 \(joints\.b\): a ball joint with armature is not supported",
+    arm(second='type="ball" armature="3"'): r"model\.xml:8 \(joints\.b\): a ball joint with armature on a body that"
+    " moves is not supported",
     arm(first='stiffness="1" springyield="0.1"'): r"model\.xml:5 \(joints\.a\): springyield makes the spring plastic",
     arm(option='<option density="1.2"/>'): r"model\.xml:2 \(option\): forces of the medium \(density and viscosity\)",
     arm(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -119,13 +120,21 @@ def mujoco_module() -> Any:
     return mujoco
 
 
-def compiled(text: str, file: str, path: Path | None) -> Any:
-    """Return the ``mujoco.MjModel`` of a file, static bodies kept. Raises DescriptionError with MuJoCo's message."""
+def compiled(text: str, file: str, path: Path | None) -> tuple[Any, list[str]]:
+    """Return the ``mujoco.MjModel`` of a file, static bodies kept, and MuJoCo's warnings.
+
+    Raises
+    ------
+    DescriptionError
+        With MuJoCo's message.
+    """
     mujoco = mujoco_module()
     try:
-        spec = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
-        spec.compiler.fusestatic = False
-        return spec.compile()
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            spec = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
+            spec.compiler.fusestatic = False
+            return spec.compile(), [f"MuJoCo: {' '.join(str(warning.message).split())}" for warning in caught]
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         raise DescriptionError(_problem(str(error), file)) from None
 

@@ -55,7 +55,7 @@ def mjcf_data(
     """
     mujoco = mujoco_module()
     elements = elements_of(text, file, path)
-    model = compiled(text, file, path)
+    model, warnings = compiled(text, file, path)
     name = legal_name(_name_of(mujoco, model) or "model", ())
     data: dict[str, Any] = {"format": 1, "name": name, "bodies": {}, "joints": {}}
     draft = Draft(mujoco, model, Report(file, {}), elements, data)
@@ -72,12 +72,14 @@ def mjcf_data(
     _drop_unused_definitions(data)
     _note_the_rest(draft)
     note_unknown_attributes(draft)
-    warnings = draft.all_warnings()
+    omissions = draft.all_warnings()
     if strict:
-        for place, note in warnings:
+        for place, note in omissions:
             draft.refuse(place, "", note, "no --strict (strict=False), to go on without")
     draft.report.raise_problems()
-    return ConvertedScene(data, draft.lines, [*draft.notes, *(note for _, note in warnings)], inertias_checked=True)
+    return ConvertedScene(
+        data, draft.lines, [*warnings, *draft.notes, *(note for _, note in omissions)], inertias_checked=True
+    )
 
 
 def _name_of(mujoco: Any, model: Any) -> str:
