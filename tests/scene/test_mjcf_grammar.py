@@ -54,9 +54,11 @@ BASE = """<mujoco>
     </body>
     <body name="f" pos="1 1 1"><freejoint name="free" {freejoint}/><geom size="0.1" pos="0.1 0 0"/></body>
   </worldbody>
-  <tendon><fixed name="t" stiffness="1" {tendon}><joint joint="a" coef="1"/><joint joint="b" coef="-2"/></fixed></tendon>
+  <tendon><fixed name="t" stiffness="1" {tendon}><joint joint="a" coef="1"/>
+    <joint joint="b" coef="-2"/></fixed></tendon>
   <actuator>
-    <motor name="m" joint="a" {motor}/><position name="p" joint="b" {position}/><velocity name="v" joint="c" {velocity}/>
+    <motor name="m" joint="a" {motor}/><position name="p" joint="b" {position}/>
+    <velocity name="v" joint="c" {velocity}/>
     <general name="g" tendon="t" {general}/><motor name="z" site="s" gear="1 0 0 0 0 1"/>
     <intvelocity name="i" joint="a" actrange="-9 9" {intvelocity}/>
   </actuator>
