@@ -192,6 +192,38 @@ def test_absolute_coordinates_move_onto_their_constraints() -> None:
     check(absolute(), "generalized_alpha", ["mass", "length", "damping"], initial, steps=8)
 
 
+def on_a_road(travelled: str) -> SceneBuilder:
+    """Return a quarter of a car on a road of a class, as a curve over distance or, if none is given, at 15 m/s."""
+    builder = SceneBuilder("quarter").parameter("speed", 15.0, tunable=True).body("wheel", 40.0).body("body", 300.0)
+    builder.joint("hop", "prismatic", "base", "wheel", axis=[0, 0, 1])
+    builder.joint("heave", "prismatic", "wheel", "body", axis=[0, 0, 1])
+    road: dict[str, Any] = {"class": "C", "seed": 3}
+    if travelled:
+        builder.curve("track", road=road).input("height", formula=f"track({travelled})")
+    else:
+        builder.input("height", road=road | {"speed": 15.0})
+    builder.effort("tyre", "hop", "-2e5*(q.hop - height)").effort("strut", "heave", "-2e4*q.heave - 1500*v.heave")
+    return builder.output("bounce", formula="a.heave + a.hop")
+
+
+@pytest.mark.slow
+def test_the_speed_on_a_road_of_a_class_has_derivatives() -> None:
+    options: dict[str, Any] = {"initial": {"q": [0.0, 0.0]}, "settings": TO_ROUNDING}
+
+    def bounce(model: Model, speed: float) -> Any:
+        return model.simulate(0.5, 2e-3, parameters={"speed": speed}, error_estimate=False, **options).outputs["bounce"]
+
+    (_, curve), (_, at_speed) = built(on_a_road("speed * t")), built(on_a_road(""))
+    run = at_speed.simulate(0.5, 2e-3, error_estimate=False, **options).outputs["bounce"]
+    np.testing.assert_allclose(bounce(curve, 15.0), run, atol=1e-10 * np.max(np.abs(run)))
+    found = curve.sensitivities(0.5, 2e-3, by=["speed"], **options)
+    slopes = [(bounce(curve, 15.0 + h) - bounce(curve, 15.0 - h)) / (2.0 * h) for h in (2e-4, 1e-4)]
+    expected = (4.0 * slopes[1] - slopes[0]) / 3.0
+    off = np.max(np.abs(found.derivatives["bounce"][:, 0] - expected))
+    assert off < 1e-9 * np.max(np.abs(expected))
+    assert found.gradient("final(bounce)")["speed"] == pytest.approx(found.derivatives["bounce"][-1, 0], rel=1e-12)
+
+
 @pytest.mark.slow
 def test_steps_of_large_loops_have_one_order_of_pivots() -> None:
     """By a plan, and each step with pivots of its own; and a plan by steps whose nonzeros are fewer."""
