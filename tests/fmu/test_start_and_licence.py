@@ -132,6 +132,11 @@ def test_the_command_takes_versions_and_types_as_people_write_them(
     assert "there is no version '2.1' of FMI here; try: 2 or 3" in capsys.readouterr().err
 
 
+def test_inputs_of_scenes_without_inputs() -> None:
+    with pytest.raises(eomgen.UsageError, match="no input 'push'; try: no --input, since the scene has no inputs"):
+        fmu_files(tomllib.loads(BALLS), binary=False, inputs=["push"])
+
+
 @pytest.mark.parametrize(
     ("name", "identifier"), [("int", "int_model"), ("_Bool", "_Bool_model"), ("math", "math_model"), ("Int", "Int")]
 )

@@ -291,7 +291,7 @@ def _checked(version: int | str, types: Sequence[str] | str, inputs: Sequence[st
     if number is None:
         raise UsageError(Problem("version", f"there is no version {shown(str(version))} of FMI here", "2 or 3"))
     given = types.split(",") if isinstance(types, str) else types
-    names = [str(name).strip().lower() for name in given]
+    names = [str(name).strip().lower() for name in given if str(name).strip()]
     for name in names:
         if name not in TYPES:
             raise UsageError(Problem("types", f"there is no type {shown(name)}", nearest(name, TYPES)))
@@ -310,7 +310,8 @@ def _check_exported(scene: Scene, described: Description, options: Options) -> N
     known = [item.name for item in described.inputs]
     for name in options.inputs:
         if name not in known:
-            raise UsageError(Problem("inputs", f"the scene has no input {shown(name)}", nearest(name, known)))
+            hint = nearest(name, known) if known else "no --input, since the scene has no inputs"
+            raise UsageError(Problem("inputs", f"the scene has no input {shown(name)}", hint))
     if described.motions:
         names = ", ".join(motion.name for motion in described.motions)
         fault = f"the caller moves {names} between steps, and FMI has no such motion"
