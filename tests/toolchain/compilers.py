@@ -1,5 +1,5 @@
 """Digits of all examples by compiler, in the profile ``reproducible``: ``python -m tests.toolchain.compilers
-docs/compilers.md`` writes the table, with every compiler of this machine.
+docs/compilers.md [EXAMPLE.toml ...]`` writes the table, or some rows of it, with every compiler of this machine.
 
 Each example is stepped 200 times from its start by the library of each compiler, and by the stand-alone program
 compiled to WebAssembly, which node runs.
@@ -162,22 +162,36 @@ START, END = (
 )
 
 
-def main(page: str) -> int:
-    """Write the table, row by row."""
-    rows: dict[str, dict[str, str]] = {}
+def table(rows: Mapping[str, Mapping[str, str]]) -> list[str]:
+    """Return the lines of the table, of rows by example of cells by compiler."""
+    kinds = list(dict.fromkeys(kind for cells in rows.values() for kind in cells))
+    lines = [f"| example | {' | '.join(kinds)} |", "|---|" + "---|" * len(kinds)]
+    for name, cells in sorted(rows.items()):
+        words = [cells.get(kind, "").replace("|", "/").replace("\n", " ") or "equal" for kind in kinds]
+        lines.append(f"| {name.removesuffix('.toml')} | {' | '.join(words)} |")
+    return lines
+
+
+def rows_of(lines: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Return the rows of a table by example, each with its cells by compiler."""
+    cells = [[cell.strip() for cell in line.strip().strip("|").split("|")] for line in lines if line.startswith("|")]
+    return {f"{row[0]}.toml": dict(zip(cells[0][1:], row[1:], strict=True)) for row in cells[2:]}
+
+
+def main(page: str, *names: str) -> int:
+    """Write the table, row by row; of names only their rows, between those that are there."""
     text = Path(page).read_text(encoding="utf-8")
-    before, after = text.partition(START)[0], text.partition(END)[2]
+    before, _, rest = text.partition(START)
+    there, _, after = rest.partition(END)
+    rows = rows_of(there.splitlines()) if names else {}
     with tempfile.TemporaryDirectory() as folder:
-        for name in examples():
+        for name in names or examples():
             rows[name] = row(name, Path(folder))
-            kinds = list(dict.fromkeys(kind for cells in rows.values() for kind in cells))
-            lines = [f"| example | {' | '.join(kinds)} |", "|---|" + "---|" * len(kinds)]
-            for other, cells in rows.items():
-                words = [cells.get(kind, "").replace("|", "/").replace("\n", " ") or "equal" for kind in kinds]
-                lines.append(f"| {other.removesuffix('.toml')} | {' | '.join(words)} |")
-            Path(page).write_text(before + START + "\n".join(["", *lines, "", ""]) + END + after, encoding="utf-8")
+            Path(page).write_text(
+                before + START + "\n".join(["", *table(rows), "", ""]) + END + after, encoding="utf-8"
+            )
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1]))
+    sys.exit(main(*sys.argv[1:]))

@@ -12,7 +12,7 @@ import pytest
 from eomgen.errors import ToolchainError
 from eomgen.toolchain import compiler, doctor
 from eomgen.toolchain.compiler import find_compiler, zig_program
-from tests.toolchain.compilers import END, START, compilers, difference, examples, motions
+from tests.toolchain.compilers import END, START, compilers, difference, examples, motions, rows_of, table
 from tests.toolchain.fire import environment, script
 
 ROOT = Path(__file__).parents[2]
@@ -117,3 +117,11 @@ def test_a_machine_with_zig_alone_builds_and_runs(tmp_path: Path) -> None:
     )  # fmt: skip  # a command line
     assert done.returncode == 0, done.stderr
     assert "by clang version" in done.stderr
+
+
+def test_rows_of_the_page_are_read_as_they_were_written() -> None:
+    page = (ROOT / "docs" / "compilers.md").read_text(encoding="utf-8")
+    lines = [line for line in page.partition(START)[2].partition(END)[0].splitlines() if line]
+    rows = rows_of(lines)
+    assert table(rows) == lines
+    assert sorted(rows) == sorted(examples()), "python -m tests.toolchain.compilers docs/compilers.md EXAMPLE.toml"
