@@ -178,3 +178,17 @@ def test_what_these_steps_have_not() -> None:
         "usage error: hessian: steps are of rattlie, and second derivatives are not known; try: differences of"
         " gradient(...)"
     )
+    free = eomgen.build(controlled().build(), profile="quick")
+    assert refusal(free, lambda one: one.sensitivities(0.1, STEP, method="rattlie")) == (
+        "usage error: method: rattlie has derivatives of runs in scenes with constraints alone; try: rk4, or"
+        " trapezoidal"
+    )
+    mixed = loop().constraint("gear", "formula", velocity_equation="v.a - 0.5 * v.b", unit="rad/s")
+    text = refusal(
+        eomgen.build(mixed.build(), profile="quick"),
+        lambda one: one.sensitivities(0.1, STEP, by=["mass"], method="rk4_partitioned"),
+    )
+    assert text == (
+        "usage error: method: steps of rk4_partitioned have no derivatives with constraints both on positions and on"
+        " velocities alone; try: generalized_alpha, or trapezoidal"
+    )
