@@ -31,7 +31,8 @@ def _escape(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: li
 def _signature(
     app: Sphinx, what: str, name: str, obj: Any, options: Any, signature: str, returned: str
 ) -> tuple[str, str] | None:
-    return ("", "") if what == "class" and "Parameters\n---" not in (inspect.getdoc(obj) or "") else None
+    documented = "Parameters\n---" in (inspect.getdoc(obj) or "")
+    return ("", "") if what == "class" and signature and not documented else None
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
