@@ -91,6 +91,7 @@ def test_there_is_something_to_test() -> None:
         "ensembles.md",
         "extending.md",
         "fields.md",
+        "fmu.md",
         "hamiltonian.md",
         "identification.md",
         "optimisers.md",
