@@ -225,21 +225,23 @@ def command_pages() -> Iterator[Page]:
 def method_pages() -> Iterator[Page]:
     """Yield the table of all methods with orders and requirements, and one page for each family."""
     folder = "reference/methods"
-    rows = ["| method | order | constraints | steps | parameters | other names |", "|---|---:|---|---|---|---|"]
+    rows = ["| method, other names | order | constraints | steps | parameters |", "|---|---:|---|---|---|"]
     pages: dict[str, list[str]] = {}
     for family in BUILT_IN:
         for row in family.names():
             try:
                 method = method_named(row.name, **row.compiled_with)
             except UsageError as error:  # a case without damping, which is refused with the default parameters
-                rows.append(f"| `{row.name}` | | | | | refused: {error.problems[0].what.split(',')[0]} |")
+                rows.append(f"| `{row.name}` | | | | refused: {error.problems[0].what.split(',')[0]} |")
                 continue
             parameters = ", ".join(f"`{name}`" for name in row.parameters)
             aliases = ", ".join(f"`{name}`" for name in row.aliases)
             holds = "yes" if method.holds_constraints else "no"
             steps = ("implicit" if method.implicit else "explicit") + (", by tolerance" if method.chooses_steps else "")
             link = f"[`{row.name}`]({family.family}.md#{row.name})"
-            rows.append(f"| {link} | {method.order} | {holds} | {steps} | {parameters} | {aliases} |")
+            rows.append(
+                f"| {', '.join(filter(None, (link, aliases)))} | {method.order} | {holds} | {steps} | {parameters} |"
+            )
             text = [f"## {row.name}\n", f"{method.title(method.holds_constraints)}.\n"]
             facts = [
                 f"order {method.order}",
