@@ -18,7 +18,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.measure import figure, machine, table
+from benchmarks.measure import environment_of_users, figure, machine, table
 
 COLUMNS = ("wall, s", "CPU, s", "MB")
 CASES = ("empty cache", "cached")
@@ -53,9 +53,7 @@ def command(folder: Path, elements: int) -> dict[str, float]:
     with (folder / "printed.txt").open("wb") as printed:
         began = time.perf_counter()
         told = [(os.POSIX_SPAWN_DUP2, printed.fileno(), number) for number in (1, 2)]
-        process = os.posix_spawn(
-            words[0], words, {**os.environ, "EOMGEN_CACHE": str(folder / "cache")}, file_actions=told
-        )
+        process = os.posix_spawn(words[0], words, environment_of_users(folder / "cache"), file_actions=told)
         _, status, usage = os.wait4(process, 0)
         wall = time.perf_counter() - began
     if os.waitstatus_to_exitcode(status):

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import resource
 import statistics
 import subprocess
@@ -73,7 +72,9 @@ def measured(case: str, functions: str) -> dict[str, float]:
 def in_process(case: str, functions: str, cache: Path) -> dict[str, float]:
     """Return what a new process measures."""
     command = [sys.executable, "-m", "benchmarks.build_time", "--one", case, functions]
-    environment = {**os.environ, "EOMGEN_CACHE": str(cache)}
+    from benchmarks.measure import environment_of_users
+
+    environment = environment_of_users(cache)
     folder = Path(__file__).resolve().parent.parent
     ran = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder, env=environment)
     if ran.returncode:

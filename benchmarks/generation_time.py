@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import statistics
 import subprocess
 import sys
@@ -23,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.measure import figure, machine, table
+from benchmarks.measure import environment_of_users, figure, machine, table
 from benchmarks.programs import default_folder
 from benchmarks.robots import ROBOTS, scene, shortened, urdf
 
@@ -75,7 +74,7 @@ def in_process(what: str, case: Case, cache: Path, **more: str) -> dict[str, flo
         text=True,
         check=False,
         cwd=Path(__file__).resolve().parent.parent,
-        env={**os.environ, "EOMGEN_CACHE": str(cache)},
+        env=environment_of_users(cache),
     )
     if result.returncode:
         raise RuntimeError(result.stderr)

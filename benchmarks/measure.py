@@ -76,6 +76,13 @@ def _batch(call: Callable[[], object], calls: int) -> float:
     return time.thread_time() - start
 
 
+def environment_of_users(cache: Path | str) -> dict[str, str]:
+    """Return the environment of a new process with the cache in a folder, in which Python keeps compiled modules as
+    users have them: without them each process takes 0.2 to 2 s more."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return kept | {"EOMGEN_CACHE": str(cache)}
+
+
 def machine() -> str:
     """Return processor, cores, load, Python and compiler in one line."""
     processor = platform.processor() or platform.machine()
