@@ -412,19 +412,25 @@ class _Variables:
         holonomic = program.multipliers[: program.sizes["holonomic"]]
         drifts = [f"constraint {name}" for name in holonomic]
         drifts += [f"rate of the constraint {name}" for name in program.multipliers]
-        rates = [_rate(item.unit) for item in program.velocities]
-        angular = [unit.startswith("1") for unit in program.row_units]
-        units = {
-            "algebraic": rates + ["N m" if turning else "N" for turning in angular],
-            "residual": [{"m/s^2": "N", "rad/s^2": "N m"}.get(unit, "") for unit in rates]
-            + ["1/s^2" if turning else "m/s^2" for turning in angular],
-            "drift": ["" if turning else "m" for turning in angular[: program.sizes["holonomic"]]]
-            + ["1/s" if turning else "m/s" for turning in angular],
-        }
+        units = _differential_algebraic_units(program)
         for kind, descriptions in (("algebraic", unknowns), ("residual", equations), ("drift", drifts)):
             for index, (description, unit) in enumerate(zip(descriptions, units[kind], strict=True)):
                 more: Any = {"initial": "calculated", "description": description, "unit": unit}
                 self._add(f"dae.{kind}[{index}]", kind, index, *local, **more)
+
+
+def _differential_algebraic_units(program: Program) -> dict[str, list[str]]:
+    """Return the units of algebraic variables, residuals and drifts, in the order of their numbers."""
+    rates = [_rate(item.unit) for item in program.velocities]
+    angular = [unit.startswith("1") for unit in program.row_units]
+    forces = ["N m" if turning else "N" for turning in angular]
+    balances = [{"m/s^2": "N", "rad/s^2": "N m"}.get(unit, "") for unit in rates]
+    positions = ["" if turning else "m" for turning in angular[: program.sizes["holonomic"]]]
+    return {
+        "algebraic": rates + forces,
+        "residual": balances + ["1/s^2" if turning else "m/s^2" for turning in angular],
+        "drift": positions + ["1/s" if turning else "m/s" for turning in angular],
+    }
 
 
 class _Structure:

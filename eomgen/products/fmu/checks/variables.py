@@ -231,11 +231,12 @@ def _check_values(variable: Variable, report: Report) -> None:
         report.add(element, "the independent variable has a start value", "start")
     elif starts is not None and not settable:
         report.add(element, 'there is a start value, and initial is "calculated"', "start")
-    _check_range(variable, starts or (), report)
+    _check_range(variable, report)
+    _check_starts(variable, starts or (), report)
 
 
-def _check_range(variable: Variable, starts: Sequence[str], report: Report) -> None:
-    """Report ranges without a value, and start values of another type or out of range."""
+def _check_range(variable: Variable, report: Report) -> None:
+    """Report ranges without a value, and nominal values that are zero or no number."""
     element = variable.element
     low, high = (number(variable.values.attributes.get(key, "")) for key in ("min", "max"))
     if low is not None and high is not None and low > high:
@@ -245,10 +246,16 @@ def _check_range(variable: Variable, starts: Sequence[str], report: Report) -> N
             report.add(element, f"{key} is not a number", key)
     if number(variable.values.attributes.get("nominal", "")) == 0.0:
         report.add(element, "the nominal value is zero", "nominal")
+
+
+def _check_starts(variable: Variable, starts: Sequence[str], report: Report) -> None:
+    """Report start values of another number or type, and out of range."""
+    element = variable.element
     if len(starts) > 1 and not variable.is_array:
         report.add(element, f"a scalar has {len(starts)} start values", "start")
     elif variable.is_array and starts and variable.size not in (None, len(starts)) and len(starts) > 1:
         report.add(element, f"an array of {variable.size} values has {len(starts)} start values", "start")
+    low, high = (number(variable.values.attributes.get(key, "")) for key in ("min", "max"))
     lowest, highest = -math.inf if low is None else low, math.inf if high is None else high
     for start in starts:
         value = number(start)
