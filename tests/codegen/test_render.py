@@ -100,6 +100,7 @@ def test_hostile_names_reach_no_file_unmangled() -> None:
     telling = [word for word in HOSTILE if word not in ("double", "p", "#define", "a_b")]
     for name, text in files.items():
         code = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) if name.endswith((".c", ".h")) else text
+        code = re.sub(r'"[\w.,()\[\]]*"', '""', code)  # names such as q.arm[2] are legal in strings
         found = [
             word for word in telling if word in code and (name.endswith((".c", ".h")) or "*/" in word or "{{" in word)
         ]
