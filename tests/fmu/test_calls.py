@@ -114,8 +114,7 @@ class Logged:
     """An FMU after its initialization, and its messages: in co-simulation or in model exchange."""
 
     def __init__(self, name: str, version: int, kind: str, *, start: bool = True) -> None:
-        file = file_of(name, version)
-        self.folder = fmpy.extract(str(file))
+        self.folder = fmpy.extract(str(self.file(name, version)))
         description = fmpy.read_model_description(self.folder)
         self.places = {item.name: item.valueReference for item in description.modelVariables}
         self.version, self.messages = version, list[str]()
@@ -141,6 +140,10 @@ class Logged:
         if start:
             self.fmu.enterInitializationMode()
             self.fmu.exitInitializationMode()
+
+    def file(self, name: str, version: int) -> Path:
+        """Return the FMU of a scene."""
+        return file_of(name, version)
 
     def note(self, *arguments: Any) -> None:
         self.messages.append(arguments[-1].decode())

@@ -59,6 +59,7 @@ if TYPE_CHECKING:
 @click.option(
     "--dae", is_flag=True, help="Importers may solve for accelerations and multipliers: FMI-LS-DAE, 1.0.0-alpha.1."
 )
+@click.option("--minimal", is_flag=True, help="States of model exchange are independent coordinates; for loops.")
 @click.option("--arrays", is_flag=True, help="Vectors are arrays, one variable each (FMI 3.0).")
 @click.option("--author", default="", metavar="TEXT", help="Of the model, for the model description.")
 @click.option("--model-version", default="", metavar="TEXT", help="Of the model, for the model description.")
@@ -83,6 +84,7 @@ def fmu(
     reference: bool | None,
     dae: bool,
     arrays: bool,
+    minimal: bool,
     author: str,
     model_version: str,
     copyright: str,
@@ -132,6 +134,7 @@ def fmu(
             license=license,
             license_file=license_file,
             description=description,
+            minimal=minimal,
         )
         path, made = export.written(file, make)
     if as_json:

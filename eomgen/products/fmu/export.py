@@ -63,6 +63,7 @@ def fmu(
     profile: str = "reproducible",
     dae: bool = False,
     arrays: bool = False,
+    minimal: bool = False,
     initial: Mapping[str, Any] | None = None,
     author: str = "",
     model_version: str = "",
@@ -106,6 +107,9 @@ def fmu(
         multipliers: FMI-LS-DAE, draft 1.0.0-alpha.1.
     arrays : bool
         Whether vectors (outputs, quaternions, positions, velocities of a joint) are arrays of FMI 3.0.
+    minimal : bool
+        Whether the states of model exchange are independent coordinates and velocities alone; the FMU then solves the
+        constraints for the others, and has no derivatives.
     initial : mapping
         Initial values as of ``simulate``: the start values of the FMU, brought onto the constraints.
     author, model_version, copyright, license : str
@@ -144,6 +148,7 @@ def fmu(
         profile=profile,
         dae=dae,
         arrays=arrays,
+        minimal=minimal,
         initial=initial,
         author=author,
         model_version=model_version,
@@ -197,6 +202,7 @@ def fmu_files(
     profile: str = "reproducible",
     dae: bool = False,
     arrays: bool = False,
+    minimal: bool = False,
     initial: Mapping[str, Any] | None = None,
     author: str = "",
     model_version: str = "",
@@ -207,7 +213,7 @@ def fmu_files(
 ) -> FmuFiles:
     """Return the files of an FMU; see ``fmu``."""
     about = About(author, model_version, copyright, license, _licence_text(license_file), description)
-    options = replace(_checked(version, types, inputs, dae, arrays), about=about)
+    options = replace(_checked(version, types, inputs, dae, arrays, minimal), about=about)
     version = options.version
     others = [machine_named(name, version) for name in machines]
     document = pipeline.load_scene(scene)
@@ -220,8 +226,10 @@ def fmu_files(
     if program.method.get("samples", {}).get("from_caller"):
         fault = "functions of the caller give samples of a controller, and an FMU has no caller's functions"
         raise ModelError(Problem(program.prefix, fault, 'source = "law.c", with the function in C'))
+    if options.minimal:
+        _check_minimal(program)
     interface = interface_of(program, described, options)
-    derivatives = derivative_data(program, interface)
+    derivatives = None if options.minimal else derivative_data(program, interface)
     interface = replace(interface, provides_derivatives=derivatives is not None)
     simulation = described.simulation
     experiment = Experiment(simulation.duration, simulation.step, simulation.tolerance)
@@ -285,7 +293,9 @@ def _licence_text(file: str | Path | None) -> str:
         ) from None
 
 
-def _checked(version: int | str, types: Sequence[str] | str, inputs: Sequence[str], dae: bool, arrays: bool) -> Options:
+def _checked(
+    version: int | str, types: Sequence[str] | str, inputs: Sequence[str], dae: bool, arrays: bool, minimal: bool
+) -> Options:
     """Return checked options. Raises UsageError."""
     number = {"2": 2, "2.0": 2, "3": 3, "3.0": 3}.get(str(version))
     if number is None:
@@ -302,7 +312,12 @@ def _checked(version: int | str, types: Sequence[str] | str, inputs: Sequence[st
         raise UsageError(Problem("dae", fault, "version 3 with me"))
     if arrays and number != 3:
         raise UsageError(Problem("arrays", "FMI 2.0 has scalars alone", "version 3"))
-    return Options(number, tuple(name for name in TYPES if name in names), tuple(inputs), dae, arrays)
+    if minimal and "me" not in names:
+        raise UsageError(Problem("minimal", "minimal coordinates are states of model exchange", "types with me"))
+    if minimal and dae:
+        fault = "a differential-algebraic system has all coordinates as states"
+        raise UsageError(Problem("minimal", fault, "dae or minimal alone"))
+    return Options(number, tuple(name for name in TYPES if name in names), tuple(inputs), dae, arrays, minimal=minimal)
 
 
 def _check_exported(scene: Scene, described: Description, options: Options) -> None:
@@ -316,6 +331,17 @@ def _check_exported(scene: Scene, described: Description, options: Options) -> N
         names = ", ".join(motion.name for motion in described.motions)
         fault = f"the caller moves {names} between steps, and FMI has no such motion"
         raise ModelError(Problem(scene.name, fault, "a drive with a law of time, or a joint that an input drives"))
+
+
+def _check_minimal(program: Program) -> None:
+    """Raise ModelError if there are no minimal coordinates other than q and v, or none at all."""
+    freedoms = program.sizes["v"] - program.sizes["lam"]
+    if not program.sizes["lam"]:
+        fault = "coordinates of a scene without constraints are minimal already"
+        raise ModelError(Problem(program.prefix, fault, "no option minimal"))
+    if freedoms < 1:
+        fault = "the constraints leave no freedom, so no states are left"
+        raise ModelError(Problem(program.prefix, fault, "no option minimal"))
 
 
 def _program(

@@ -26,7 +26,7 @@ _STRUCTURED = re.compile(rf"(?a:{_IDENTIFIER}|der\({_IDENTIFIER}\))")
 #: In place of the token, which follows from all other texts.
 NO_TOKEN = "{00000000-0000-0000-0000-000000000000}"
 #: Kinds of variables with values that the equations give.
-CALCULATED = ("der_q", "der_v", "der_z", "output", "formula", "indicator", "residual", "drift")
+CALCULATED = ("der_q", "der_v", "der_z", "der_minimal", "output", "formula", "indicator", "residual", "drift")
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,8 @@ class Variable:
     kind : ``time``, ``parameter``, ``input``, ``q``, ``v``, ``z``, ``sampled`` (internal state), ``turns`` (reference
         of an angle over several turns), ``der_q``, ``der_v``, ``der_z``, ``output``, ``mode``, ``formula`` (an input
         that the scene gives) or ``indicator``; with ``dae`` ``switch``, ``algebraic`` (accelerations, then
-        multipliers), ``residual`` and ``drift`` (constraints, then rates)
+        multipliers), ``residual`` and ``drift`` (constraints, then rates); with ``minimal`` ``minimal`` (independent
+        coordinates, then velocities) and ``der_minimal``
     index : place in the array of the kind
     initial : ``exact``, ``approx`` or ``calculated``; empty for inputs and the time
     start : None if the equations give the value
@@ -111,6 +112,7 @@ class Options:
     dae : whether the FMU can leave accelerations and multipliers to the importer, see ``dae.py``
     arrays : whether vectors are arrays, see ``arrays.py``
     about : author, version, copyright, licence and description of the model
+    minimal : whether the states of model exchange are independent coordinates and velocities alone
     """
 
     version: int
@@ -119,6 +121,7 @@ class Options:
     dae: bool = False
     arrays: bool = False
     about: About = About()
+    minimal: bool = False
 
 
 @dataclass(frozen=True)
@@ -180,7 +183,8 @@ class Interface:
     @property
     def states(self) -> tuple[Variable, ...]:
         """Continuous states, in the order of the derivatives."""
-        return (*self.of("q"), *self.of("v"), *self.of("z"))
+        positions = self.of("minimal") if self.options.minimal else (*self.of("q"), *self.of("v"))
+        return (*positions, *self.of("z"))
 
     @cached_property
     def dependencies(self) -> Dependencies:
@@ -223,7 +227,7 @@ def mode_parameters(program: Program) -> list[int]:
 def interface_of(program: Program, described: Description, options: Options) -> Interface:
     """Return the interface of a Program with a method."""
     made = _Variables(program, described, options)
-    structure = _Structure(program, made.variables, made.places, options.version)
+    structure = _Structure(program, made.variables, made.places, options)
     return Interface(
         program,
         options,
@@ -242,7 +246,7 @@ class _Variables:
     """Variables in the order of the value references."""
 
     def __init__(self, program: Program, described: Description, options: Options) -> None:
-        self.program, self.described = program, described
+        self.program, self.described, self.minimal = program, described, options.minimal
         self.variables: list[Variable] = []
         self.places: dict[tuple[str, int], int] = {}
         self.units: dict[str, FmuUnit] = {}
@@ -317,11 +321,24 @@ class _Variables:
             self._state("v", index, item, item.value, constrained or "v" in acting)
         for index, (item, start) in enumerate(zip(program.states, program.initial_z, strict=True)):
             self._state("sampled" if index in sampled else "z", index, item, start, "z" in acting)
+        if self.minimal:
+            self._independent()
+
+    def _independent(self) -> None:
+        """Add the states of minimal coordinates, which stand for other ones of q and v at other configurations."""
+        sizes = self.program.sizes
+        positions, velocities = sizes["v"] - sizes["holonomic"], sizes["v"] - sizes["lam"]
+        for index in range(positions + velocities):
+            block, number = ("q", index) if index < positions else ("v", index - positions)
+            text = "coordinate" if block == "q" else "velocity"
+            more: Any = {"initial": "calculated", "description": f"independent {text} {number}", "reinit": True}
+            self._add(f"minimal.{block}[{number}]", "minimal", index, "local", "continuous", **more)
 
     def _state(self, kind: str, index: int, item: Quantity, start: float, reinit: bool) -> None:
         """Add a state; positions and velocities of constrained scenes are guesses that the start corrects."""
         guessed = bool(self.program.sizes["lam"]) and kind in ("q", "v")
         continuous = kind in ("q", "v", "z")
+        reinit = reinit and not (self.minimal and kind != "z")
         self._add(
             item.name,
             kind,
@@ -336,7 +353,7 @@ class _Variables:
         )
 
     def _derivatives(self) -> None:
-        for kind in ("q", "v", "z"):
+        for kind in ("minimal", "z") if self.minimal else ("q", "v", "z"):
             for state in [item for item in self.variables if item.kind == kind]:
                 rate = _rate(state.unit)
                 self._add(
@@ -437,9 +454,9 @@ class _Structure:
     """The model structure: unknowns with dependencies."""
 
     def __init__(
-        self, program: Program, variables: Sequence[Variable], places: Mapping[Known, int], version: int
+        self, program: Program, variables: Sequence[Variable], places: Mapping[Known, int], options: Options
     ) -> None:
-        self.places, self.version = places, version
+        self.places, self.version, self.minimal = places, options.version, options.minimal
         self.dependencies = Dependencies(program, [item.index for item in variables if item.kind == "input"])
         self.constrained = bool(program.sizes["lam"])
         self.outputs = tuple(self._unknown(item) for item in variables if item.kind == "output")
@@ -447,7 +464,8 @@ class _Structure:
         self.derivatives = tuple(self._unknown(item) for item in rates)
         self.indicators = tuple(Unknown(item.reference) for item in variables if item.kind == "indicator")
         initial = [item for item in variables if item.causality == "output" or item.derivative is not None]
-        initial += [item for item in variables if item.kind in ("q", "v") and item.initial == "approx"]
+        corrected = ("minimal",) if self.minimal else ("q", "v")
+        initial += [item for item in variables if item.kind in corrected and item.initial in ("approx", "calculated")]
         self.initial_unknowns = tuple(
             self._unknown(item, initial=True) for item in sorted(initial, key=lambda item: item.reference)
         )
@@ -458,7 +476,7 @@ class _Structure:
         return known if kind != "z" or known in self.places else ("sampled", index)
 
     def _unknown(self, item: Variable, *, initial: bool = False) -> Unknown:
-        if initial and self.constrained:
+        if self.minimal or (initial and self.constrained):
             return Unknown(item.reference)
         known = self.dependencies.of(item.kind, item.index)
         if known is None:

@@ -97,6 +97,8 @@ def described(interface: Interface) -> str:
         form = (
             "accelerations and multipliers of index 1, with projection of positions and velocities at completed steps"
         )
+        if interface.options.minimal:
+            form = "minimal coordinates: states are independent coordinates and velocities"
         text = f"{text}{'. ' if text else ''}Model exchange: constraints by {form}"
     return text
 

@@ -86,6 +86,7 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
         "nh": sizes["holonomic"],
         "ny": sum(item.size for item in program.outputs),
         "states": interface.states,
+        "first_z": len(interface.states) - len(continuous),
         "nx": len(interface.states),
         "rotations": rotations,
         "quaternions": [_name_of_quaternion(interface, factor["q_start"]) for factor in rotations],
@@ -102,6 +103,7 @@ def _context(interface: Interface, program: Program, derivatives: Mapping[str, A
         "ranges": _ranges(interface),
         "explicit": explicit,
         "dae": interface.options.dae,
+        "minimal": interface.options.minimal,
         "sizes_of_arrays": _sizes(interface) if interface.options.arrays else (),
         "solved": not explicit,
         "scratch": () if derivatives is None else derivatives["scratch"],
@@ -171,6 +173,7 @@ def _places(interface: Interface) -> list[str]:
         "indicator": "indicator",
         "residual": "residual",
         "drift": "drift",
+        "minimal": "s",
     }
     for item in interface.variables:
         if item.kind == "time":
