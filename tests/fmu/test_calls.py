@@ -4,6 +4,7 @@ instances, quaternions without a direction; and what the log says."""
 from __future__ import annotations
 
 import ctypes
+import re
 import subprocess
 import tomllib
 from collections.abc import Callable
@@ -98,6 +99,13 @@ def ranged_ball() -> dict[str, Any]:
     return data
 
 
+def linkage() -> dict[str, Any]:
+    """Return the four-bar linkage with a ground link of tunable length."""
+    data = tomllib.loads((EXAMPLES / "four_bar" / "scene.toml").read_text(encoding="utf-8"))
+    data["parameters"]["ground"]["tunable"] = True
+    return data
+
+
 @cache
 def file_of(name: str, version: int) -> Path:
     made: dict[str, Callable[[], Any]] = {
@@ -105,6 +113,7 @@ def file_of(name: str, version: int) -> Path:
         "stopped": stopped_ball,
         "ranged": ranged_ball,
         "raised": ranged_ball,
+        "linkage": linkage,
     }
     scene = made[name]() if name in made else eomgen.load(EXAMPLES / name / "scene.toml")
     return written(scene, version, initial=RAISED if name == "raised" else None)
@@ -220,6 +229,25 @@ def test_a_quaternion_without_a_direction_is_named_at_the_end_of_the_initializat
         unit.set({name: 0.0 for name in unit.places if name.startswith("q.") and name.endswith(("[2]", "[3]"))})
         unit.refuses("ExitInitializationMode: the quaternion of q.", unit.fmu.exitInitializationMode)
         unit.refuses("cannot be scaled to unit length", unit.fmu.exitInitializationMode)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("kind", ["cs", "me"])
+def test_a_start_without_a_solution_names_the_constraint_that_it_misses(version: int, kind: str) -> None:
+    """A ground link of a kilometre: no positions close the loop; the importer corrects the parameter and goes on."""
+    unit = Logged("linkage", version, kind, start=False)
+    unit.set({"ground": 1000.0})
+    unit.fmu.enterInitializationMode()
+    with pytest.raises(FMICallException, match=r"\(error\)"):
+        unit.fmu.exitInitializationMode()
+    missed = next(message for message in unit.messages if message.startswith("the start values miss"))
+    assert re.fullmatch(
+        'the start values miss the constraint "rocker_pin: origins meet along [xyz]" by -978, '
+        "and no positions nearby satisfy all constraints",
+        missed,
+    )
+    unit.set({"ground": 0.4})
+    unit.fmu.exitInitializationMode()
 
 
 def test_steps_without_end_and_sizes_that_differ_are_errors() -> None:

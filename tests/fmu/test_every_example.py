@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import zipfile
 from collections.abc import Mapping
 from functools import cache
@@ -16,6 +17,7 @@ from fmpy.validation import validate_fmu
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.base.files import template_folder
 from tests.fmu.importers import Rows, columns, recorded, run, toolbox_findings, written
 from tests.fmu.test_linking import rebuilt_by_bd2cmake
 
@@ -79,6 +81,20 @@ def test_co_simulation_has_the_bits_of_simulate(name: str, version: int) -> None
     assert known
     for column, values in known.items():
         assert np.array_equal(rows[column][: len(values)], values), column
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("name", SCENES)
+def test_sources_compile_without_warnings(name: str, version: int, tmp_path: Path) -> None:
+    folder = file_of(name, version)
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-fPIC", "-shared"]
+    flags += [f"-I{template_folder() / 'fmu' / f'fmi{version}'}"]
+    sources = sorted((folder / "sources").glob("*.c"))
+    done = subprocess.run(
+        ["gcc", *flags, *sources, "-o", tmp_path / "library.so", "-lm"], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.long
