@@ -14,6 +14,7 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.codegen.targets.c.uniform import MEANINGS
+from eomgen.errors import UsageError
 from eomgen.system.system import INPUT_BLOCKS
 from tests.models.cache import shared_cache
 
@@ -155,3 +156,8 @@ def test_parts_without_this_signature_refuse(
     scene = str(EXAMPLES / "four_bar" / "scene.toml")
     assert main(["generate", scene, "--uniform", "--out", str(tmp_path / "c"), *arguments]) == code
     assert message in capsys.readouterr().err
+
+
+def test_folders_in_other_languages_have_no_uniform_signature(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"uniform: one signature is written in C, not in .*; try: target c"):
+        eomgen.generate(EXAMPLES / "four_bar" / "scene.toml", tmp_path / "c", target="casadi", uniform=True)

@@ -216,7 +216,7 @@ def test_the_written_scene_is_generated_as_c(plant: StateSpace, tmp_path: Path) 
         ({"limits": {"push": (-1.0, 1.0)}}, "limits of push: push is 3 at the reference of the linear model, and the"),
         ({"limits": {"push": (1.5, 3.9)}, "quantum": {"push": 2.0}}, "limits of push: push is 3 at the reference"),
         ({"limits": {"push": (2.9, 3.1)}, "quantum": {"push": 2.0}}, "quantum of push: no multiple of the quantum 2"),
-        ({"limits": {"push": (1.5, 5.9)}, "quantum": {"push": 3.0}}, "quantum of push: the quantum 3 leaves one value"),
+        ({"limits": {"push": (1.5, 5.9)}, "quantum": {"push": 3.0}}, "3 leaves one value between the limits, 3"),
         ({"delay": {"push": -0.001}}, "delay of push: the delay -0.001 s is negative; try: a time from zero on"),
         ({"delay": {"place": "3 kg"}}, "delay of place:"),
         ({"delay": {"place": None}}, ""),

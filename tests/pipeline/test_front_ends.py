@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.errors import ModelError
 from eomgen.products.studies.verification.check import check
 from eomgen.results.plots import draw
 from tests.models.cache import shared_cache
@@ -107,3 +108,9 @@ def test_its_c_stands_alone(tmp_path: Path) -> None:
 def test_documents_of_nobody_are_refused() -> None:
     with pytest.raises(eomgen.UsageError, match="a scene, a path or a mapping like a scene file is needed, not int"):
         eomgen.build(3)  # type: ignore[arg-type]
+
+
+def test_a_document_that_is_no_scene_is_not_saved(tmp_path: Path) -> None:
+    model = eomgen.build(lattice("fput"), profile="quick")
+    with pytest.raises(ModelError, match=r"save: fput was not made from a scene; try: eomgen\.build"):
+        model.save(tmp_path / "lattice.eomgen")

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen import extending
-from eomgen.errors import DescriptionError, UsageError
+from eomgen.errors import DescriptionError, ModelError, UsageError
 from eomgen.extending import Connection, ElementaryMotion
 from eomgen.pipeline.readings import stored_scene
 from eomgen.pipeline.scenes import SCENES
@@ -170,3 +170,11 @@ def test_a_broken_entry_point_is_named_with_its_distribution(installed: Path, en
     with pytest.raises(UsageError) as error:
         load_toml(TEXT)
     assert f"of the distribution slots-for-eomgen {message}" in str(error.value)
+
+
+@pytest.mark.usefixtures("installed")
+def test_models_with_a_type_of_another_distribution_are_not_saved(tmp_path: Path) -> None:
+    model = eomgen.build(load_toml(TEXT), profile="quick")
+    fault = "plate has parts of another distribution, which a file cannot hold: the type of the joint pin"
+    with pytest.raises(ModelError, match=f"save: {fault}; try: eomgen.build"):
+        model.save(tmp_path / "plate.eomgen")
