@@ -22,6 +22,7 @@ def test_random_scenes_agree(kind: str, monkeypatch: pytest.MonkeyPatch, tmp_pat
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("beam", "hull")
 @pytest.mark.parametrize("kind", KINDS)
 def test_more_random_scenes_agree(kind: str, monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))

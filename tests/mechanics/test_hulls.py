@@ -176,6 +176,7 @@ SEA = {"spectrum": {"type": "jonswap", "height": 1, "period": 7}, "components": 
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_all_forms_of_a_platform_with_a_pendulum_agree(coordinates: str) -> None:
     """Every closed form, power and derivative, by the checks of a scene."""

@@ -27,7 +27,13 @@ LARGE = {"cable_net", "hanging_chain", "misaligned_four_bar", "rattleback", "unb
 SCENES = sorted(path.parent.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("scene.toml"))
 TESTED = [name for name in SCENES if name not in LARGE]
 #: Examples whose implicit step takes minutes in the Newton iterations of the oracle.
-LONG_STEPS = {"elastic_slider_crank", "slider_crank_spatial"}
+LONG_STEPS = {
+    "elastic_slider_crank",
+    "slider_crank_spatial",
+    "slider_crank_planar",
+    "elastic_vehicle",
+    "elastic_pendulum",
+}
 #: Nonzeros that are zero at all random states: of a mode that is off, of a damper that reaches no limit, of laws by
 #: cases with zeros in one of the cases, of products that vanish in outputs, of a turn about an axis through a point or
 #: a centre of mass, and of equal moments of inertia.
@@ -122,6 +128,7 @@ def by_complex_steps(function: Any, taken: list[str], state: Mapping[str, Array]
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("elastic_pendulum")
 @pytest.mark.parametrize("example", TESTED)
 def test_derivatives_are_those_of_complex_steps(example: str, rng: np.random.Generator) -> None:
     """Rounding is relative to the Jacobian where second derivatives of stiff forces cancel."""

@@ -137,6 +137,7 @@ def test_a_long_beam_is_continued_from_beams_of_28_and_more_elements() -> None:
     ],
     ids=["cantilever", "inextensible", "carrying at its end", "carrying near its root", "two", "hinged"],
 )
+@pytest.mark.long_cases("inextensible", "two")
 def test_c_of_long_beams_is_that_of_derived_ones(data: Mapping[str, Any]) -> None:
     assert equal_elements.equal_elements(eomgen.load(data)) is not None
     made, derived = programs(data)

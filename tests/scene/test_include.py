@@ -495,7 +495,7 @@ def test_options_of_a_robot(folder: Path) -> None:
             'file = "."',
             (
                 "car.toml:14 (include.left.file): '.' is not a kind of file that can be included; "
-                "try: a .toml scene or a .urdf file"
+                "try: a .toml scene, a .urdf file or an .xml file of MuJoCo"
             ),
         ),
         (

@@ -51,8 +51,8 @@ def shaken() -> eomgen.Model:
     return model_of(process, f"force - {w * w} * q.slide - {2.0 * damping * w} * v.slide")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("time", [*TIMES[:2], pytest.param(RECORD, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("time", TIMES)
 def test_deviations_under_a_record_of_half_a_minute_are_those_of_lyapunovs_equation(
     shaken: eomgen.Model, time: float
 ) -> None:

@@ -57,7 +57,7 @@ def source_of(path: Path) -> Source | None:
     return (own[0] if own else None) or next((source for source in sources() if ending in source.endings), None)
 
 
-def readable(path: Path, kinds: str = " or ") -> str:
+def readable(path: Path) -> str:
     """Return a hint for a file that no source reads."""
     ending = path.suffix.lower()
     if ending == ".npz":
@@ -65,7 +65,8 @@ def readable(path: Path, kinds: str = " or ") -> str:
     if not ending and (endings := [end for source in sources() for end in source.endings if _is_file(path, end)]):
         return " or ".join(str(path.with_name(path.name + end)) for end in endings)
     hints = (source.elsewhere[ending] for source in sources() if ending in source.elsewhere)
-    return next(hints, kinds.join(source.article for source in sources()))
+    *others, last = [source.article for source in sources()]
+    return next(hints, f"{', '.join(others)} or {last}")
 
 
 def all_options() -> dict[str, tuple[Source, Option]]:

@@ -14,13 +14,15 @@ FAILURES = [
     Failure(
         "A folder in the place of a file",
         2,
-        "usage error: '.' is not a kind of file that can be read; try: a .toml scene or a .urdf file",
+        "usage error: '.' is not a kind of file that can be read; "
+        "try: a .toml scene, a .urdf file or an .xml file of MuJoCo",
         command="info .",
     ),
     Failure(
         "A file of unknown kind",
         2,
-        "usage error: 'scene.yaml' is not a kind of file that can be read; try: a .toml scene or a .urdf file",
+        "usage error: 'scene.yaml' is not a kind of file that can be read; "
+        "try: a .toml scene, a .urdf file or an .xml file of MuJoCo",
         command="info scene.yaml",
         files={"scene.yaml": "name: arm\n"},
     ),
