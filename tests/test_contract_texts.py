@@ -110,7 +110,6 @@ def unclear(first: float, second: float) -> float:
 
 
 def test_numpydoc_finds_what_is_wrong_with_a_docstring() -> None:
-    pytest.importorskip("numpydoc")
     codes = {item.code for item in findings_of(f"{__name__}.unclear", sections=True)}
     assert {"SS03", "SS05", "PR01", "PR02", "RT01"} <= codes and not codes & LEFT_OUT.keys()
     assert not {"PR01", "RT01"} & {item.code for item in findings_of(f"{__name__}.unclear", sections=False)}

@@ -152,7 +152,7 @@ class Chart {
     ink.restore();
   }
 
-  /** Places of the names of the curves, in as many rows as they need, three at most; what has no room is counted. */
+  /** Places of the names of the curves, in as many rows as they need, three at most; names without room are counted. */
   legend(ink, curves) {
     const shown = [];
     let [x, row] = [8, 0];

@@ -22,7 +22,7 @@ class Raster {
     this.clear();
   }
 
-  /** Remove the colours and keep the depths: what follows is hidden by what was there. */
+  /** Remove the colours and keep the depths: earlier shapes hide later ones. */
   clear() { this.colours.fill(0, 0, this.width * this.height); }
 
   /** Fill a triangle of places [x, y] on the canvas and inverse depths w, in one colour of four bytes. */
