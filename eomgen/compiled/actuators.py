@@ -25,6 +25,8 @@ from eomgen.errors import NumericalError, Problem, UsageError
 _SINGULAR = 1e-10
 #: Residual of the equations, relative to the required forces, up to which efforts are accepted.
 _LEFT_OVER = 1e-8
+#: Residual of the equations, relative to inertia and other forces, that counts as round-off.
+_ROUND_OFF = 1e-13
 #: Tolerated residual of the constraints at accelerations, as a share of its summands.
 _MISSED = 1e-6
 #: Share of the largest effort in an internal effort below which an actuator takes no part in the internal effort.
@@ -128,6 +130,7 @@ def actuator_efforts(
     given: dict[str, Any] = {"q": q, "v": v, "t": t, "z": z, "parameters": parameters, "base": base}
     names, S, still = _columns(able, actuators, given)
     (r,) = terms.call("inverse_dynamics", **{**given, "u": still}, a=a)
+    (at_rest,) = terms.call("inverse_dynamics", **{**given, "u": still}, a=np.zeros(terms.functions.sizes["v"]))
     nv, rows = terms.functions.sizes["v"], len(terms.multipliers)
     batch = np.broadcast_shapes(r.shape[:-1], S.shape[:-2])
     r, S = np.broadcast_to(r, (*batch, nv)), np.broadcast_to(S, (*batch, nv, len(names)))
@@ -140,7 +143,10 @@ def actuator_efforts(
     A, wanted = P @ S, (P @ r[..., np.newaxis])[..., 0]
     efforts = (np.linalg.pinv(A, rcond=_SINGULAR) @ wanted[..., np.newaxis])[..., 0]
     needed = (S @ efforts[..., np.newaxis])[..., 0] - r
-    _check_left_over(terms.v_names, names, (P @ needed[..., np.newaxis])[..., 0], wanted)
+    # In free motion inertia and the other forces, of this size, cancel down to round-off.
+    summands = np.linalg.norm(r - at_rest, axis=-1) + np.linalg.norm(at_rest, axis=-1)
+    allowed = _LEFT_OVER * np.linalg.norm(wanted, axis=-1) + _ROUND_OFF * summands
+    _check_left_over(terms.v_names, names, (P @ needed[..., np.newaxis])[..., 0], allowed)
     multipliers = (np.swapaxes(inverse, -1, -2) @ needed[..., np.newaxis])[..., 0]
     return ActuatorEfforts(names, efforts, multipliers, _null_space(A))
 
@@ -188,9 +194,8 @@ def _check_accelerations(terms: Any, B: Array, a: Array, bias: Array) -> None:
         raise UsageError(Problem("a", fault, hint))
 
 
-def _check_left_over(v_names: Sequence[str], names: Sequence[str], left: Array, wanted: Array) -> None:
-    size = np.linalg.norm(wanted, axis=-1)
-    if np.any(np.linalg.norm(left, axis=-1) > _LEFT_OVER * size):
+def _check_left_over(v_names: Sequence[str], names: Sequence[str], left: Array, allowed: Array) -> None:
+    if np.any(np.linalg.norm(left, axis=-1) > allowed):
         most = int(np.argmax(np.abs(left).max(axis=tuple(range(left.ndim - 1)))))
         fault = (
             f"the actuators {', '.join(names)} cannot give this motion: {float(np.abs(left[..., most]).max()):.3g}"

@@ -21,7 +21,7 @@ from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.control.schema import Controller
 from eomgen.scene.document.schema import Include, document_for, include_of, section_keys
 from eomgen.scene.document.units import in_si
-from eomgen.scene.document.validation import explained
+from eomgen.scene.document.validation import explained, wrong_format
 from eomgen.scene.formula.namespaces import FileData, IncludedText, Namespace
 from eomgen.scene.formula.scope import REACTING
 from eomgen.scene.reading.key_metadata import Inner, KeyMetadata, Table, fields_of
@@ -326,12 +326,8 @@ def _part(source: Source, text: str, path: Path, entry: Include) -> FileData:
 def _check_top_level(data: dict[str, Any], report: Report) -> None:
     """Report problems in the keys of an included file that the including scene ignores; drop illegal keys."""
     if data.get("format") != 1:
-        fault = (
-            f"this eomgen reads format 1, not {described(data['format'])}"
-            if "format" in data
-            else "the key format is missing"
-        )
-        report.add("format", fault, "format = 1")
+        missing = ("the key format is missing", "format = 1")
+        report.add("format", *(wrong_format(data["format"]) if "format" in data else missing))
     schema = document_for(data)
     sections = section_keys(schema)
     for key in list(data):

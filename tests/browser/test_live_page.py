@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from benchmarks import frame_rates
 from tests.browser.chromium import Browser
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -126,3 +127,21 @@ def test_no_text_of_a_plot_is_cut_and_every_curve_is_named(width: int, browser: 
     assert told["cut"] == []
     assert len(told["curves"]) > 8 and set(told["curves"]) <= set(told["names"])
     assert told["title"] == "four_bar"
+
+
+@pytest.mark.slow
+def test_a_page_that_plays_keeps_the_time_of_its_model(browser: Browser, tmp_path: Path) -> None:
+    model, solution = run_of("bouncing_ball", 3.0)
+    page = model.live(tmp_path / "ball.html", solution=solution)
+    counted = frame_rates.count(page, 1.0, browser.command)
+    assert counted.seconds >= 1.0 and 1.0 <= counted.frames <= 61.0 * counted.seconds
+    assert abs(counted.model - counted.seconds) < 0.2
+
+
+@pytest.mark.slow
+def test_a_page_that_does_not_play_is_named(browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(frame_rates, "PATIENCE", 1.0)
+    page = tmp_path / "empty.html"
+    page.write_text("<body></body>", encoding="utf-8")
+    with pytest.raises(RuntimeError, match=r"^empty\.html does not start to play$"):
+        frame_rates.count(page, 0.1, browser.command)

@@ -108,6 +108,12 @@ def test_efforts_and_multipliers_give_the_motion() -> None:
     assert reached.shape == a.shape
 
 
+def test_free_motion_needs_no_effort() -> None:
+    slope = crank_torque(0.8, 2.0, 1.0) - crank_torque(0.8, 2.0, 0.0)
+    q, v, a = state(0.8, 2.0, -crank_torque(0.8, 2.0, 0.0) / slope)
+    assert np.abs(slider_crank().actuator_efforts(q, v, a, ["turn"]).efforts) < 1e-12
+
+
 def test_inertia_of_a_frame_that_a_loop_holds() -> None:
     """Kinetic energy is half of the crank's inertia times its rate squared, and of the slider's times its velocity."""
     model, angles = slider_crank(), np.array([0.4, 1.1, -2.2])

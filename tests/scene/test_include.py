@@ -607,7 +607,11 @@ def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, message
             "wheel.toml:13 (bodies.hub.mass): '3 m' is a length, a mass in kg is expected",
         ),
         ('rest = "300 mm"', 'rest = "300 mmm"', "wheel.toml:7 (parameters.rest.value): there is no unit 'mmm'"),
-        ("format = 1", "format = 2", "wheel.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1"),
+        (
+            "format = 1",
+            "format = 2",
+            "wheel.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1, or a newer eomgen",
+        ),
         ("format = 1\n", "", "wheel.toml (format): the key format is missing; try: format = 1"),
         ("[bodies.hub]", "[bodys.hub]", "wheel.toml:12 (bodys): the key 'bodys' is unknown here; try: bodies"),
         (

@@ -94,7 +94,7 @@ child = "ball"
         ),
         (
             replaced("format = 1", "format = 2"),
-            "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1",
+            "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1, or a newer eomgen",
         ),
         (
             FLOATING,

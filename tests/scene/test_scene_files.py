@@ -298,7 +298,11 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("format = 1", "format = 2", "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1"),
+        (
+            "format = 1",
+            "format = 2",
+            "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1, or a newer eomgen",
+        ),
         ("format = 1\n", "", "scene.toml (format): the key format is missing; try: format = 1"),
         ('"pendulum"', "3", "scene.toml:2 (name): a text is needed here, not 3"),
         (

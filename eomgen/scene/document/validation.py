@@ -279,6 +279,13 @@ def child_hint(data: Mapping[str, Any]) -> str:
     return " or ".join(f'child = "{name}"' for name in free[:3] if is_legal(name)) or "child = ..."
 
 
+def wrong_format(given: object) -> tuple[str, str]:
+    """Return the fault and the remedy of a ``format`` that is not 1."""
+    later = isinstance(given, int) and given > 1
+    remedy = "format = 1, or a newer eomgen" if later else "format = 1"
+    return f"this eomgen reads format 1, not {described(given)}", remedy
+
+
 def explained(
     kind: str,
     message: str,
@@ -295,7 +302,7 @@ def explained(
     if kind == "missing":
         return f"the key {last} is missing", required(location)
     if location == ("format",):
-        return f"this eomgen reads format 1, not {described(given)}", "format = 1"
+        return wrong_format(given)
     if kind == "literal_error":
         return f"{described(given)} is not known here", _word_meant(message, location, given)
     if kind in ("greater_than_equal", "less_than_equal"):

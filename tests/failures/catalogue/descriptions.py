@@ -56,7 +56,8 @@ FAILURES = [
     Failure(
         "Another version of the format",
         3,
-        "description error: scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1",
+        "description error: scene.toml:1 (format): this eomgen reads format 1, not 2;"
+        " try: format = 1, or a newer eomgen",
         old="format = 1",
         new="format = 2",
     ),
