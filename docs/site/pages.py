@@ -55,12 +55,15 @@ class Part:
         Of the page with the list; the text stands above the list.
     pages : tuple of str
         Places of its pages in the order of the list.
+    captions : mapping, optional
+        Headings of the list, by the place of the first page below each.
     """
 
     place: str
     title: str
     text: str
     pages: tuple[str, ...] = ()
+    captions: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass
@@ -201,9 +204,14 @@ def _shown(match: re.Match[str], codes: list[str]) -> re.Match[str]:
 
 def contents(part: Part) -> str:
     """Return the page of a part: title, text and list of pages."""
-    here = Path(part.place).parent
-    pages = "\n".join(os.path.relpath(place, here) for place in part.pages)
-    return f"# {part.title}\n\n{part.text}\n\n```{{toctree}}\n:maxdepth: 1\n\n{pages}\n```\n"
+    here, text = Path(part.place).parent, f"# {part.title}\n\n{part.text}\n"
+    starts = [number for number, place in enumerate(part.pages) if number == 0 or place in part.captions]
+    for start, end in zip(starts, [*starts[1:], len(part.pages)], strict=True):
+        listed = part.pages[start:end]
+        heading = f"\n## {part.captions[listed[0]]}\n" if listed[0] in part.captions else ""
+        pages = "\n".join(os.path.relpath(place, here) for place in listed)
+        text += f"{heading}\n```{{toctree}}\n:maxdepth: 1\n\n{pages}\n```\n"
+    return text
 
 
 #: Pages about one subject each, by their place among the guides.
@@ -215,6 +223,29 @@ EVIDENCE = ("accuracy", "orders", "extremes", "benchmarks")
 THEORY = ("equations", "equilibria", "time_integration", "derivatives_of_runs", "generated_code")
 TUTORIALS: tuple[str, ...] = ("pendulum", "active_vehicle", "four_bar")
 PROJECT = ("support", "architecture", "modules")
+#: How-to pages by subject.
+HOW_TO = {
+    "Describe a machine": (
+        "units", "cable_net", "beam_with_large_deflection", "closed_loop_in_a_urdf", "mujoco_model",
+        "contact_with_the_ground", "shake_the_base_with_measured_data", "own_force_law", "write_a_plug_in",
+    ),
+    "Run and compare": (
+        "choose_method_and_step", "stop_at_an_event", "forces_in_joints", "many_runs", "ensemble_on_a_cluster",
+        "fit_parameters", "compare_two_runs", "page_for_a_colleague", "same_digits_everywhere",
+    ),
+    "Control": (
+        "my_own_controller", "my_own_controller_in_c", "sampled_controller", "state_space",
+        "inverse_dynamics_of_a_loop", "optimal_control_with_casadi",
+    ),
+    "Vibration": (
+        "natural_frequencies_and_modes", "frequency_response", "campbell_diagram", "ride_comfort_on_a_rough_road",
+        "fatigue_damage",
+    ),
+    "Equations, derivatives and code": (
+        "equations_as_symbols", "exact_derivatives", "check_derivatives", "gradients_in_jax",
+        "c_code_for_a_microcontroller", "fmu_for_simulink", "machine_without_compiler",
+    ),
+}  # fmt: skip  # lists of words
 
 
 def hand_written() -> Iterator[Page]:
@@ -258,7 +289,13 @@ def parts(site: Site) -> list[Part]:
     reference = ("scene/contents", "python/index", "command_line/index", "methods/index", "glossary")
     rows = (
         ("tutorials/index", "Tutorials", "A quarter of an hour each, from nothing.", under("tutorials", *TUTORIALS)),
-        ("how_to/index", "How-to pages", "One task on each page. Every block runs as it stands.", under("how_to")),
+        (
+            "how_to/index",
+            "How-to pages",
+            "One task on each page. Every block runs as it stands.",
+            under("how_to", *(name for names in HOW_TO.values() for name in names)),
+            {f"how_to/{names[0]}": subject for subject, names in HOW_TO.items()},
+        ),
         ("guide/contents", "Guides", "All uses of one subject, with options.", ("guide/index", *under("guide"))),
         (
             "reference/index",
@@ -288,7 +325,7 @@ def site_pages(generated: Iterable[Page]) -> Site:
     made = parts(site)
     for part in made:
         places = tuple(place for place in part.pages if place != part.place)
-        site.add(Page(part.place, contents(Part(part.place, part.title, part.text, places))))
+        site.add(Page(part.place, contents(Part(part.place, part.title, part.text, places, part.captions))))
     front, tops = site.pages["index"], [part.place for part in made if part.place.count("/") == 1]
     tree = "\n".join(tops)
     site.pages["index"] = Page("index", f"{front.text}\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n", front.source)

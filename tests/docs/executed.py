@@ -26,7 +26,7 @@ from typing import Any
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*(ROOT / "docs" / "tutorials").glob("*.md"), *(ROOT / "docs" / "how_to").glob("*.md")])
 _BLOCK = re.compile(r"^```(toml|c|csv|xml|python|text|console)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-_FILE = re.compile(r"(?:# |/\* |<!-- )([\w/]+\.(?:toml|c|csv|py|urdf))(, appended)?(?: \*/| -->)?\n")
+_FILE = re.compile(r"(?:# |/\* |<!-- )([\w/]+\.(?:toml|c|csv|py|urdf|xml))(, appended)?(?: \*/| -->)?\n")
 _PICTURE = re.compile(r"!\[[^\]]*\]\(([\w.]+)\)")
 #: Seconds that one command may take.
 _LIMIT = 300

@@ -14,6 +14,7 @@ __all__ = ["shared_cache"]
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("page_for_a_colleague")  # zig compiles its own library of C first
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_page_runs_as_it_stands(page: Path, tmp_path: Path) -> None:
     matplotlib.use("Agg")

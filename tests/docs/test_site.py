@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from docs.site.pages import Page, Site, anchor, relinked, site_pages, split, write
+from docs.site.pages import HOW_TO, Page, Site, anchor, relinked, site_pages, split, write
 from docs.site.reference import INTERNAL, MODULES, RESULTS, members, public_objects, reference_pages
 from eomgen.cli import VERBS
 from eomgen.integrators.families.register import method_names
@@ -62,6 +62,12 @@ def test_every_verb_method_and_section_has_its_page() -> None:
     table = pages["reference/methods/index"].text
     assert all(f"`{name}`" in table for name in method_names())
     assert {f"reference/scene/{row.key}" for row in Document.rows} - pages.keys() == set()
+
+
+def test_every_how_to_page_has_a_subject() -> None:
+    pages = {place.rpartition("/")[2] for place in site().pages if place.startswith("how_to/")} - {"index"}
+    assert sorted(pages) == sorted(name for names in HOW_TO.values() for name in names)
+    assert "## Vibration\n\n```{toctree}\n:maxdepth: 1\n\nnatural_" in site().pages["how_to/index"].text
 
 
 def test_all_links_lead_to_pages_and_files(tmp_path: Path) -> None:
