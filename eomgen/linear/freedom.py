@@ -205,6 +205,8 @@ def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = (
 
 def _solved(matrix: Array, right: Array) -> Array:
     """Return matrix^-1 right. Raises ModelError if the matrix has no inverse."""
+    if np.array_equal(matrix, np.eye(len(matrix))):  # trees, whose measures are their velocities
+        return right
     try:
         return np.asarray(np.linalg.solve(matrix, right), dtype=float)
     except np.linalg.LinAlgError:

@@ -253,7 +253,14 @@ def _nudged(statics: Statics, point: SearchPoint) -> SearchPoint | None:
     if not len(point.imbalance) or len(point.rates):
         return None
     values, vectors = np.linalg.eigh(point.symmetric)
-    if values[0] >= -1e3 * SOFT * point.largest_stiffness:
+    unstable = -1e3 * SOFT * point.largest_stiffness
+    if values[0] >= unstable:
+        return None
+    # Follower forces: the damped motion returns although the symmetric part alone would drive it away.
+    if (
+        not np.array_equal(point.stiffness, point.symmetric)
+        and np.min(np.linalg.eigvals(point.stiffness).real) >= unstable
+    ):
         return None
     lowest = values <= values[0] + 1e-9 * abs(values[0])
     away = canonical_direction(point.basis @ vectors[:, lowest], statics.sizes)  # rounding decides no side

@@ -21,8 +21,8 @@ def test_the_way_down_is_that_of_the_lowest_stiffness(
     axes = np.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3)))[0]
     symmetric = axes @ np.diag(stiffnesses) @ axes.T
     point: Any = SimpleNamespace(
-        imbalance=np.zeros(3), rates=np.zeros(0), symmetric=symmetric, largest_stiffness=max(map(abs, stiffnesses)),
-        basis=np.eye(3), dual=np.eye(3),
+        imbalance=np.zeros(3), rates=np.zeros(0), stiffness=symmetric, symmetric=symmetric,
+        largest_stiffness=max(map(abs, stiffnesses)), basis=np.eye(3), dual=np.eye(3),
     )  # fmt: skip  # a table
     statics: Any = SimpleNamespace(sizes=np.ones(3))
     monkeypatch.setattr(equilibrium_search, "moved", lambda statics, point, change: change)
@@ -33,3 +33,18 @@ def test_the_way_down_is_that_of_the_lowest_stiffness(
         assert np.abs(change).max() == pytest.approx(1e-3)
         assert abs(change @ lowest) == pytest.approx(np.linalg.norm(change))
         assert equilibrium_search._nudged(statics, SimpleNamespace(**{**vars(point), "rates": np.zeros(1)})) is None
+
+
+@pytest.mark.parametrize(("follower", "leaves"), [(3.0, False), (1.0, True)])
+def test_follower_forces_that_bring_the_motion_back_are_no_reason_to_leave(
+    monkeypatch: pytest.MonkeyPatch, follower: float, leaves: bool
+) -> None:
+    # Eigenvalues 1 +- sqrt(4 - follower^2): the symmetric part alone has -1 and 3.
+    stiffness = np.array([[1.0, 2.0 + follower], [2.0 - follower, 1.0]])
+    point: Any = SimpleNamespace(
+        imbalance=np.zeros(2), rates=np.zeros(0), stiffness=stiffness, symmetric=0.5 * (stiffness + stiffness.T),
+        largest_stiffness=5.0, basis=np.eye(2), dual=np.eye(2),
+    )  # fmt: skip  # a table
+    monkeypatch.setattr(equilibrium_search, "moved", lambda statics, point, change: change)
+    change = equilibrium_search._nudged(SimpleNamespace(sizes=np.ones(2)), point)
+    assert (change is not None) == leaves
