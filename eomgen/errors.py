@@ -44,6 +44,8 @@ class EomgenError(Exception):
     ----------
     problems : Problem, str or sequence of Problem
         Everything that was found wrong, not only the first of it.
+    hint : str, optional
+        Remedy, if ``problems`` is one text.
     """
 
     exit_code = 1
@@ -91,42 +93,90 @@ def _kind(problem: Problem) -> tuple[str, str]:
 
 
 class UsageError(EomgenError):
-    """A call or a command line that cannot be taken."""
+    """A call or a command line that cannot be taken.
+
+    Parameters
+    ----------
+    problems : Problem, str or sequence of Problem
+        Everything that is wrong with the call.
+    hint : str, optional
+        Remedy, if ``problems`` is one text.
+    """
 
     exit_code = 2
     title = "usage error"
 
 
 class DescriptionError(EomgenError):
-    """A scene, URDF or formula that is not well formed."""
+    """A scene, URDF or formula that is not well formed.
+
+    Parameters
+    ----------
+    problems : Problem, str or sequence of Problem
+        Everything that is wrong with the description.
+    hint : str, optional
+        Remedy, if ``problems`` is one text.
+    """
 
     exit_code = 3
     title = "description error"
 
 
 class ModelError(EomgenError):
-    """A well-formed description whose mechanics, or chosen method, cannot work."""
+    """A well-formed description whose mechanics, or chosen method, cannot work.
+
+    Parameters
+    ----------
+    problems : Problem, str or sequence of Problem
+        Everything that cannot work.
+    hint : str, optional
+        Remedy, if ``problems`` is one text.
+    """
 
     exit_code = 4
     title = "model error"
 
 
 class ToolchainError(EomgenError):
-    """The C compiler, its headers or its output are missing or failed."""
+    """The C compiler, its headers or its output are missing or failed.
+
+    Parameters
+    ----------
+    problems : Problem, str or sequence of Problem
+        Missing or failed parts of the toolchain.
+    hint : str, optional
+        Remedy, if ``problems`` is one text.
+    """
 
     exit_code = 5
     title = "toolchain error"
 
 
 class NumericalError(EomgenError):
-    """A computation that did not converge or left the finite numbers."""
+    """A computation that did not converge or left the finite numbers.
+
+    Parameters
+    ----------
+    problems : Problem, str or sequence of Problem
+        The computation, its place and time.
+    hint : str, optional
+        Remedy, if ``problems`` is one text.
+    """
 
     exit_code = 6
     title = "numerical error"
 
 
 class FileError(EomgenError):
-    """A file that cannot be read or written."""
+    """A file that cannot be read or written.
+
+    Parameters
+    ----------
+    problems : Problem, str or sequence of Problem
+        The file, and why it cannot be read or written.
+    hint : str, optional
+        Remedy, if ``problems`` is one text.
+    """
 
     exit_code = 7
     title = "input/output error"

@@ -57,6 +57,8 @@ _STRING_OR_COMMENT = re.compile(
     re.DOTALL,
 )
 _WORD = re.compile(r"[A-Za-z']+")
+#: Names of arguments at the heads of descriptions in a docstring: identifiers, not words.
+_ARGUMENTS = re.compile(r"^\s*\w+(?:, \w+)* : (?=\S)", re.MULTILINE)
 _BLOCK = re.compile(r"^```.*?^```$", re.DOTALL | re.MULTILINE)
 #: A blank line: paragraphs and headings are texts of their own.
 _PARAGRAPH = re.compile(r"\n\s*\n")
@@ -119,8 +121,9 @@ def counts_of(files: list[Path]) -> dict[str, int]:
         for text in texts:
             counts["words"] += len(_WORD.findall(text))
             counts["repeated"] += len(repetitions(text))
+            without_names = _ARGUMENTS.sub("", text)
             for phrase, pattern in {**PHRASES, **PRONOUNS}.items():
-                counts[phrase] += len(pattern.findall(text))
+                counts[phrase] += len(pattern.findall(without_names))
         for name in NAMES:
             counts[f"name {name}"] += names.count(name)
     return counts

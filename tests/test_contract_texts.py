@@ -17,7 +17,7 @@ import pytest
 import eomgen
 from docs.site.reference import INTERNAL
 from eomgen.simulation.simulator import Simulator
-from tests.docstrings import LEFT_OUT, findings_of
+from tests.docstrings import LEFT_OUT, findings_of, names, undocumented
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -75,22 +75,29 @@ def test_no_further_function_lacks_an_example() -> None:
     assert {name for name in without - INTERNAL if not name.startswith("SceneBuilder.")} == WITHOUT_EXAMPLE
 
 
-EXAMPLES = [name for name, function in CONTRACT.items() if ">>>" in (function.__doc__ or "")]
-# The compiler zig, which the second tier installs, makes WebAssembly.
-WITH_ZIG = {"Model.live"}
+#: Functions of the contract with an example, and all other public names with one.
+EXAMPLES = {name: function for name, function in CONTRACT.items() if ">>>" in (function.__doc__ or "")} | {
+    name: value
+    for name, value in names()
+    if inspect.isfunction(value) and ">>>" in (value.__doc__ or "") and value not in CONTRACT.values()
+}
+#: The compiler zig, which the second tier installs, makes WebAssembly; the others compile for more than a second.
+SLOW = {"Model.live", "eomgen.fmu", "eomgen.jax"}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in WITH_ZIG)) for name in EXAMPLES]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in EXAMPLES])
 def test_examples_run_as_they_stand(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     matplotlib.use("Agg")
     (tmp_path / "examples").symlink_to(Path(__file__).parents[1] / "examples")
     monkeypatch.chdir(tmp_path)
-    quick = SimpleNamespace(**{other: getattr(eomgen, other) for other in (*FUNCTIONS, "SceneBuilder", "Solution")})
-    quick.build = lambda path, terms=None: built(path, terms if terms is None else tuple(terms))
+    quick = SimpleNamespace(**{other: getattr(eomgen, other) for other in eomgen.__all__})
+    quick.build = lambda scene, terms=None: (
+        built(scene, terms if terms is None else tuple(terms))
+        if isinstance(scene, str)
+        else eomgen.build(scene, profile="quick")
+    )
     finder, runner = doctest.DocTestFinder(recurse=False), doctest.DocTestRunner(verbose=False)
-    (example,) = finder.find(inspect.unwrap(CONTRACT[name]), name, globs={"eomgen": quick, "np": np})
+    (example,) = finder.find(inspect.unwrap(EXAMPLES[name]), name, globs={"eomgen": quick, "np": np})
     report: list[str] = []
     runner.run(example, out=report.append)
     assert runner.tries and not runner.failures, "".join(report)
@@ -110,7 +117,28 @@ def unclear(first: float, second: float) -> float:
 
 
 def test_numpydoc_finds_what_is_wrong_with_a_docstring() -> None:
-    codes = {item.code for item in findings_of(f"{__name__}.unclear", sections=True)}
+    codes = {item.code for item in findings_of(f"{__name__}.unclear", unclear)}
     assert {"SS03", "SS05", "PR01", "PR02", "RT01"} <= codes and not codes & LEFT_OUT.keys()
-    assert not {"PR01", "RT01"} & {item.code for item in findings_of(f"{__name__}.unclear", sections=False)}
-    assert findings_of("eomgen.build", sections=True) == []
+    assert findings_of("eomgen.build", eomgen.build) == []
+
+
+class Constructed:
+    """A class with a section for one of its two arguments.
+
+    Parameters
+    ----------
+    first : float
+        One of them.
+
+    Attributes
+    ----------
+    third : float
+    """
+
+
+def test_fields_of_classes_stand_in_one_of_two_sections() -> None:
+    message = "Parameters {'first', 'second', 'third'} not documented"
+    assert undocumented(message, Constructed) == {"first", "second"}
+    assert undocumented(message, unclear) == {"first", "second", "third"}
+    assert undocumented("Parameters {'model'} not documented", eomgen.Model.mass) == set()
+    assert undocumented(message, eomgen.Model) == set()  # made by build

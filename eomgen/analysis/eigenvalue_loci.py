@@ -146,8 +146,8 @@ def campbell(
     ----------
     speed : str
         A tunable parameter, or a component of the velocity (``spin``) that a steady motion is found for.
-    values : (n,)
-        Increasing; rad/s of a speed.
+    values : array_like
+        Values (n,), increasing; rad/s of a speed.
     orders : sequence of float
         Excitations of these multiples of the speed, whose crossings with modes are found to round-off; 1 by default
         if the unit is rad/s.
@@ -157,11 +157,13 @@ def campbell(
         in the sense of the spin.
     velocities, coordinates : mappings
         Other given components of the steady motion, as of ``steady_motion``.
-    progress : function of (steps done, all steps), or True for a bar
-    at, initial, parameters, t, u, any_kind : as of ``linearize``
-    multiblade : as of ``linearize``
-        Frequencies of an observer on the support of a rotor with three or more equal blades. Without ``whirl``, the
-        cosine and sine coordinates of the blades show the sense.
+    progress : callable or bool, optional
+        Called with (steps done, all steps); True shows a bar.
+    at, initial, parameters, t, u, any_kind : optional
+        As of ``linearize``.
+    multiblade : mapping, optional
+        As of ``linearize``. Frequencies of an observer on the support of a rotor with three or more equal blades.
+        Without ``whirl``, the cosine and sine coordinates of the blades show the sense.
     reference : Linearization
         Model whose ``modes()`` number the modes in tables and pictures; without it oscillations are counted
         by frequency at the first value.

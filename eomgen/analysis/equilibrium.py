@@ -98,7 +98,18 @@ class Equilibrium:
         return np.zeros(len(self.v))
 
     def warnings(self, *, any_kind: bool) -> list[str]:
-        """Return the notes as warnings; for equilibria of any kind, a motion that settles elsewhere is none."""
+        """Return the notes as warnings; for equilibria of any kind, a motion that settles elsewhere is none.
+
+        Parameters
+        ----------
+        any_kind : bool
+            Whether an unstable equilibrium was asked for.
+
+        Returns
+        -------
+        list of str
+            One sentence for each.
+        """
         return [note for note in self.notes if not (any_kind and note.startswith(_ELSEWHERE))]
 
 
@@ -128,9 +139,10 @@ def equilibrium(
     ----------
     initial : mapping
         As of ``simulate``; velocities do not matter.
-    parameters, u : as of the model's functions
-    t : float
-        s, for inputs, base and formulas of time.
+    parameters, u : mapping or array_like, optional
+        Tunable parameters (np,) and inputs (nu,), SI units; values of the scene if not given.
+    t : float, optional
+        Time of inputs, base and formulas, s.
     any_kind : bool
         Whether an unstable equilibrium will do.
 

@@ -106,10 +106,17 @@ class EquilibriumPath:
 
         Parameters
         ----------
-        number : of the critical point in ``critical``, from 0
-        to : value of the parameter at which the branch is to end
+        number : int
+            Number of the critical point in ``critical``, from 0.
+        to : float
+            Value of the parameter at which the branch is to end, SI units.
         size : of the first step along the mode, times a twentieth of a radian or of the scene's length; the sign
-            selects the side
+            Selects the side.
+
+        Returns
+        -------
+        EquilibriumPath
+            The equilibria along the branch.
 
         Raises
         ------
@@ -124,7 +131,18 @@ class EquilibriumPath:
         return self._branch(number % len(self.critical), size, to)
 
     def column(self, name: str) -> Array:
-        """Return a column by name, (n,). Raises UsageError for one that is not there."""
+        """Return a column by name, (n,). Raises UsageError for one that is not there.
+
+        Parameters
+        ----------
+        name : str
+            Name of a column, as of ``columns``.
+
+        Returns
+        -------
+        (n,) ndarray
+            One value for each equilibrium.
+        """
         if name == self.parameter:
             return self.values
         if name not in self.columns:
@@ -146,6 +164,16 @@ class EquilibriumPath:
     def save(self, path: str | Path) -> Path:
         """Write the path, as ``.csv`` (the parameter, all columns, q) or as ``.json`` (with critical points).
 
+        Parameters
+        ----------
+        path : str or Path
+            File to write.
+
+        Returns
+        -------
+        Path
+            The written file.
+
         Raises
         ------
         UsageError
@@ -165,7 +193,13 @@ class EquilibriumPath:
         return path
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all attributes as JSON data."""
+        """Return all attributes as JSON data.
+
+        Returns
+        -------
+        dict
+            JSON data.
+        """
         return {
             "parameter": self.parameter,
             "unit": self.unit,
@@ -201,7 +235,13 @@ class EquilibriumPath:
             The column with the largest change by default.
         axes : matplotlib Axes, one for each column
             A new figure if none are given.
-        path : file of a figure, .png, .svg or .pdf
+        path : str or Path, optional
+            File of a figure, .png, .svg or .pdf.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One for each panel.
 
         Raises
         ------

@@ -201,11 +201,16 @@ def linearize(
 
     Parameters
     ----------
-    q, v, a : (nq,), (nv,), (nv,)
-        A state; v is 0 by default, and a the result of forward dynamics.
-    t, u, z, parameters, base : as of the model's functions
-    multipliers : (rows,)
-        Multipliers of the constraints; by default the state's own.
+    q, v, a : array_like, optional
+        A state (nq,), (nv,), (nv,), left-trivialised; v is 0 by default, and a the result of forward dynamics.
+    t : float, optional
+        Time at which functions of time are frozen, s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (nu,), internal states (nz,) and tunable parameters (np,), SI units; values of the scene if not given.
+    multipliers : array_like, optional
+        Multipliers of the constraints (rows,); by default the state's own.
+    base : array_like, optional
+        State of the base (19,), as returned by ``base``; the scene's motion at t if not given.
     at : str, or a result of ``equilibrium`` or ``steady_motion``
         ``equilibrium`` or ``steady`` (an error if there is none), or ``initial``. A result with inputs and parameters
         other than the scene's needs the same inputs and parameters here.

@@ -86,15 +86,20 @@ def equilibrium_path(
         as rest asks for.
     to, start : float
         Values of the parameter at the end and at the start, in SI units.
-    initial, parameters, t, u
-        As of ``equilibrium``, without the varied parameter.
+    initial : mapping, optional
+        As of ``equilibrium``.
+    parameters, u : mapping or array_like, optional
+        Tunable parameters (np,) and inputs (nu,), SI units, without the varied one.
+    t : float, optional
+        Time of inputs, base and formulas, s.
     max_step : float
         Largest displacement of a step, rad or lengths of the scene.
     max_points : int
         Equilibria at most.
     stability : bool
         Whether stiffnesses next to zero are looked at, and limit points and bifurcations located.
-    progress : function of (steps done, all steps), or True for a bar
+    progress : callable or bool, optional
+        Called with (steps done, all steps); True shows a bar.
 
     Returns
     -------
@@ -384,8 +389,12 @@ def buckling_loads(
         Value of the parameter at the preload, SI.
     count : int
         Number of loads, the nearest to the preload.
-    initial, parameters, t, u
+    initial : mapping, optional
         As of ``equilibrium``, without the load.
+    parameters, u : mapping or array_like, optional
+        Tunable parameters (np,) and inputs (nu,), SI units, without the load.
+    t : float, optional
+        Time of inputs, base and formulas, s.
 
     Returns
     -------

@@ -189,11 +189,16 @@ def steady_motion(
 
     Parameters
     ----------
-    velocities : mapping from component of v (``spin``, ``ball[2]``) to rad/s or m/s
-    coordinates : mapping from component (``nutation``, ``slide[1]``) to rad or m, or from joint to all components of q
+    velocities : mapping, optional
+        Components of v (``spin``, ``ball[2]``) in rad/s or m/s, by name.
+    coordinates : mapping, optional
+        Components (``nutation``, ``slide[1]``) in rad or m by name, or all components of q of a joint.
     initial : mapping
         As of ``simulate``: the start of the search.
-    parameters, t, u : as of the model's functions
+    parameters, u : mapping or array_like, optional
+        Tunable parameters (np,) and inputs (nu,), SI units; values of the scene if not given.
+    t : float, optional
+        Time of inputs, base and formulas, s.
 
     Returns
     -------

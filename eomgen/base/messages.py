@@ -92,7 +92,18 @@ def distinct_texts(values: Sequence[float], digits: int = 6) -> list[str]:
 
 
 def key_of(*parts: str | int) -> str:
-    """Join keys and indices to one dotted key, ``bodies.arm.inertia[2]``; illegal names appear quoted."""
+    """Join keys and indices to one dotted key, ``bodies.arm.inertia[2]``.
+
+    Parameters
+    ----------
+    *parts : str or int
+        Keys and indices; names that are not legal appear quoted.
+
+    Returns
+    -------
+    str
+        The dotted key.
+    """
     key = ""
     for part in parts:
         if isinstance(part, int):

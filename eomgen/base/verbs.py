@@ -46,6 +46,8 @@ class Verb:
         Name of the verb before this verb in lists; at the end if there is none of this name.
     takes_scene : bool
         Whether the command takes a scene.
+    entry : EntryPoint, optional
+        Entry point of the row, of another distribution.
     """
 
     name: str
@@ -68,6 +70,11 @@ class Verb:
             Whether an object is of the kind that is needed.
         wanted : str
             This kind, for the message.
+
+        Returns
+        -------
+        object
+            The object that the target names.
 
         Raises
         ------

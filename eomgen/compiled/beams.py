@@ -139,9 +139,21 @@ class SectionLoads:
         return np.array(result)
 
     def at(self, x: float) -> tuple[Array, Array]:
-        """Return moment, N m, and force, N, of the section at x, (..., 3) each, linear between the ends of an element.
+        """Return the loads of the section at a place of the axis, linear between the ends of an element.
 
         At a node the loads are taken on the element beyond the node, at the end on the last element.
+
+        Parameters
+        ----------
+        x : float
+            Place of the section along the axis at rest, m.
+
+        Returns
+        -------
+        moment : (..., 3) ndarray
+            Torque and bending moments about y and z in the axes of the section, N m.
+        force : (..., 3) ndarray
+            Axial force and shear forces along y and z in the axes of the section, N.
 
         Raises
         ------
@@ -161,7 +173,13 @@ class SectionLoads:
         return moment, force
 
     def named(self) -> dict[str, Array]:
-        """Return the arrays by name."""
+        """Return the arrays by name.
+
+        Returns
+        -------
+        dict
+            The arrays by name.
+        """
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
 

@@ -61,7 +61,7 @@ def total_mass(model: ExtensibleModel, *, parameters: Parameters = None) -> Arra
     Returns
     -------
     (...) ndarray
-        kg.
+        Mass, kg.
 
     Examples
     --------

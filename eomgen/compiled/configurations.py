@@ -87,7 +87,7 @@ def difference(model: EvaluatedModel, first: ArrayLike, second: ArrayLike) -> Ar
     Returns
     -------
     dq : (..., nv) ndarray
-        rad and m.
+        Left-trivialised, body axes: angles in rad, lengths in m.
 
     Raises
     ------
@@ -113,6 +113,7 @@ def neutral(model: EvaluatedModel) -> Array:
     Returns
     -------
     q : (nq,) ndarray
+        Configuration with quaternions (w, x, y, z).
 
     Examples
     --------
@@ -151,6 +152,7 @@ def random(
     Returns
     -------
     q : (..., nq) ndarray
+        Configurations with quaternions (w, x, y, z) of unit length; rad and m.
 
     Examples
     --------

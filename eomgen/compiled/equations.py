@@ -370,7 +370,7 @@ def forward_dynamics(
     Returns
     -------
     vdot : (..., nv) ndarray
-        rad/s^2 and m/s^2.
+        Left-trivialised; rad/s^2 of angles, m/s^2 of lengths.
 
     Raises
     ------

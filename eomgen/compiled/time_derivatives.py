@@ -64,7 +64,7 @@ def rates(
     Returns
     -------
     tuple of (..., nv) ndarray
-        order + 1 arrays: tau, dtau/dt, ...; N m/s^k along angles, N/s^k along lengths.
+        The order + 1 arrays tau, dtau/dt, ...; N m/s^k along angles, N/s^k along lengths.
 
     Examples
     --------
@@ -167,6 +167,7 @@ def coriolis(
     Returns
     -------
     C : (..., nv, nv) ndarray
+        C v is h in N m along angles, N along lengths.
 
     Examples
     --------

@@ -85,26 +85,88 @@ class Word:
     signature: Callable[[Any], Signature] | None = None
 
     def arguments_of(self, item: Any) -> tuple[str, ...]:
-        """Return the names of the arguments of an entry's quantity."""
+        """Return the names of the arguments of an entry's quantity.
+
+        Parameters
+        ----------
+        item : object
+            The entry's object.
+
+        Returns
+        -------
+        tuple of str
+            One name for each argument.
+        """
         return self.arguments if self.signature is None else tuple(self.signature(item).arguments)
 
     def parts_of(self, item: Any) -> tuple[str, ...]:
-        """Return the names of the components of an entry's quantity; empty if the components have numbers."""
+        """Return the names of the components of an entry's quantity; empty if the components have numbers.
+
+        Parameters
+        ----------
+        item : object
+            The entry's object.
+
+        Returns
+        -------
+        tuple of str
+            One name for each component.
+        """
         return () if self.signature is None else tuple(self.signature(item).components)
 
     def unit_of(self, item: Any, component: int) -> str:
-        """Return the unit of a component in SI; empty for any."""
+        """Return the unit of a component in SI; empty for any.
+
+        Parameters
+        ----------
+        item : object
+            The entry's object.
+        component : int
+            Number of the component.
+
+        Returns
+        -------
+        str
+            Unit in SI; empty for any.
+        """
         return self.unit if self.signature is None else tuple(self.signature(item).components.values())[component]
 
     def named(self, item: Any, component: int) -> str:
         """Return the name of a component as formulas have it, without an index: ``WORD.NAME`` or
-        ``WORD.NAME.COMPONENT``."""
+        ``WORD.NAME.COMPONENT``.
+
+        Parameters
+        ----------
+        item : object
+            The entry's object.
+        component : int
+            Number of the component.
+
+        Returns
+        -------
+        str
+            ``WORD.NAME`` or ``WORD.NAME.COMPONENT``.
+        """
         parts = self.parts_of(item)
         return f"{self.name}.{item.name}.{parts[component]}" if len(parts) > 1 else f"{self.name}.{item.name}"
 
     def call(self, entry: str, item: Any = None, part: str = "") -> str:
-        """Return a call of the word for an entry, as users write the call, by the entry's object if the object is
-        known."""
+        """Return a call of the word for an entry, as users write it.
+
+        Parameters
+        ----------
+        entry : str
+            Name of the entry.
+        item : object, optional
+            The entry's object if it is known, for the names of arguments.
+        part : str, optional
+            Name of a component.
+
+        Returns
+        -------
+        str
+            ``WORD.NAME(x, y)``.
+        """
         if item is None:
             return f"{self.name}.{entry}({', '.join(self.arguments)})"
         name = f"{self.name}.{entry}.{part[:64]}" if part else self.named(item, 0)

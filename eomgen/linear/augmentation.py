@@ -28,6 +28,8 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
 
     Parameters
     ----------
+    space : StateSpace or Linearization
+        The driven model.
     source : StateSpace
         A filter, a delay, an actuator. Inputs and disturbances of equal names in both models are one and the same.
 
@@ -102,16 +104,33 @@ def shaping_filter(
 
     Parameters
     ----------
-    numerator, denominator : coefficients, highest power first; the numerator of no higher degree
-    input : name of the filter's disturbance, such as white noise
-    output : name of the driven signal
-    unit : of the output
-    states : name of the filter's states, ``filter.NAME[0]``; the output's name by default
+    numerator, denominator : array_like
+        Coefficients, highest power of s first; the numerator of no higher degree.
+    input : str
+        Name of the filter's disturbance, such as white noise.
+    output : str
+        Name of the driven signal.
+    unit : str, optional
+        Unit of the output.
+    states : str, optional
+        Name of the filter's states, ``filter.NAME[0]``; the output's name by default.
+
+    Returns
+    -------
+    StateSpace
+        Continuous, with as many states as the degree of the denominator.
 
     Raises
     ------
     UsageError
         Coefficients that are not numbers, or a numerator of higher degree.
+
+    Examples
+    --------
+    >>> from eomgen.control import root_mean_squares, shaping_filter
+    >>> gusts = shaping_filter([1.0], [1.0, 0.5], "white", "wind", "N")
+    >>> round(root_mean_squares(gusts, {"white": 0.1})["wind"], 6)     # sqrt(0.1 / (2 0.5))
+    0.316228
     """
     top, bottom = (
         np.trim_zeros(np.atleast_1d(np.asarray(item, dtype=float)), "f") for item in (numerator, denominator)
@@ -132,15 +151,31 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
 
     Parameters
     ----------
-    input, output : names of the undelayed and of the delayed signal
-    time : s, or a text with a unit
-    order : of the Padé approximation; the phase is accurate up to about ``order`` rad
-    unit : of both
+    input, output : str
+        Names of the undelayed and of the delayed signal.
+    time : float or str
+        Delay in s, or a text with a unit.
+    order : int, optional
+        Order of the Padé approximation; the phase is accurate up to about ``order`` rad.
+    unit : str, optional
+        Unit of both signals.
+
+    Returns
+    -------
+    StateSpace
+        Continuous, with ``order`` states.
 
     Raises
     ------
     UsageError
         A time that is not positive, or an order that is not 1 to 12.
+
+    Examples
+    --------
+    >>> from eomgen.control import delay
+    >>> late = delay("road", "rear", "0.135 s", unit="m")
+    >>> abs(late.frequency_response(10.0, "road", "rear")).round(6)
+    np.float64(1.0)
     """
     late = seconds("time", time)
     if not late > 0.0 or isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= _LARGEST_ORDER:
@@ -156,6 +191,33 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
     """Return the exact delay of a sampled model by whole samples, as a model that can drive another model.
 
     Raises UsageError if the number of samples is not 1 or more.
+
+    Parameters
+    ----------
+    input, output : str
+        Names of the undelayed and of the delayed signal.
+    samples : int
+        Delay in samples, 1 or more.
+    sample : float or str
+        Time between two samples in s, or a text with a unit.
+    unit : str, optional
+        Unit of both signals.
+
+    Returns
+    -------
+    StateSpace
+        Sampled, with one state for each sample of delay.
+
+    Raises
+    ------
+    UsageError
+        A number of samples below 1, or a time that is not positive.
+
+    Examples
+    --------
+    >>> from eomgen.control import delay_line
+    >>> len(delay_line("road", "rear", 3, "10 ms").states)
+    3
     """
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
         raise UsageError(Problem("delay_line", f"a delay of {samples!r} samples", "a whole number of them, from 1 on"))

@@ -114,8 +114,23 @@ class Campbell:
     def number(self, mode: int) -> int:
         """Return the number of a mode, a column of ``eigenvalues``, in tables and pictures.
 
+        Parameters
+        ----------
+        mode : int
+            Column of ``eigenvalues``, from 0.
+
+        Returns
+        -------
+        int
+            Number of the mode in tables and pictures.
+
         Examples
         --------
+        >>> rotor = eomgen.SceneBuilder("rotor", gravity=[0, 0, 0]).body("cross", 0)
+        >>> rotor = rotor.body("disc", 5.0, inertia=[0.2, 0.2, 0.3])
+        >>> rotor = rotor.joint("tilt", "revolute", "base", "cross", axis=[1, 0, 0], stiffness=7200)
+        >>> rotor = rotor.joint("spin", "revolute", "cross", "disc", axis=[0, 0, 1])
+        >>> diagram = eomgen.build(rotor.build()).campbell("spin", [0.0, 100.0], orders=(1,))
         >>> diagram.number(0)
         1
         """
@@ -203,6 +218,11 @@ class Campbell:
         speed_unit : str
             ``rad/s``, ``rpm`` or ``Hz`` of the speed axis and of the labels of crossings; rad/s by default.
 
+        Returns
+        -------
+        list of matplotlib Axes
+            One.
+
         Raises
         ------
         UsageError
@@ -239,8 +259,13 @@ class RootLocus:
 
         Parameters
         ----------
-        axes : matplotlib Axes
+        axes : matplotlib Axes, optional
             A new figure of pyplot if none are given.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One.
 
         Raises
         ------

@@ -124,8 +124,13 @@ class Floquet:
 
         Parameters
         ----------
-        axes : matplotlib Axes
+        axes : matplotlib Axes, optional
             A new figure of pyplot if none are given.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One.
 
         Raises
         ------

@@ -205,10 +205,22 @@ class Linearization:
     def state_space(self) -> StateSpace:
         """Return sdot = A s + B u + E w, y = C s + D u + F w; s holds coordinates, velocities and internal states.
 
+        Returns
+        -------
+        StateSpace
+            Matrices of first order with names, units and reference values.
+
         Raises
         ------
         ModelError
             The inertia matrix is singular along a free direction.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> space = model.linearize(t=30.0).state_space()
+        >>> space.states, space.A.shape
+        (('wheel', 'body', 'v.wheel', 'v.body'), (4, 4))
         """
         m = self._first_order
         states = (*self.coordinates, *self.velocities, *(f"z.{name}" for name in self.names.states))
@@ -225,6 +237,11 @@ class Linearization:
         samples at the start of a period; all remaining inputs and disturbances have their values at the reference.
         ``eigenvalues`` belong to one period, and ``decay`` is the rate in 1/s of the slowest motion. Rounding by a
         quantum is left out.
+
+        Returns
+        -------
+        StateSpace
+            From one common sampling period to the next; ``sample`` is the period in s.
 
         Raises
         ------
@@ -256,13 +273,54 @@ class Linearization:
         )
 
     def modes(self) -> Modes:
-        """Return the modes with the shapes of all coordinates, including dependent coordinates."""
+        """Return the modes with the shapes of all coordinates, including dependent coordinates.
+
+        Returns
+        -------
+        Modes
+            Eigenvalues in 1/s, frequencies in Hz, damping ratios and complex shapes, slowest first.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> model.linearize(t=30.0).modes().frequency.round(2)
+        array([ 1.25, 11.02])
+        """
         with one_thread_of_algebra(len(self.partials.M)):
             m = self._first_order
             return modes(m.A, m.R_all, self.names.components, np.diag(self.partials.M))
 
     def frequency_response(self, omega: ArrayLike, input: str, output: str) -> Complex:
-        """Return the complex response of an output to an input; see ``StateSpace.frequency_response``."""
+        """Return the complex response of an output to an input or a disturbance at angular frequencies.
+
+        Parameters
+        ----------
+        omega : array_like
+            Angular frequencies (...), rad/s.
+        input : str
+            Name of an input or of a disturbance.
+        output : str
+            Name of an output of the scene (``name[k]`` for an output of several components), or of a state.
+
+        Returns
+        -------
+        (...) complex ndarray
+            The output is response e^(i omega t) for the input e^(i omega t); unit of the output per unit of the input.
+
+        Raises
+        ------
+        UsageError
+            An unknown input or output; the message names the known ones.
+        NumericalError
+            A frequency equal to an undamped mode's, to machine precision.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> linear = model.linearize(t=30.0)
+        >>> abs(linear.frequency_response([1e-3], "road", "suspension_travel")).round(6)
+        array([0.])
+        """
         return self.state_space().frequency_response(omega, input, output)
 
     def plot_response(
@@ -274,15 +332,28 @@ class Linearization:
         ----------
         input, output : str
             Names of an input or a disturbance, and of an output.
-        frequencies : (n,) Hz
-            From a tenth of the lowest frequency of a mode to ten times the highest if none are given.
-        axes : two of matplotlib's Axes
-            A new figure of pyplot if none are given.
+        frequencies : array_like, optional
+            Frequencies (n,), Hz; from a tenth of the lowest frequency of a mode to ten times the highest if none are
+            given.
+        axes : sequence of matplotlib Axes, optional
+            Two axes; a new figure of pyplot if none are given.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            Of the magnitude and of the phase.
 
         Raises
         ------
         UsageError
             An input or an output that there is not; frequencies that are not positive numbers; other than two axes.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> magnitude, phase = model.linearize(t=30.0).plot_response("road", "body_acceleration")
+        >>> phase.get_xlabel()
+        'frequency, Hz'
         """
         band = (
             np.geomspace(*self.modes().band, 500)
@@ -308,9 +379,15 @@ class Linearization:
         ----------
         output : str
             Name of the output.
-        excitation : RoadExcitation or InputSpectrum of ``eomgen.spectra``
-        frequencies : (n,) Hz
-            Over the band of the excitation, close about resonances, if none are given.
+        excitation : RoadExcitation or InputSpectrum
+            Random inputs, of ``eomgen.spectra``.
+        frequencies : array_like, optional
+            Frequencies (n,), Hz; over the band of the excitation, close about resonances, if none are given.
+
+        Returns
+        -------
+        PowerSpectrum
+            One-sided density over frequency, in the output's unit squared per Hz.
 
         Raises
         ------
@@ -318,6 +395,13 @@ class Linearization:
             An input or an output that there is not; frequencies that are not positive and increasing.
         ModelError
             A mode grows, so that there is no stationary motion.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> spectrum = model.linearize(t=30.0).psd("body_acceleration", model.road_excitation())
+        >>> spectrum.unit
+        '(m/s^2)^2/Hz'
         """
         check_excitation("psd", excitation)
         modes = self.modes()
@@ -339,10 +423,19 @@ class Linearization:
 
         Parameters
         ----------
-        band : Hz
-            The part that counts; all of the excitation's if none is given.
-        weighting : ``Wk`` or ``Wd`` of ISO 2631-1
-            For an acceleration in m/s^2: the part that people feel.
+        output : str
+            Name of an output or a state.
+        excitation : RoadExcitation or InputSpectrum
+            Random inputs, of ``eomgen.spectra``.
+        band : tuple of float, optional
+            The part that counts, Hz; all of the excitation's if none is given.
+        weighting : str, optional
+            ``Wk`` or ``Wd`` of ISO 2631-1, for an acceleration in m/s^2: the part that people feel.
+
+        Returns
+        -------
+        float
+            In the unit of the output.
 
         Raises
         ------
@@ -352,6 +445,13 @@ class Linearization:
             A mode grows, or one within the band has no damping.
         NumericalError
             The integral does not converge.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> linear, road = model.linearize(t=30.0), model.road_excitation()
+        >>> round(linear.rms("body_acceleration", road, weighting="Wk"), 3)
+        1.183
         """
         check_excitation("rms", excitation)
         if weighting is not None:
@@ -364,12 +464,32 @@ class Linearization:
 
         By Lyapunov's equation, exact with the delay between axles, without integration or sampling over frequency.
 
+        Parameters
+        ----------
+        output : str
+            Name of an output or a state.
+        excitation : RoadExcitation
+            A road of exponent 2 under wheels at a constant speed.
+
+        Returns
+        -------
+        float
+            In the unit of the output.
+
         Raises
         ------
         UsageError
             Another exponent, or tracks with a coherence that depends on frequency.
         ModelError
             A mode does not decay, or the output follows the elevation of the road, which has an unbounded variance.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import Road, RoadExcitation
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> road = RoadExcitation(Road("C"), 20.0, {"road": 0.0})
+        >>> round(model.linearize(t=30.0).rms_on_white_noise_road("suspension_travel", road), 4)
+        0.0119
         """
         check_excitation("rms_on_white_noise_road", excitation)
         return white_noise_road(self.state_space(), self.modes(), excitation, output)
@@ -386,15 +506,33 @@ class Linearization:
 
         Parameters
         ----------
-        outputs : names, or a mapping from names to weightings (``Wk``, ``Wd``, None)
-            All outputs if none are given.
-        speeds : (n,) m/s, or texts with a unit: ``"80 km/h"`` ``"80 km/h"``
-            The speed of the excitation if none are given.
+        excitation : RoadExcitation
+            A road under wheels, whose exponents and band all classes take.
+        outputs : sequence of str or mapping, optional
+            Names, or weightings (``Wk``, ``Wd``, None) by name; all outputs if none are given.
+        classes : sequence of str, optional
+            Road classes of ISO 8608, ``A`` to ``H``.
+        speeds : sequence of float or str, optional
+            Speeds (n,) in m/s, or texts with a unit, ``"80 km/h"``; the speed of the excitation if none are given.
+        band : tuple of float, optional
+            The part that counts, Hz; all of the excitation's if none is given.
+
+        Returns
+        -------
+        RideTable
+            Root mean squares (classes, speeds, outputs), in the units of the outputs.
 
         Raises
         ------
         EomgenError
             The errors of ``rms``: unknown names, unsuitable excitations, modes that do not decay.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> table = model.linearize(t=30.0).ride_table(model.road_excitation(), speeds=[10, 20])
+        >>> table.values.shape
+        (4, 2, 3)
         """
         check_excitation("ride_table", excitation)
         chosen = dict(outputs) if isinstance(outputs, Mapping) else dict.fromkeys(outputs or self.names.outputs)

@@ -95,8 +95,13 @@ class Modes:
 
         Parameters
         ----------
-        axes : matplotlib Axes, one for each mode
-            A new figure of pyplot if none are given.
+        axes : sequence of matplotlib Axes, optional
+            One for each mode; a new figure of pyplot if none are given.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One for each mode.
 
         Raises
         ------
@@ -128,8 +133,22 @@ class Modes:
         return 0.1 * float(np.min(frequencies)), 10.0 * float(np.max(frequencies))
 
     def dominant(self, mode: int, count: int = 3) -> list[tuple[str, complex]]:
-        """Return the coordinates that take the largest part in a mode, by the roots of the kinetic energies of
-        coordinates."""
+        """Return the coordinates that take the largest part in a mode.
+
+        Parts are compared by the roots of the kinetic energies of coordinates.
+
+        Parameters
+        ----------
+        mode : int
+            Number of the mode, from 0.
+        count : int, optional
+            Largest number of coordinates.
+
+        Returns
+        -------
+        list of tuple of str and complex
+            Name and part of each coordinate, the largest first; left-trivialised, 1 for the largest.
+        """
         sizes = self.weights * np.abs(self.shapes[:, mode])
         order = np.argsort(-sizes, kind="stable")[:count]
         largest = np.max(sizes, initial=0.0)

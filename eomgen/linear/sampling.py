@@ -69,21 +69,29 @@ def discretized(space: StateSpace, sample: float | str, delay: float | str = 0.0
 
     Parameters
     ----------
-    sample : s, or a text with a unit
-        Time between two samples.
-    delay : the same
-        From a sample to when inputs take effect, of any length; disturbances are not delayed.
+    space : StateSpace
+        A model in continuous time.
+    sample : float or str
+        Time between two samples in s, or a text with a unit.
+    delay : float or str, optional
+        Time from a sample to when inputs take effect, of any length; disturbances are not delayed.
 
     Returns
     -------
     StateSpace
-        Outputs are those right after a sample, when inputs that are not delayed are at work already.
+        Sampled; outputs are those right after a sample, when inputs that are not delayed are at work already.
 
     Raises
     ------
     UsageError
         A model that is sampled already, a time that is not positive, a delay that is negative or of more than 1000
         samples.
+
+    Examples
+    --------
+    >>> from eomgen.control import delay, discretized
+    >>> discretized(delay("a", "b", 0.1), "10 ms").sample
+    0.01
     """
     ns, nu = space.B.shape
     return sampled_with_cost(space, sample, delay, np.zeros((ns + nu, ns + nu))).space

@@ -89,6 +89,18 @@ class StateSpace:
 
         The unit is empty if the model has no units of this kind.
 
+        Parameters
+        ----------
+        kind : str
+            ``states``, ``inputs``, ``disturbances`` or ``outputs``.
+        name : str
+            Name of the signal.
+
+        Returns
+        -------
+        str
+            Unit, empty if unknown.
+
         Raises
         ------
         ValueError
@@ -98,7 +110,20 @@ class StateSpace:
         return units[getattr(self, kind).index(name)] if units else ""
 
     def reference(self, kind: str, name: str) -> float:
-        """Return a signal of a kind at the reference of the model; not a number if unknown."""
+        """Return a signal of a kind at the reference of the model; not a number if unknown.
+
+        Parameters
+        ----------
+        kind : str
+            ``states``, ``inputs``, ``disturbances`` or ``outputs``.
+        name : str
+            Name of the signal.
+
+        Returns
+        -------
+        float
+            In the signal's unit.
+        """
         references = self.references.get(kind)
         return np.nan if references is None else float(references[getattr(self, kind).index(name)])
 
@@ -133,13 +158,17 @@ class StateSpace:
 
         Parameters
         ----------
-        omega : (...), rad/s; of a sampled model the response from sample to sample
-        input : name of an input or of a disturbance
-        output : name of an output of the scene (``name[k]`` for an output of several components), or of a state
+        omega : array_like
+            Angular frequencies (...), rad/s; of a sampled model the response from sample to sample.
+        input : str
+            Name of an input or of a disturbance.
+        output : str
+            Name of an output of the scene (``name[k]`` for an output of several components), or of a state.
 
         Returns
         -------
-        (...) complex: output = response e^(i omega t) for input = e^(i omega t)
+        (...) complex ndarray
+            The output is response e^(i omega t) for the input e^(i omega t).
 
         Raises
         ------
@@ -151,9 +180,30 @@ class StateSpace:
         return self.frequency_responses(omega, [input], [output])[..., 0, 0]
 
     def frequency_responses(self, omega: ArrayLike, inputs: Sequence[str], outputs: Sequence[str]) -> Complex:
-        """Return the complex responses (..., outputs, inputs) at angular frequencies (...) in rad/s.
+        """Return the complex responses of several outputs to several inputs at angular frequencies.
 
         Names and errors as in ``frequency_response``.
+
+        Parameters
+        ----------
+        omega : array_like
+            Angular frequencies (...), rad/s.
+        inputs : sequence of str
+            Names of inputs or disturbances.
+        outputs : sequence of str
+            Names of outputs or states.
+
+        Returns
+        -------
+        (..., outputs, inputs) complex ndarray
+            As of ``frequency_response``.
+
+        Raises
+        ------
+        UsageError
+            An unknown input or output.
+        NumericalError
+            A frequency equal to an undamped mode's, to machine precision.
         """
         if isinstance(omega, str):
             fault = f"omega comes first, an array of rad/s, and {shown(omega)} is none"
@@ -172,12 +222,48 @@ class StateSpace:
         return np.asarray(left @ states + direct, dtype=complex)
 
     def output_rows(self, outputs: Sequence[str]) -> Array:
-        """Return the rows (outputs, ns) of C, and of the unit matrix for named states."""
+        """Return the rows of C of outputs, and of the unit matrix for named states.
+
+        Parameters
+        ----------
+        outputs : sequence of str
+            Names of outputs or states.
+
+        Returns
+        -------
+        (outputs, ns) ndarray
+            One row for each name.
+
+        Raises
+        ------
+        UsageError
+            An unknown output.
+        """
         every = np.concatenate([self.C, np.eye(len(self.states))])
         return np.asarray(every[self._output_numbers(outputs)])
 
     def input_columns(self, inputs: Sequence[str], outputs: Sequence[str]) -> tuple[Array, Array]:
-        """Return the columns (ns, inputs) of B and E, and the direct gains to outputs (outputs, inputs)."""
+        """Return the columns of B and E, and the direct gains to outputs, of some inputs.
+
+        Parameters
+        ----------
+        inputs : sequence of str
+            Names of inputs or disturbances.
+        outputs : sequence of str
+            Names of outputs or states.
+
+        Returns
+        -------
+        columns : (ns, inputs) ndarray
+            Columns of B or E.
+        gains : (outputs, inputs) ndarray
+            Entries of D or F; zero for states.
+
+        Raises
+        ------
+        UsageError
+            An unknown input or output.
+        """
         columns = [_number("input or disturbance", name, (*self.inputs, *self.disturbances)) for name in inputs]
         rows = self._output_numbers(outputs)
         direct = np.concatenate([self.D, self.F], axis=1)

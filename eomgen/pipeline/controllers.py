@@ -77,9 +77,9 @@ def with_controller(
         Signals are rounded to whole multiples of it, in the same units, and limits are drawn in to the nearest
         multiples. Sampled laws only.
     delay : mapping, name -> float or text
-        s, or a text with a unit. Of an actuator from the sample to the effect of the command, in place of the delay
-        of the design; of a sensor from the sample to when its reading can be used. Sampled laws only; whole samples
-        are not required, and a reading that arrives between two samples is used at the later one.
+        S, or a text with a unit. Of an actuator from the sample to the effect of the command, in place of the delay of
+        the design; of a sensor from the sample to when its reading can be used. Sampled laws only; whole samples are
+        not required, and a reading that arrives between two samples is used at the later one.
 
     Returns
     -------

@@ -89,7 +89,8 @@ def load(
 
     Returns
     -------
-    Scene; of a file with ``kind = "hamiltonian"`` a ``Hamiltonian``
+    Scene
+        The checked scene.
 
     Raises
     ------
@@ -217,8 +218,10 @@ def generate(
         As in ``build``.
     folder : path
         New, empty, or written by eomgen before.
-    terms, method
-        As in ``build``.
+    terms : sequence of str, optional
+        As of ``build``.
+    method : str, optional
+        As of ``build``: the method whose stepper is written.
     target : str
         The language: ``c``, or one that another distribution gives, which may have no steppers.
     real : str
@@ -415,7 +418,8 @@ def build(
 
     Returns
     -------
-    Model; of a Hamiltonian system a ``HamiltonianModel``
+    Model
+        The compiled scene.
 
     Raises
     ------

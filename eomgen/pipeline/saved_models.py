@@ -41,6 +41,7 @@ def load_model(path: str | os.PathLike[str]) -> Model:
     Returns
     -------
     Model
+        The model with the libraries of the file.
 
     Raises
     ------

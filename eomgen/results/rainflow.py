@@ -99,6 +99,7 @@ class Rainflow:
         Returns
         -------
         float
+            Sum of counts over cycles to failure.
 
         Raises
         ------
@@ -155,9 +156,10 @@ class Rainflow:
 
         Returns
         -------
-        edges : (bins + 1,)
-            In ``unit``.
-        counts : (bins,)
+        edges : (bins + 1,) ndarray
+            Of the classes, in ``unit``.
+        counts : (bins,) ndarray
+            Cycles in each class.
 
         Raises
         ------
@@ -172,6 +174,16 @@ class Rainflow:
 
     def save(self, path: str | Path) -> Path:
         """Write the cycles as a ``.csv`` table: range, mean, count, start, end.
+
+        Parameters
+        ----------
+        path : str or Path
+            File to write, ``.csv``.
+
+        Returns
+        -------
+        Path
+            The written file.
 
         Raises
         ------
@@ -197,6 +209,11 @@ class Rainflow:
             A new figure of pyplot if none are given; several counts may go onto the same axes.
         label : str
             For a legend.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One for each panel.
 
         Raises
         ------

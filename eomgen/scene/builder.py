@@ -84,7 +84,8 @@ class SceneBuilder(SectionMethods):
     ----------
     name : str
         Name of the scene, which prefixes its C functions.
-    description : str
+    description : str, optional
+        One sentence on the scene, for tables and files.
     gravity : sequence of 3 values
         In world axes, m/s^2.
     terms : sequence of str

@@ -37,9 +37,9 @@ _TYPES: tuple[tuple[Any, str], ...] = (
     (RotationList, "Rotations"),
 )
 #: The argument of methods that add an entry.
-_NAME = "name : str\n    name of the entry, by which the rest of the scene refers to the entry\n"
+_NAME = "name : str\n    Name of the entry, by which the rest of the scene refers to the entry.\n"
 #: Keys that only some sources of an include have.
-_FURTHER = "**keys\n    further options of the source of the file\n"
+_FURTHER = "**keys : object\n    Further options of the source of the file.\n"
 _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")
 
 
@@ -169,4 +169,5 @@ def _meaning(name: str, words: str, field: FieldInfo) -> str:
     inner = inner_table(field.annotation)
     keys = f"; keys {', '.join(inner.model.model_fields)}" if inner is not None and "Mapping" in words else ""
     text = _LINK.sub(r"\1", field.description or "") + keys
+    text = f"{text[:1].upper()}{text[1:]}."  # phrases of tables are sentences here
     return f"{name} : {words}{', ' if units else ''}{units}\n{indent(fill(text, 104), '    ')}\n"

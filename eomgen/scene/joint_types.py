@@ -191,7 +191,18 @@ class Connection:
         return tuple(axis for motion in self.chain if motion.kind == "travel" for axis in motion.axes)
 
     def has(self, kind: MotionKind) -> bool:
-        """Return whether an elementary motion of this kind is in the chain."""
+        """Return whether an elementary motion of this kind is in the chain.
+
+        Parameters
+        ----------
+        kind : str
+            ``turn``, ``travel``, ``screw``, ``ball`` or ``free``.
+
+        Returns
+        -------
+        bool
+            Whether the chain has one.
+        """
         return any(motion.kind == kind for motion in self.chain)
 
     @property

@@ -67,11 +67,12 @@ class Section:
     entry : schema of an entry
     singular : noun of an entry on the reference page; by default the key without the last letter
     method : name of the builder's method; by default ``singular``
-    positional : keys of an entry that the builder's method takes by position, after the name documentation : of the
-    builder's method; by default derived from the documentation of ``entry`` bare : noun of an entry, ``a parameter``,
-    if formulas refer to entries by name alone single : whether the section is one table in place of entries by name
-    behind : key of the preceding section on the reference page, for a force element or a product's row after : sections
-    that are read before this section; the order of reading is the order of messages and requirements,
+    positional : keys of an entry that the builder's method takes by position, after the name
+    documentation : of the builder's method; by default derived from the documentation of ``entry``
+    bare : noun of an entry, ``a parameter``, if formulas refer to entries by name alone
+    single : whether the section is one table in place of entries by name
+    behind : key of the preceding section on the reference page, for a force element or a product's row
+    after : sections that are read before this section; the order of reading is the order of messages and requirements,
         too
     before : sections, unknown to a product, that are read after this section
     last : whether the section observes a motion, and is read after all sections that do not
@@ -117,51 +118,183 @@ class Section:
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         """Return the names that formulas may mention, by field of ``SceneNames``: tuples and dictionaries, to be joined
-        over all sections; dictionaries may be filled while sections are read."""
+        over all sections; dictionaries may be filled while sections are read.
+
+        Parameters
+        ----------
+        reading : Reading
+            State of reading.
+
+        Returns
+        -------
+        mapping
+            Names by field of ``SceneNames``.
+        """
         return {self.key: reading.names_in(self.key)} if self.key in _NAMES else {}
 
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
-        """Return the fault of a legal name of an entry, and a hint; two empty texts if there is none."""
+        """Return the fault of a legal name of an entry, and a hint; two empty texts if there is none.
+
+        Parameters
+        ----------
+        name : str
+            Name of an entry.
+        document : Entries
+            All entries of the document.
+        rows : sequence of Section
+            All sections, in the order of the register.
+
+        Returns
+        -------
+        fault : str
+            Empty without a fault.
+        hint : str
+            Remedy; may be empty.
+        """
         return "", ""
 
     def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:
-        """Return names that entries add for formulas, with descriptions for messages."""
+        """Return names that entries add for formulas, with descriptions for messages.
+
+        Parameters
+        ----------
+        entries : mapping
+            Entries of the section by name, as written.
+
+        Returns
+        -------
+        mapping
+            Descriptions by added name.
+        """
         return {}
 
     def parameters(self, entries: Mapping[str, Any]) -> Sequence[Parameter]:
-        """Return the parameters that entries are, or make."""
+        """Return the parameters that entries are, or make.
+
+        Parameters
+        ----------
+        entries : mapping
+            Entries of the section by name, as written.
+
+        Returns
+        -------
+        sequence of Parameter
+            Of all entries.
+        """
         return ()
 
     def prepare(self, reading: Reading) -> None:
-        """Read the entries that readers of other sections need, before these readers are called."""
+        """Read the entries that readers of other sections need, before these readers are called.
+
+        Parameters
+        ----------
+        reading : Reading
+            State of reading.
+        """
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
-        """Return the items of the Scene that entries become, by name; problems go to the report of ``reading``."""
+        """Return the items of the Scene that entries become, by name; problems go to the report of ``reading``.
+
+        Parameters
+        ----------
+        reading : Reading
+            State of reading.
+
+        Returns
+        -------
+        mapping
+            Items by name.
+        """
         entries = reading.document.section(self.key).items()
         return {name: self.read_entry(name, entry, reading) for name, entry in entries}
 
     def read_entry(self, name: str, entry: Any, reading: Reading) -> Any:
-        """Return the item of an entry."""
+        """Return the item of an entry.
+
+        Parameters
+        ----------
+        name : str
+            Name of the entry.
+        entry : Table
+            The entry, checked by its schema.
+        reading : Reading
+            State of reading.
+
+        Returns
+        -------
+        object
+            The item of the Scene.
+        """
         return entry
 
     def check(self, reading: Reading) -> None:
-        """Report faults between entries, after all entries are read."""
+        """Report faults between entries, after all entries are read.
+
+        Parameters
+        ----------
+        reading : Reading
+            State of reading, to whose report faults go.
+        """
 
     def notes(self, reading: Reading) -> Iterable[str]:
-        """Return notes on doubtful entries of a scene without problems."""
+        """Return notes on doubtful entries of a scene without problems.
+
+        Parameters
+        ----------
+        reading : Reading
+            State of reading, with all items.
+
+        Returns
+        -------
+        iterable of str
+            One sentence for each.
+        """
         return ()
 
     def unused(self, reading: Reading) -> UnusedEntries:
-        """Return the entries that no formula mentions although such entries only serve formulas."""
+        """Return the entries that no formula mentions although such entries only serve formulas.
+
+        Parameters
+        ----------
+        reading : Reading
+            State of reading, with all items.
+
+        Returns
+        -------
+        UnusedEntries
+            Names of the entries, with the noun for the note.
+        """
         return UnusedEntries("", "", ())
 
     def plain_angles(self, entries: Mapping[str, Any]) -> Iterable[tuple[str, float]]:
-        """Return subject and value, rad, of each angle that is a plain number in the entries as written."""
+        """Return subject and value, rad, of each angle that is a plain number in the entries as written.
+
+        Parameters
+        ----------
+        entries : mapping
+            Entries of the section by name, as written.
+
+        Returns
+        -------
+        iterable of tuple of str and float
+            Subject for messages, and the angle in rad.
+        """
         return ()
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         """Return the fields of the Scene that follow from the section; tuples and mappings of several sections are
-        joined in the order of the register."""
+        joined in the order of the register.
+
+        Parameters
+        ----------
+        reading : Reading
+            State of reading, with the items of this section.
+
+        Returns
+        -------
+        mapping
+            Values by field of the Scene.
+        """
         return {self.scene_field: tuple(reading.items[self.key].values())} if self.scene_field else {}
 
 
@@ -171,6 +304,7 @@ class Reading:
     Parameters
     ----------
     document : Entries
+        All entries of the document, checked by their schemas.
     refused : mapping
         Names of refused entries by section: these entries exist, but the data are unknown.
     data : mapping
@@ -178,6 +312,7 @@ class Reading:
     rows : sequence of Section
         In the order of the register.
     report : Report
+        Collects problems and notes.
     folder : Path
         The folder from which paths of the scene start.
     judged : collection of str
@@ -242,18 +377,51 @@ class Reading:
             row.prepare(self)
 
     def names_in(self, key: str) -> tuple[str, ...]:
-        """Return the names of all entries of a section, refused entries last."""
+        """Return the names of all entries of a section, refused entries last.
+
+        Parameters
+        ----------
+        key : str
+            Key of the section.
+
+        Returns
+        -------
+        tuple of str
+            In the order of the document.
+        """
         return (*self.document.section(key), *sorted(self.refused[key]))
 
     def reader(self, report: Report | None = None) -> Values:
-        """Return a new reader of values, which reports to the scene's report or to another report."""
+        """Return a new reader of values, which reports to the scene's report or to another report.
+
+        Parameters
+        ----------
+        report : Report, optional
+            Report for problems; the scene's by default.
+
+        Returns
+        -------
+        Values
+            A reader of values.
+        """
         defaults = {parameter.name: parameter.value for parameter in self.parameters}
         refused = frozenset().union(*self.refused.values())
         return Values(self.names, defaults, report or self.report, refused, self._judged, self._bounds, self._units)
 
     def aside(self, attach: AttachByKey = lambda key, body, position: (body, position)) -> Reading:
         """Return a copy of this state with a separate report and a separate reader of values, to read entries in
-        advance."""
+        advance.
+
+        Parameters
+        ----------
+        attach : callable, optional
+            Moves places by key; places stay by default.
+
+        Returns
+        -------
+        Reading
+            A copy, to read entries in advance.
+        """
         there = copy.copy(self)
         there.report = Report(self.report.file, self.report.lines)
         there.values = self.reader(there.report)
@@ -261,18 +429,41 @@ class Reading:
         return there
 
     def add_parameters(self, parameters: Sequence[Parameter]) -> None:
-        """Add tunable parameters, which formulas read from now on may mention."""
+        """Add tunable parameters, which formulas read from now on may mention.
+
+        Parameters
+        ----------
+        parameters : sequence of Parameter
+            Further tunable parameters.
+        """
         self.parameters += parameters
         self.tables["parameters"] |= {item.name: True for item in parameters}
         self.tables["labels"] |= {item.name: item.unit for item in parameters}
         self.values.parameters = {**self.values.parameters, **{item.name: item.value for item in parameters}}
 
     def keep(self, thing: object) -> None:
-        """Keep an object for the readers of other sections, which get the object by class."""
+        """Keep an object for the readers of other sections, which get the object by class.
+
+        Parameters
+        ----------
+        thing : object
+            Kept under its class.
+        """
         self._kept[type(thing)] = thing
 
     def kept(self, kind: type[Kept]) -> Kept:
-        """Return the object of a class that the reader of an earlier section kept."""
+        """Return the object of a class that the reader of an earlier section kept.
+
+        Parameters
+        ----------
+        kind : type
+            Class of the object.
+
+        Returns
+        -------
+        object
+            Of that class.
+        """
         kept: Kept = self._kept[kind]
         return kept
 

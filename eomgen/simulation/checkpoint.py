@@ -293,8 +293,12 @@ def resume(
         Functions of t, which are not in the file; numbers and tables are in the file, and different ones are refused.
     controllers : mapping
         The functions again; the scene has to declare their memory, because a checkpoint holds no other memory.
-    progress, checkpoint, checkpoint_every
+    progress : callable or bool, optional
+        As in ``simulate``.
+    checkpoint : str or Path, optional
         As in ``simulate``; checkpoints go to ``path`` by default.
+    checkpoint_every : int, optional
+        As in ``simulate``.
     error_estimate : bool
         As in ``simulate``; the estimate takes the state of the checkpoint for exact.
 

@@ -71,13 +71,17 @@ def floquet(
     ----------
     period : float
         Of the motion and of the equations, s: 2 pi / speed of a rotor.
-    initial, parameters, inputs, t_start : as of ``simulate``
+    initial, parameters, inputs : mapping, optional
+        As of ``simulate``.
+    t_start : float, optional
+        Time at which the period starts, s.
     tolerance : float
         Relative error of the monodromy matrix, estimated by differences from fewer intervals.
     method : str
         Method of integration of the motion; ``rk45``, or ``rk45_partitioned`` under constraints, by default.
-    progress : function of (steps done, all steps), or True for a bar
-        The steps are linear models; their number grows with each correction of the start.
+    progress : callable or bool, optional
+        Called with (steps done, all steps); True shows a bar. The steps are linear models; their number grows with each
+        correction of the start.
 
     Returns
     -------

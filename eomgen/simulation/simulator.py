@@ -138,7 +138,8 @@ class Simulator:
             Inputs, held over the steps. A mapping has some inputs by name, each a number or a function of t; all other
             inputs are given by ``start``, by the scene's formulas, or are zero. No size of a step: that is the ``step``
             of ``start``, and ``advance(t)`` goes to a time.
-        n : int
+        n : int, optional
+            Number of steps.
         end : (nu,) array or number
             Inputs at the end of the last step; inputs are linear in time from u to ``end``.
         motions : mapping
@@ -200,7 +201,12 @@ class Simulator:
         ----------
         t : float, s
             Not before the time of the state.
-        u, end, motions : as in ``step``; ``end`` and the targets of motions hold at t
+        u : array_like or mapping, optional
+            As in ``step``.
+        end : array_like or mapping, optional
+            As in ``step``; holds at t.
+        motions : mapping, optional
+            As in ``step``; the targets hold at t.
 
         Raises
         ------
@@ -320,7 +326,7 @@ class Simulator:
             As ``initial`` of ``simulate``: ``{"q": q, "v": v}``, ``{"hinge": {"velocity": 1.0}}``; variables that are
             not given stay as they are. The state is brought onto the constraints; ``notes`` says how.
         t : float
-            s.
+            S.
 
         Raises
         ------

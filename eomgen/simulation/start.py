@@ -61,11 +61,20 @@ def start(
 
     Parameters
     ----------
-    initial, parameters, method, step : as in ``simulate``
-    rho_inf, alpha, beta, gamma, order, tolerance, t_start, settings, start : likewise
+    initial, parameters : mapping, optional
+        As in ``simulate``.
+    method, start : str, optional
+        As in ``simulate``.
+    step, t_start : float, optional
+        As in ``simulate``, s.
+    rho_inf, alpha, beta, gamma, order, tolerance : float, optional
+        As in ``simulate``.
     inputs : mapping
         Name -> number or function of t: values of inputs in steps without inputs of their own.
-    controllers : as in ``simulate``; copies and ``restore`` need functions whose memory the scene declares
+    controllers : mapping, optional
+        As in ``simulate``; copies and ``restore`` need functions whose memory the scene declares.
+    settings : mapping, optional
+        As in ``simulate``.
     motions : mapping
         Name -> position, rate and acceleration at the start, or a function of t that gives these three.
 

@@ -78,7 +78,13 @@ class Assembly:
     strained: StrainedStart | None = None
 
     def corrections(self) -> list[str]:
-        """Return one sentence for each row that the guess did not meet."""
+        """Return one sentence for each row that the guess did not meet.
+
+        Returns
+        -------
+        list of str
+            One sentence for each.
+        """
         at_position = [
             f"initial position corrected: {name} was off by {value:.3g}" for name, value in self.violations.items()
         ]

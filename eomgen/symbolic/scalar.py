@@ -15,7 +15,15 @@ Number = float | int
 
 
 class Scalar:
-    """A reference and its tape."""
+    """A reference and its tape.
+
+    Parameters
+    ----------
+    tape : Tape
+        The tape of the operation.
+    ref : int
+        Reference to the operation; negative references are negated values.
+    """
 
     __slots__ = ("ref", "tape")
 
@@ -83,7 +91,13 @@ Matrix = tuple[Vector, Vector, Vector]
 
 
 class Algebra:
-    """Makes scalars and applies functions on one tape."""
+    """Makes scalars and applies functions on one tape.
+
+    Parameters
+    ----------
+    tape : Tape
+        The tape of the operations.
+    """
 
     def __init__(self, tape: Tape) -> None:
         self.tape = tape
@@ -108,20 +122,59 @@ class Algebra:
         return (x, y, z)
 
     def named(self, text: str, values: Vector) -> Vector:
-        """Return a vector with components named ``text_x, text_y, text_z``."""
+        """Return a vector with components named ``text_x, text_y, text_z``.
+
+        Parameters
+        ----------
+        text : str
+            Beginning of the names in generated C.
+        values : sequence of Scalar
+            Vector of three components.
+
+        Returns
+        -------
+        list of Scalar
+            The same values.
+        """
         for axis, value in zip("xyz", values, strict=True):
             self.tape.name(value.ref, f"{text}_{axis}")
         return values
 
     def named_matrix(self, text: str, rows: Matrix) -> Matrix:
-        """Return a matrix with entries named ``text_xx, text_xy, ...``."""
+        """Return a matrix with entries named ``text_xx, text_xy, ...``.
+
+        Parameters
+        ----------
+        text : str
+            Beginning of the names in generated C.
+        rows : sequence of sequences of Scalar
+            Matrix of three rows and columns.
+
+        Returns
+        -------
+        list of lists of Scalar
+            The same values.
+        """
         for axis, row in zip("xyz", rows, strict=True):
             for other, value in zip("xyz", row, strict=True):
                 self.tape.name(value.ref, f"{text}_{axis}{other}")
         return rows
 
     def block(self, name: str, size: int) -> list[Scalar]:
-        """Return the components of an input block."""
+        """Return the components of an input block.
+
+        Parameters
+        ----------
+        name : str
+            Name of the block, as in ``system.INPUT_BLOCKS``: ``q``, ``v``, ``u``.
+        size : int
+            Number of components.
+
+        Returns
+        -------
+        list of Scalar
+            One for each component.
+        """
         return [Scalar(self.tape, self.tape.input(name, index)) for index in range(size)]
 
     def call(self, op: Op, x: Scalar, y: Scalar | None = None) -> Scalar:
@@ -136,7 +189,18 @@ def plus(x: Vector, y: Vector) -> Vector:
 
 
 def minus(x: Vector, y: Vector) -> Vector:
-    """Return x - y."""
+    """Return the difference of two vectors.
+
+    Parameters
+    ----------
+    x, y : sequence of Scalar
+        Vectors (n,).
+
+    Returns
+    -------
+    list of Scalar
+        The difference x - y, (n,).
+    """
     return (x[0] - y[0], x[1] - y[1], x[2] - y[2])
 
 
@@ -145,12 +209,36 @@ def negative(x: Vector) -> Vector:
 
 
 def scaled(factor: Scalar | Number, x: Vector) -> Vector:
-    """Return factor x."""
+    """Return a multiple of a vector.
+
+    Parameters
+    ----------
+    factor : Scalar or float
+        The factor.
+    x : sequence of Scalar
+        Vector (n,).
+
+    Returns
+    -------
+    list of Scalar
+        The product factor x, (n,).
+    """
     return (x[0] * factor, x[1] * factor, x[2] * factor)
 
 
 def dot(x: Sequence[Scalar], y: Sequence[Scalar]) -> Scalar:
-    """Return the scalar product x . y."""
+    """Return the scalar product x . y.
+
+    Parameters
+    ----------
+    x, y : sequence of Scalar
+        Vectors (n,).
+
+    Returns
+    -------
+    Scalar
+        The sum of products.
+    """
     try:
         tape, sum_of_products = x[0].tape, ZERO
         for first, second in zip(x, y, strict=True):
@@ -170,12 +258,36 @@ def cross(x: Vector, y: Vector) -> Vector:
 
 
 def apply(A: Matrix, x: Vector) -> Vector:
-    """Return A x."""
+    """Return the product of a matrix and a vector.
+
+    Parameters
+    ----------
+    A : sequence of sequences of Scalar
+        Matrix (m, n).
+    x : sequence of Scalar
+        Vector (n,).
+
+    Returns
+    -------
+    list of Scalar
+        A x, (m,).
+    """
     return (dot(A[0], x), dot(A[1], x), dot(A[2], x))
 
 
 def transpose(A: Matrix) -> Matrix:
-    """Return A^T."""
+    """Return the transpose of a matrix.
+
+    Parameters
+    ----------
+    A : sequence of sequences of Scalar
+        Matrix (m, n).
+
+    Returns
+    -------
+    list of lists of Scalar
+        (n, m).
+    """
     return ((A[0][0], A[1][0], A[2][0]), (A[0][1], A[1][1], A[2][1]), (A[0][2], A[1][2], A[2][2]))
 
 

@@ -49,7 +49,7 @@ class MethodName:
     by_tolerance : name of the method for a given tolerance; empty: this method
     fixed_steps : reason for which the steps cannot follow a tolerance, and a remedy; empty for methods with a tolerance
     compiled_with : parameters that a stepper is compiled with if the scene gives no valid ones; runs set parameters of
-    the run
+        the run
     """
 
     name: str
@@ -231,27 +231,60 @@ class Family(ABC):
     @classmethod
     @abstractmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
-        """Return the functions of a model that a stepper calls, or that bring a state onto the constraints; not those
-        of z alone.
+        """Return the functions of a model that a stepper calls, or that bring a state onto the constraints.
+
+        Functions of z alone are not among them.
 
         Parameters
         ----------
-        constrained, internal : whether the scene has constraints, and internal states
-        mass : whether the system has the inertia matrix, which long trees leave out, with sufficient digits
+        constrained : bool
+            Whether the scene has constraints.
+        internal : bool
+            Whether the scene has internal states.
+        mass : bool
+            Whether the system has the inertia matrix, which long trees leave out, with sufficient digits.
         """
 
     def calls(self, system: System) -> set[str]:
-        """Return the functions of a system that the stepper requires."""
+        """Return the functions of a system that the stepper requires.
+
+        Parameters
+        ----------
+        system : System
+            The equations.
+
+        Returns
+        -------
+        set of str
+            Names of functions.
+        """
         mass = "mass" in system.functions and not system.facts.ill_scaled
         return set(self.terms(bool(system.multipliers), system.facts.internal_states, mass))
 
     def prepared(self, system: System) -> System:
-        """Return a system with functions of the method in addition to the functions of its terms."""
+        """Return a system with functions of the method in addition to the functions of its terms.
+
+        Parameters
+        ----------
+        system : System
+            The equations.
+
+        Returns
+        -------
+        System
+            The same, or one with further functions.
+        """
         return system
 
     @abstractmethod
     def title(self, constrained: bool) -> str:
-        """Return the description of the method for the head of the C file."""
+        """Return the description of the method for the head of the C file.
+
+        Parameters
+        ----------
+        constrained : bool
+            Whether the scene has constraints.
+        """
 
     @property
     def group_functions(self) -> tuple[GroupFunction, ...]:
@@ -299,29 +332,95 @@ class Family(ABC):
         return None
 
     def warnings(self, constrained: bool) -> tuple[str, ...]:
-        """Return warnings about these settings, one sentence each."""
+        """Return warnings about these settings, one sentence each.
+
+        Parameters
+        ----------
+        constrained : bool
+            Whether the scene has constraints.
+
+        Returns
+        -------
+        tuple of str
+            One sentence each.
+        """
         return ()
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        """Return the members of the state beyond t, q, v, vdot, lam, z, zdot and the common counters."""
+        """Return the members of the state beyond t, q, v, vdot, lam, z, zdot and the common counters.
+
+        Parameters
+        ----------
+        sizes : Sizes
+            Numbers of coordinates, multipliers and parameters.
+
+        Returns
+        -------
+        tuple of Field
+            In the order of the struct in C.
+        """
         return ()
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        """Return the settings besides the step."""
+        """Return the settings besides the step.
+
+        Parameters
+        ----------
+        sizes : Sizes
+            Numbers of coordinates, multipliers and parameters.
+
+        Returns
+        -------
+        tuple of Setting
+            In the order of the struct in C.
+        """
         return ()
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
-        """Return the conditions on settings in C, in the order of the tests; ``good_settings`` of the templates."""
+        """Return the conditions on settings in C, in the order of the tests; ``good_settings`` of the templates.
+
+        Parameters
+        ----------
+        sizes : Sizes
+            Numbers of coordinates, multipliers and parameters.
+
+        Returns
+        -------
+        tuple of Bound
+            One for each condition.
+        """
         return ()
 
     def choices(self, sizes: Sizes) -> Mapping[str, bool]:
         """Return the facts by which the templates of the family choose, by name.
 
-        ``offset`` of implicit families: whether the increment of a step has parts besides the unknown mean velocity."""
+        ``offset`` of implicit families: whether the increment of a step has parts besides the unknown mean velocity.
+
+        Parameters
+        ----------
+        sizes : Sizes
+            Numbers of coordinates, multipliers and parameters.
+
+        Returns
+        -------
+        mapping
+            True or false by name.
+        """
         return {}
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        """Return the statistics beyond the common ones."""
+        """Return the statistics beyond the common ones.
+
+        Parameters
+        ----------
+        sizes : Sizes
+            Numbers of coordinates, multipliers and parameters.
+
+        Returns
+        -------
+        tuple of Field
+            In the order of the struct in C.
+        """
         return ()
 
     @abstractmethod
@@ -330,7 +429,10 @@ class Family(ABC):
 
         Parameters
         ----------
-        constrained, angles : whether there are constraints, and angles that are counted over turns
+        constrained : bool
+            Whether there are constraints.
+        angles : bool
+            Whether angles are counted over turns.
         """
 
     @abstractmethod
@@ -344,8 +446,12 @@ class Family(ABC):
 
         Parameters
         ----------
-        step : s
-        samples : numbers by which pivots are chosen, None: the system's own
+        system : System
+            The equations, with the functions of the method.
+        step : float
+            Size of a step, s.
+        samples : object
+            Numbers by which pivots are chosen; None: the system's own.
         """
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
@@ -353,7 +459,15 @@ class Family(ABC):
 
         Parameters
         ----------
-        method : ``Program.method``
+        system : System
+            The equations.
+        method : mapping
+            The data of the method, ``Program.method``.
+
+        Returns
+        -------
+        tuple of Work
+            Calls of each function, factorizations and solutions of a step.
         """
         return ()
 

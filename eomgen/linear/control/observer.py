@@ -103,19 +103,26 @@ def kalman(
 
     Parameters
     ----------
-    space : the linear model, or a linearization, of which the state space is taken
-    noise : mapping, or (nw, nw)
+    space : StateSpace or Linearization
+        The linear model.
+    noise : mapping or array_like
         Intensities of white noise by disturbance, input or state: two-sided spectral densities, unit^2 s, half of the
-        one-sided ones per Hz. Or a matrix of intensities over the disturbances. For a sampled model: variances of
-        values held over a sample.
+        one-sided ones per Hz. Or a matrix (nw, nw) of intensities over the disturbances. For a sampled model: variances
+        of values held over a sample.
     measurement_noise : mapping
         Measurements, outputs or states by name, and the intensity of the noise of each; of a sampled observer the
         variance of the error of each sample.
-    inputs : inputs known to the observer; all by default
-    sample : s, or a text with a unit
-        Of a sampled observer: the time between two measurements.
-    delay : the same
+    inputs : sequence of str, optional
+        Inputs known to the observer; all by default.
+    sample : float or str, optional
+        Of a sampled observer: the time between two measurements, s, or a text with a unit.
+    delay : float or str, optional
         From a sample to when inputs take effect, as of the regulator.
+
+    Returns
+    -------
+    Observer
+        Gains, covariance of the error, and the observer as a state space.
 
     Raises
     ------
@@ -171,7 +178,25 @@ def place_observer(
     sample: float | str | None = None,
     delay: float | str = 0.0,
 ) -> Observer:
-    """Return the observer with given eigenvalues of the error; ``poles``, ``sample`` and ``delay`` as of ``place``.
+    """Return the observer with given eigenvalues of the error of the estimate.
+
+    Parameters
+    ----------
+    space : StateSpace or Linearization
+        The linear model.
+    poles : sequence of complex
+        Eigenvalues of the error, as of ``place``.
+    measured : sequence of str
+        Names of outputs or states.
+    inputs : sequence of str, optional
+        Inputs known to the observer; all by default.
+    sample, delay : float or str, optional
+        As of ``kalman``.
+
+    Returns
+    -------
+    Observer
+        Gains, and the observer as a state space.
 
     Raises
     ------

@@ -35,6 +35,13 @@ class OutputFeedback:
     For sampled feedback, the estimate at a sample contains the measurement of this sample, and the inputs follow from
     this estimate.
 
+    Attributes
+    ----------
+    regulator : Regulator
+        Feedback of the state.
+    observer : Observer
+        Estimate of the state, of the same model.
+
     Raises
     ------
     UsageError
@@ -172,5 +179,16 @@ class OutputFeedback:
         return margins_of(A, B, asked, space.inputs, space.sample)
 
     def plot(self, axes: object = None) -> list[Any]:
-        """Draw the open loop at each input in the complex plane, with margins; see ``Regulator.plot``."""
+        """Draw the open loop at each input in the complex plane, with margins; see ``Regulator.plot``.
+
+        Parameters
+        ----------
+        axes : sequence of matplotlib Axes, optional
+            One for each input; a new figure of pyplot if none are given.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One for each input.
+        """
         return plot_margins(self.margins, axes)

@@ -68,7 +68,23 @@ class Regulator:
         return page(f"Regulator{self.space.when}: u = -G s", gains, margins_html(self.margins), of_loop)
 
     def gain(self, input: str, state: str) -> float:
-        """Return the gain of one state in one input. Raises UsageError for an unknown name."""
+        """Return the gain of one state in one input.
+
+        Parameters
+        ----------
+        input, state : str
+            Names of a controlled input and of a state.
+
+        Returns
+        -------
+        float
+            Unit of the input per unit of the state; the input is minus gain times deviation of the state.
+
+        Raises
+        ------
+        UsageError
+            An unknown name.
+        """
         for name, known in ((input, self.space.inputs), (state, self.space.states)):
             if name not in known:
                 raise UsageError(Problem("gain", f"there is no {name!a} among the gains", near(name, known)))
@@ -105,8 +121,13 @@ class Regulator:
 
         Parameters
         ----------
-        axes : matplotlib Axes, one for each input
-            A new figure of pyplot if none are given.
+        axes : sequence of matplotlib Axes, optional
+            One for each input; a new figure of pyplot if none are given.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One for each input.
 
         Raises
         ------
@@ -131,18 +152,27 @@ def lqr(
 
     Parameters
     ----------
-    space : the linear model, or a linearization, of which the state space is taken
-    Q : mapping, or (ns, ns)
-        Weights of the squares of outputs and states by name, including accelerations; or a matrix, or a diagonal.
-    R : mapping, or (nu, nu)
-        Weights of the squares of inputs by name. Inputs without a weight are not used.
-    N : (ns, nu), optional
-        Weights of products.
-    inputs : the controlled inputs, if R has no names; all by default
-    sample : s, or a text with a unit
-        Of a sampled regulator: the time for which inputs are held. The cost remains the integral.
-    delay : the same
+    space : StateSpace or Linearization
+        The linear model.
+    Q : mapping or array_like
+        Weights of the squares of outputs and states by name, including accelerations; or a matrix (ns, ns), or a
+        diagonal.
+    R : mapping or array_like
+        Weights of the squares of inputs by name, or (nu, nu). Inputs without a weight are not used.
+    N : array_like, optional
+        Weights (ns, nu) of products of states and inputs.
+    inputs : sequence of str, optional
+        The controlled inputs, if R has no names; all by default.
+    sample : float or str, optional
+        Of a sampled regulator: the time for which inputs are held, s, or a text with a unit. The cost remains the
+        integral.
+    delay : float or str, optional
         Of a sampled regulator: from a sample to when inputs take effect. Inputs that wait are fed back, too.
+
+    Returns
+    -------
+    Regulator
+        Gains, closed loop and margins.
 
     Raises
     ------
@@ -152,6 +182,15 @@ def lqr(
         A motion that does not decay and that no input moves; one that neither grows nor decays and has no cost.
     NumericalError
         No solution of Riccati's equation with a relative residual below 1e-10.
+
+    Examples
+    --------
+    >>> from eomgen.control import lqr
+    >>> cart = eomgen.SceneBuilder("cart").input("push", unit="N").body("cart", 2.0)
+    >>> cart = cart.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", "push")
+    >>> law = lqr(eomgen.build(cart.build()).linearize(at="initial"), {"rail": 16.0}, {"push": 1.0})
+    >>> law.gains.round(6)                             # sqrt(16), and sqrt(2 mass sqrt(16))
+    array([[4., 4.]])
     """
     space = state_space_of(space)
     cost = quadratic_cost(space, Q, R, N, inputs)
@@ -180,11 +219,20 @@ def place(
 
     Parameters
     ----------
-    space : the linear model, or a linearization, of which the state space is taken
-    poles : ns eigenvalues, complex eigenvalues in conjugate pairs, none more often than the number of inputs: 1/s; for
-        a sampled model z = e^(s T); with ``sample`` also 1/s, one for each state of the sampled model
-    inputs : the controlled inputs; all by default
-    sample, delay : as of ``lqr``
+    space : StateSpace or Linearization
+        The linear model.
+    poles : sequence of complex
+        Eigenvalues (ns,), complex ones in conjugate pairs, none more often than the number of inputs: 1/s; for a
+        sampled model z = e^(s T); with ``sample`` also 1/s, one for each state of the sampled model.
+    inputs : sequence of str, optional
+        The controlled inputs; all by default.
+    sample, delay : float or str, optional
+        As of ``lqr``.
+
+    Returns
+    -------
+    Regulator
+        Gains, closed loop and margins.
 
     Raises
     ------

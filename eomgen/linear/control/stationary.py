@@ -30,8 +30,16 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
 
     Parameters
     ----------
-    noise : by disturbance or input, intensities (two-sided spectral densities, unit^2 s: half of one-sided densities
-        per Hz); of a sampled model variances of values held over a sample
+    space : StateSpace or Linearization
+        A stable linear model.
+    noise : mapping
+        Intensities by disturbance or input: two-sided spectral densities, unit^2 s, half of one-sided densities per Hz;
+        of a sampled model variances of values held over a sample.
+
+    Returns
+    -------
+    (ns, ns) ndarray
+        Covariance of the state, in the order of ``states``.
 
     Raises
     ------
@@ -51,9 +59,28 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
 
 
 def root_mean_squares(space: StateSpace | HasStateSpace, noise: Mapping[str, float]) -> dict[str, float]:
-    """Return the stationary root mean square of every output by name; infinite if the output contains white noise.
+    """Return the stationary root mean square of every output under independent white noises.
 
     Raises as ``stationary_covariance``.
+
+    Parameters
+    ----------
+    space : StateSpace or Linearization
+        A stable linear model.
+    noise : mapping
+        Intensities by disturbance or input, as of ``stationary_covariance``.
+
+    Returns
+    -------
+    dict
+        By name of the output, in its unit; infinite if the output contains white noise.
+
+    Raises
+    ------
+    UsageError
+        Names that there are not, or negative intensities.
+    ModelError
+        A motion that does not decay.
     """
     space = state_space_of(space)
     covariance = stationary_covariance(space, noise)

@@ -44,12 +44,37 @@ class Excitation(Protocol):
     def name(self) -> str: ...
 
     def cross_spectra(self, frequencies: Array) -> Complex:
-        """Return the one-sided cross-spectra (nf, m, m) of the inputs, unit_i unit_j / Hz, at frequencies (nf,) in
-        Hz: G[k, i, j] belongs to X_i conj(X_j), X being the Fourier transforms."""
+        """Return the one-sided cross-spectra of the inputs.
+
+        G[k, i, j] belongs to X_i conj(X_j), X being the Fourier transforms.
+
+        Parameters
+        ----------
+        frequencies : ndarray
+            Frequencies (nf,), Hz.
+
+        Returns
+        -------
+        (nf, m, m) complex ndarray
+            In unit_i unit_j / Hz.
+        """
 
 
 def check_excitation(where: str, given: object) -> None:
-    """Raise UsageError for values that are not an excitation, such as the letter of a road class."""
+    """Raise an error for values that are not an excitation, such as the letter of a road class.
+
+    Parameters
+    ----------
+    where : str
+        Name of the call, for the message.
+    given : object
+        Value that is checked.
+
+    Raises
+    ------
+    UsageError
+        The value is not an excitation.
+    """
     if not hasattr(given, "cross_spectra"):
         letter = isinstance(given, str) and len(given) == 1
         fault = f"an excitation is needed, not {shown(given) if isinstance(given, str) else type(given).__name__}"
@@ -122,7 +147,18 @@ class InputSpectrum:
         return f"random {self.input}"
 
     def cross_spectra(self, frequencies: Array) -> Complex:
-        """Return the density (nf, 1, 1)."""
+        """Return the one-sided density of the input as a matrix of one entry.
+
+        Parameters
+        ----------
+        frequencies : ndarray
+            Frequencies (nf,), Hz.
+
+        Returns
+        -------
+        (nf, 1, 1) complex ndarray
+            In the input's unit squared per Hz.
+        """
         low, high = self.band
         inside = (frequencies >= low) & (frequencies <= high)
         known = np.asarray(self.frequencies, dtype=float)
@@ -146,8 +182,9 @@ class RoadExcitation:
     Parameters
     ----------
     road : Road
+        The road under all wheels.
     speed : float
-        m/s.
+        Speed, m/s.
     wheels : mapping
         Input of each wheel's elevation -> distance in m behind the first wheel: ``{"front": 0.0, "rear": 2.7}``.
     tracks : mapping
@@ -233,13 +270,37 @@ class RoadExcitation:
         return {self.tracks.get(wheel, 0.0) for wheel in self.wheels}
 
     def at(self, speed: float | str | None = None, road: Road | None = None) -> RoadExcitation:
-        """Return the same wheels at another speed, in m/s or as text with a unit, or on another road."""
+        """Return the same wheels at another speed, in m/s or as text with a unit, or on another road.
+
+        Parameters
+        ----------
+        speed : float or str, optional
+            Speed in m/s or as a text with a unit; unchanged if not given.
+        road : Road, optional
+            Another road; unchanged if not given.
+
+        Returns
+        -------
+        RoadExcitation
+            Of the same wheels.
+        """
         if isinstance(speed, str):
             speed = in_label("RoadExcitation: speed", speed, "m/s")
         return replace(self, speed=self.speed if speed is None else speed, road=road or self.road)
 
     def between_tracks(self, frequencies: Array) -> Array:
-        """Return the cross-spectra of elevations at the same distance over the spectrum of one, (nf, m, m), real."""
+        """Return the cross-spectra of elevations at the same distance over the spectrum of one wheel.
+
+        Parameters
+        ----------
+        frequencies : ndarray
+            Frequencies (nf,), Hz.
+
+        Returns
+        -------
+        (nf, m, m) ndarray
+            Real, 1 on the diagonal.
+        """
         distances = np.broadcast_to(self.lateral, (len(frequencies), *self.lateral.shape))
         same = distances == 0.0
         if self.coherence != "isotropic":
@@ -254,12 +315,34 @@ class RoadExcitation:
         return np.asarray(np.where(same, 1.0, ratio))
 
     def phases(self, frequencies: Array) -> Complex:
-        """Return e^(-2 pi i f d / V) of each wheel, (nf, m)."""
+        """Return e^(-2 pi i f d / V) of each wheel, its delay in the frequency domain.
+
+        Parameters
+        ----------
+        frequencies : ndarray
+            Frequencies (nf,), Hz.
+
+        Returns
+        -------
+        (nf, m) complex ndarray
+            Of modulus 1.
+        """
         result: Complex = np.exp(-2j * np.pi * np.asarray(frequencies)[:, np.newaxis] * self.delays)
         return result
 
     def cross_spectra(self, frequencies: Array) -> Complex:
-        """Return the one-sided cross-spectra (nf, m, m) of the elevations, m^2/Hz, at frequencies (nf,) in Hz."""
+        """Return the one-sided cross-spectra of the elevations under the wheels.
+
+        Parameters
+        ----------
+        frequencies : ndarray
+            Frequencies (nf,), Hz.
+
+        Returns
+        -------
+        (nf, m, m) complex ndarray
+            In m^2/Hz.
+        """
         phases = self.phases(frequencies)
         spectrum = self.road.over_time(frequencies, self.speed)[:, np.newaxis, np.newaxis]
         result: Complex = (

@@ -53,7 +53,19 @@ def _weighting(name: str) -> WeightingFilter:
 
 
 def weighting_response(name: str, frequencies: ArrayLike) -> Complex:
-    """Return the complex response (...) of a weighting filter at frequencies (...) in Hz.
+    """Return the complex response of a weighting filter of ISO 2631-1.
+
+    Parameters
+    ----------
+    name : str
+        ``Wk`` or ``Wd``.
+    frequencies : array_like
+        Frequencies (...), Hz.
+
+    Returns
+    -------
+    (...) complex ndarray
+        Weighted over unweighted acceleration.
 
     Raises
     ------
@@ -73,7 +85,20 @@ def weighting_response(name: str, frequencies: ArrayLike) -> Complex:
 
 
 def check_weighted(name: str, unit: str) -> None:
-    """Raise UsageError unless a quantity is an acceleration, by its unit; an empty unit is not known."""
+    """Raise an error unless a quantity is an acceleration, by its unit.
+
+    Parameters
+    ----------
+    name : str
+        Name of the quantity, for the message.
+    unit : str
+        Unit of the quantity; an empty unit is not known and passes.
+
+    Raises
+    ------
+    UsageError
+        The unit is not an acceleration's.
+    """
     if unit not in ("", "m/s^2"):
         fault = f"{name} is in {unit}, and weightings are of accelerations in m/s^2"
         raise UsageError(Problem("weighting", fault, "an output that is an acceleration"))
@@ -89,13 +114,15 @@ def weighted_signal(name: str, t: Array, values: Array) -> Array:
     ----------
     name : str
         Name of the weighting.
-    t : (n,)
-        s, increasing, evenly spaced or not.
-    values : (n,)
+    t : ndarray
+        Times (n,), s, increasing, evenly spaced or not.
+    values : ndarray
+        Accelerations (n,), m/s^2.
 
     Returns
     -------
-    (n,)
+    (n,) ndarray
+        Weighted accelerations, m/s^2.
 
     Raises
     ------
@@ -255,10 +282,15 @@ class PowerSpectrum:
 
         Parameters
         ----------
-        low, high : float
-            Hz.
+        low, high : float, optional
+            Ends of the part, Hz.
         weighting : str, optional
             ``Wk`` or ``Wd`` of ISO 2631-1, for an acceleration in m/s^2: the part that people feel.
+
+        Returns
+        -------
+        float
+            In the unit of the quantity.
 
         Raises
         ------
@@ -279,10 +311,15 @@ class PowerSpectrum:
 
         Parameters
         ----------
-        axes : matplotlib Axes
+        axes : matplotlib Axes, optional
             A new figure of pyplot if none are given; several spectra may go onto the same axes.
         label : str
             For a legend.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One.
 
         Raises
         ------

@@ -30,10 +30,10 @@ class Road:
         ``A`` to ``H`` of ISO 8608; or ``roughness`` instead.
     roughness : float
         G_d(n0) at n0 = 0.1 cycle/m, m^3.
-    exponent : float
-        w, of waves shorter than 10 m; and of longer waves without ``long_exponent``.
-    long_exponent : float
-        w of waves longer than 10 m.
+    exponent : float, optional
+        Exponent w of waves shorter than 10 m; and of longer waves without ``long_exponent``.
+    long_exponent : float, optional
+        Exponent w of waves longer than 10 m.
     band : (float, float)
         Spatial frequencies in cycle/m beyond which there are no waves; by default the standard's.
 
@@ -81,11 +81,44 @@ class Road:
         return np.array([REFERENCE_FREQUENCY] if self.long_exponent not in (None, self.exponent) else [])
 
     def of_class(self, road_class: str) -> Road:
-        """Return a road of a class with the exponents and the band of this road."""
+        """Return a road of a class with the exponents and the band of this road.
+
+        Parameters
+        ----------
+        road_class : str
+            ``A`` to ``H`` of ISO 8608.
+
+        Returns
+        -------
+        Road
+            Of that class.
+
+        Raises
+        ------
+        UsageError
+            There is no class of that name.
+        """
         return Road(road_class, None, self.exponent, self.long_exponent, self.band)
 
     def over_distance(self, n: ArrayLike) -> Array:
-        """Return G_d(n), m^3, at spatial frequencies n (...) in cycle/m; zero outside the band."""
+        """Return the spectrum of the elevation over the distance.
+
+        Parameters
+        ----------
+        n : array_like
+            Spatial frequencies (...), cycle/m.
+
+        Returns
+        -------
+        (...) ndarray
+            G_d(n), m^3; zero outside the band.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import Road
+        >>> float(Road("C").over_distance(0.1))            # of ISO 8608, class C at 0.1 cycle/m
+        0.000256
+        """
         given = np.asarray(n, dtype=float)
         inside = (given >= self.band[0]) & (given <= self.band[1])
         ratio = np.where(inside, given, REFERENCE_FREQUENCY) / REFERENCE_FREQUENCY
@@ -94,7 +127,20 @@ class Road:
         return np.where(inside, self.reference_roughness * ratio**-exponent, 0.0)
 
     def over_time(self, frequencies: ArrayLike, speed: float) -> Array:
-        """Return G(f) = G_d(f / V) / V of the elevation under a wheel, m^2/Hz, at frequencies (...) in Hz."""
+        """Return the spectrum of the elevation under a wheel, G(f) = G_d(f / V) / V.
+
+        Parameters
+        ----------
+        frequencies : array_like
+            Frequencies (...), Hz.
+        speed : float
+            Speed V of the wheel, m/s.
+
+        Returns
+        -------
+        (...) ndarray
+            In m^2/Hz.
+        """
         return self.over_distance(np.asarray(frequencies, dtype=float) / speed) / speed
 
 
@@ -117,8 +163,10 @@ class MeasuredRoad(Road):
 
     Parameters
     ----------
-    frequencies, density : (n,), (n,)
-        Spatial frequencies in cycle/m, increasing, and G_d in m^3; linear between frequencies, zero outside.
+    road_class, roughness, exponent, long_exponent, band : optional
+        As of ``Road``; a measured spectrum replaces class, roughness and exponents.
+    frequencies, density : ndarray
+        Spatial frequencies (n,) in cycle/m, increasing, and G_d (n,) in m^3; linear between frequencies, zero outside.
     source : str
         Name of the measured road, for titles.
     """
@@ -150,16 +198,21 @@ class MeasuredRoad(Road):
 
         Parameters
         ----------
-        distance : (n,)
-            m, increasing.
-        elevation : (n,)
-            m.
+        distance : array_like
+            Distances (n,) along the road, m, increasing.
+        elevation : array_like
+            Elevations (n,), m.
         segments : int
             More segments: less scatter, coarser frequencies; short profiles have fewer.
         widest : float
             Largest distance of measured points, m, if different from ``distance``: a bound of the frequencies, too.
         source : str
             For titles.
+
+        Returns
+        -------
+        MeasuredRoad
+            With the spectrum of the profile.
 
         Raises
         ------
@@ -207,7 +260,18 @@ class MeasuredRoad(Road):
         raise self._of_classes()
 
     def of_class(self, road_class: str) -> Road:
-        """Raise an error: a measured spectrum has no road class."""
+        """Raise an error: a measured spectrum has no road class.
+
+        Parameters
+        ----------
+        road_class : str
+            Class of ISO 8608.
+
+        Raises
+        ------
+        UsageError
+            Always.
+        """
         raise self._of_classes()
 
     @staticmethod
@@ -216,7 +280,18 @@ class MeasuredRoad(Road):
         return UsageError(Problem("MeasuredRoad", fault, 'excitation.at(road=eomgen.spectra.Road("C"))'))
 
     def over_distance(self, n: ArrayLike) -> Array:
-        """Return G_d(n), m^3, at spatial frequencies n (...) in cycle/m; zero outside the band."""
+        """Return the spectrum of the elevation over the distance.
+
+        Parameters
+        ----------
+        n : array_like
+            Spatial frequencies (...), cycle/m.
+
+        Returns
+        -------
+        (...) ndarray
+            G_d(n), m^3; zero outside the band.
+        """
         result: Array = np.interp(np.asarray(n, dtype=float), self.frequencies, self.density, left=0.0, right=0.0)
         return result
 

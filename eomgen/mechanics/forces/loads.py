@@ -63,7 +63,19 @@ def add_effort(loads: Loads, quantities: Quantities, joint: str, value: Scalar, 
 
 
 def push(wrenches: list[Wrench | None], quantities: Quantities, name: str, force_in_base: Vector) -> None:
-    """Add a force, (3,), N, in base axes on a named point."""
+    """Add a force on a named point to the wrenches of the links.
+
+    Parameters
+    ----------
+    wrenches : list of Wrench or None
+        By link, changed in place: moment about the link's origin and force, in link axes.
+    quantities : Quantities
+        Positions of the points.
+    name : str
+        Name of the point.
+    force_in_base : sequence of Scalar
+        Force (3,), N, in base axes.
+    """
     link, s = quantities.kinematics.local(*quantities.at(quantities.points[name]))
     if link >= 0:
         force = apply(transpose(quantities.kinematics.pose(link)[0]), force_in_base)

@@ -26,7 +26,19 @@ Offers = Mapping[str, tuple[str, Offer]]
 
 
 class Quantities:
-    """Symbols of formulas on the tape, in joint coordinates."""
+    """Symbols of formulas on the tape, in joint coordinates.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene of the formulas.
+    tree : Tree
+        Bodies and joints on the tape.
+    kinematics : Kinematics
+        Poses, velocities and accelerations of the bodies.
+    offered : mapping
+        Quantities that force elements offer, by section.
+    """
 
     def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics, offered: Offers) -> None:
         self.scene = scene
@@ -89,18 +101,59 @@ class Quantities:
                 return self.energies[symbol.name]
 
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
-        """Return the generalized force by velocity component of a unit effort on a joint's coordinate."""
+        """Return the generalized force by velocity component of a unit effort on a joint's coordinate.
+
+        Parameters
+        ----------
+        joint : str
+            Name of the joint.
+        index : int, optional
+            Component of the coordinate.
+
+        Returns
+        -------
+        dict
+            Scalars by velocity component.
+        """
         coordinates = self.tree.coordinates[joint]
         return {coordinates.dofs[index]: coordinates.ratio}
 
     def beyond(self, joint: str, index: int, law: Scalar, *, turns: bool) -> Scalar:
-        """Return the distance of a joint's coordinate from a law; of an angle within half a turn if ``turns``."""
+        """Return the distance of a joint's coordinate from a law.
+
+        Parameters
+        ----------
+        joint : str
+            Name of the joint.
+        index : int
+            Component of the coordinate.
+        law : Scalar
+            Value of the law, rad or m.
+        turns : bool
+            Whether the coordinate is an angle, whose distance is within half a turn.
+
+        Returns
+        -------
+        Scalar
+            Coordinate minus law, rad or m.
+        """
         past = self.tree.coordinates[joint].q[index] - law
         call = self.algebra.call
         return call(Op.ATAN2, call(Op.SIN, past), call(Op.COS, past)) if turns else past
 
     def controller(self, name: str) -> Scalar:
-        """Return a controller's output, recorded once."""
+        """Return a controller's output, recorded once.
+
+        Parameters
+        ----------
+        name : str
+            Name of the controller's output.
+
+        Returns
+        -------
+        Scalar
+            Its value, in the unit of the scene.
+        """
         if name not in self._outputs_of_controllers:
             with self.algebra.tape.block(f"controller {name}"):
                 self._outputs_of_controllers[name] = self.formula(self.controllers[name].output)
@@ -113,7 +166,20 @@ class Quantities:
         return self.algebra.vector([self.formula(item) for item in formulas])  # type: ignore[arg-type]  # formulas
 
     def mount(self, frame: Frame) -> Mount:
-        """Return the mount of a frame's body; on a beam the mount of the station at the frame's origin."""
+        """Return the mount of a frame's body.
+
+        On a beam it is the mount of the station at the frame's origin.
+
+        Parameters
+        ----------
+        frame : Frame
+            A frame on a body.
+
+        Returns
+        -------
+        Mount
+            Pose and velocities of the body.
+        """
         return self.tree.mount_at(frame.body, self.vector(frame.position))
 
     def at(self, point: Point) -> tuple[str, Vector]:

@@ -87,7 +87,8 @@ def sensitivities(
 
     Parameters
     ----------
-    t_end, step : as of ``simulate``; whole steps
+    t_end, step : float, optional
+        As of ``simulate``; whole steps.
     by : sequence of str
         Tunable parameters, by default all; ``q.hinge``, ``v.hinge`` and internal states, ``z.filtered``, of the initial
         state. ``q.ball[0]`` of a rotating joint is a rotation about the joint's x axis, rad. The way to the initial
@@ -98,7 +99,16 @@ def sensitivities(
         ``generalized_alpha``, ``hht``, ``wbz``, ``newmark``, ``trapezoidal``, also in index 3 with
         ``settings={"perturb": 0}``; ``rattlie`` with constraints; ``rk4``, ``rk4_partitioned``; ``tdg1``,
         ``tdg1_star``, ``tdg2``, ``tdg2s`` or ``tdg3``.
-    rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of ``simulate``
+    rho_inf, alpha, beta, gamma : float, optional
+        As of ``simulate``.
+    initial, parameters, inputs : mapping, optional
+        As of ``simulate``.
+    record_every : int, optional
+        As of ``simulate``.
+    t_start : float, optional
+        As of ``simulate``.
+    settings : mapping, optional
+        As of ``simulate``.
 
     Returns
     -------

@@ -129,6 +129,15 @@ def _rest(run: AlphaRun | GalerkinRun) -> LinearizedRest:
 class Sensitivities:
     """Derivatives of a run's outputs, and of functionals of the outputs.
 
+    Parameters
+    ----------
+    run : LinearRun
+        The run with its linear steps, of ``model.sensitivities``.
+    by : sequence of str
+        Variables of the derivatives, as of ``model.sensitivities``.
+    outputs : mapping
+        Places of each output's components among all, by name.
+
     Attributes
     ----------
     by : variables of derivatives, in the order of the last axis
@@ -213,6 +222,11 @@ class Sensitivities:
             over time, ``sum(output)`` over the rows of all steps, of an output or one of its components,
             ``tip[1]``; or weights of each row by output, {name: (steps + 1,) or (steps + 1, size)}.
 
+        Returns
+        -------
+        dict
+            Derivatives by name of ``by``, in the functional's unit per unit of the variable.
+
         Raises
         ------
         UsageError
@@ -221,7 +235,18 @@ class Sensitivities:
         return dict(zip(self.by, self.gradients([of])[0].tolist(), strict=True))
 
     def gradients(self, of: Sequence[Functional]) -> Array:
-        """Return the derivatives of several functionals, (functionals, directions), by one adjoint run of all."""
+        """Return the derivatives of several functionals by one adjoint run of all.
+
+        Parameters
+        ----------
+        of : sequence of str or mapping
+            Functionals, as of ``gradient``.
+
+        Returns
+        -------
+        (functionals, directions) ndarray
+            In the order of ``of`` and ``by``.
+        """
         run, weights = self._run, self._weights(of)
         if isinstance(run, AlphaRun):
             known = second_order.gradients(run, weights)
@@ -242,7 +267,13 @@ class Sensitivities:
 
         Parameters
         ----------
-        of : as of ``gradient``
+        of : str or mapping
+            A functional, as of ``gradient``.
+
+        Returns
+        -------
+        (directions, directions) ndarray
+            Symmetric, in the order of ``by``.
 
         Raises
         ------
@@ -253,16 +284,39 @@ class Sensitivities:
         return result
 
     def hessians(self, of: Sequence[Functional]) -> Array:
-        """Return the second derivatives of several functionals, (functionals, directions, directions), by tangents
-        along all directions and one adjoint of each functional."""
+        """Return the second derivatives of several functionals.
+
+        By tangents along all directions and one adjoint of each functional.
+
+        Parameters
+        ----------
+        of : sequence of str or mapping
+            Functionals, as of ``gradient``.
+
+        Returns
+        -------
+        (functionals, directions, directions) ndarray
+            Symmetric in the last two axes.
+        """
         return self.expansions(of)[1]
 
     def expansions(self, of: Sequence[Functional]) -> tuple[Array, Array]:
-        """Return the gradients and the second derivatives of several functionals, (functionals, directions) and
-        (functionals, directions, directions).
+        """Return the gradients and the second derivatives of several functionals.
 
         Both come from the same adjoints: from the preceding call of ``gradients`` with the same functionals, if the run
         keeps rows (``keeps_adjoints``), else from one adjoint of each functional.
+
+        Parameters
+        ----------
+        of : sequence of str or mapping
+            Functionals, as of ``gradient``.
+
+        Returns
+        -------
+        gradients : (functionals, directions) ndarray
+            First derivatives.
+        hessians : (functionals, directions, directions) ndarray
+            Second derivatives, symmetric.
         """
         run = self._twice("hessian")
         if isinstance(run, GalerkinRun):
@@ -278,9 +332,19 @@ class Sensitivities:
         return self._run.motion.kept
 
     def stationary(self, of: Sequence[str]) -> StationaryRun | None:
-        """Return derivatives of outputs, or of components of outputs, at all rows by one adjoint of each.
+        """Return derivatives of outputs at all rows by one adjoint of each output, of a state that stays constant.
 
         None if the state at the start does not stay constant, or depends on variables of the derivatives.
+
+        Parameters
+        ----------
+        of : sequence of str
+            Outputs, or components of outputs, ``tip[1]``.
+
+        Returns
+        -------
+        StationaryRun or None
+            None if the state at the start does not stay constant, or depends on variables of the derivatives.
 
         Raises
         ------
@@ -300,8 +364,15 @@ class Sensitivities:
 
         Parameters
         ----------
-        of : as of ``gradient``
-        directions : (len(by),) or (len(by), vectors)
+        of : str or mapping
+            A functional, as of ``gradient``.
+        directions : array_like
+            Vectors (len(by),) or (len(by), vectors).
+
+        Returns
+        -------
+        (len(by),) or (len(by), vectors) ndarray
+            The Hessian times each vector.
 
         Raises
         ------
@@ -333,7 +404,13 @@ class Sensitivities:
 
         Parameters
         ----------
-        of : as of ``gradient``
+        of : str or mapping
+            A functional, as of ``gradient``.
+
+        Returns
+        -------
+        dict
+            By name of the input an array (steps + 1,), one entry for each row.
 
         Raises
         ------

@@ -96,23 +96,74 @@ class Ensemble:
     # -- over time -----------------------------------------------------------------------------------------------------
 
     def mean(self, column: str) -> Array:
-        """Return means of a column, (nt,)."""
+        """Return the mean of a column over time.
+
+        Parameters
+        ----------
+        column : str
+            Name, as in ``columns``.
+
+        Returns
+        -------
+        (nt,) ndarray
+            Of the times ``t``, in the column's unit.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> many = model.simulate_many(0.5, 2e-3, vary={"damper": "uniform(800, 1200)"}, samples=8, seed=1)
+        >>> many.mean("tyre_load").shape == many.t.shape
+        True
+        """
         place = self._place(column)
         return np.where(self.reduction.count[place] > 0, self.reduction.mean[place], np.nan)
 
     def deviation(self, column: str) -> Array:
-        """Return standard deviations of a column, (nt,)."""
+        """Return the standard deviation of a column over time.
+
+        Parameters
+        ----------
+        column : str
+            Name, as in ``columns``.
+
+        Returns
+        -------
+        (nt,) ndarray
+            Of the times ``t``, in the column's unit.
+        """
         return np.array(self.reduction.deviation[self._place(column)])
 
     def envelope(self, column: str) -> tuple[Array, Array]:
-        """Return the smallest and the largest values of a column, (nt,) each."""
+        """Return the smallest and the largest values of a column over time.
+
+        Parameters
+        ----------
+        column : str
+            Name, as in ``columns``.
+
+        Returns
+        -------
+        smallest, largest : (nt,) ndarray
+            Of the times ``t``, in the column's unit.
+        """
         place = self._place(column)
         there = self.reduction.count[place] > 0
         low, high = self.reduction.minimum[place], self.reduction.maximum[place]
         return np.where(there, low, np.nan), np.where(there, high, np.nan)
 
     def count(self, column: str) -> Array:
-        """Return of how many samples a column is known, (nt,)."""
+        """Return the number of samples of which a column is known, over time.
+
+        Parameters
+        ----------
+        column : str
+            Name, as in ``columns``.
+
+        Returns
+        -------
+        (nt,) ndarray
+            Of the times ``t``.
+        """
         return np.array(self.reduction.count[self._place(column)])
 
     @property
@@ -121,7 +172,19 @@ class Ensemble:
         return self.reduction.covariance
 
     def quantile(self, column: str, probability: ArrayLike) -> Array:
-        """Return quantiles of a column, (nt,), or (n, nt) for n probabilities.
+        """Return quantiles of a column over time.
+
+        Parameters
+        ----------
+        column : str
+            Name, as in ``columns``.
+        probability : array_like
+            One probability, or (n,), from 0 to 1.
+
+        Returns
+        -------
+        (nt,) or (n, nt) ndarray
+            Of the times ``t``, in the column's unit.
 
         Raises
         ------
@@ -135,7 +198,23 @@ class Ensemble:
         return result[0] if wanted.ndim == 0 else result
 
     def histogram(self, column: str, t: float, bins: int = 40) -> tuple[Array, Array]:
-        """Return probabilities (bins,) and edges (bins + 1,) of a column at the recorded time next to t, s.
+        """Return the distribution of a column at one time as a histogram.
+
+        Parameters
+        ----------
+        column : str
+            Name, as in ``columns``.
+        t : float
+            Time, s; the recorded time next to it is taken.
+        bins : int, optional
+            Number of classes.
+
+        Returns
+        -------
+        probabilities : (bins,) ndarray
+            With the sum 1.
+        edges : (bins + 1,) ndarray
+            Of the classes, in the column's unit.
 
         Raises
         ------
@@ -171,6 +250,16 @@ class Ensemble:
 
         For the design ``saltelli`` these are Sobol' indices, of first order and total; for other designs squared
         coefficients of regression of ranks.
+
+        Parameters
+        ----------
+        result : str
+            Name of a result of each sample, such as ``output.tip.max``.
+
+        Returns
+        -------
+        Ranking
+            Shares by varied quantity, the largest first.
 
         Raises
         ------
@@ -211,7 +300,13 @@ class Ensemble:
         return "; ".join(filter(None, (f"{done}{failed}{ended}", self.how, str(self.error), *self.notes)))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the final summary of the ensemble, as JSON data."""
+        """Return the final summary of the ensemble, as JSON data.
+
+        Returns
+        -------
+        dict
+            JSON data.
+        """
         last = {}
         for column in self.columns:
             low, high = self.envelope(column)
@@ -242,6 +337,16 @@ class Ensemble:
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write ``statistics.csv`` over time, ``samples.csv``, ``failed.csv`` if some failed, and ``summary.json``.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Folder to write to, which is made if missing.
+
+        Returns
+        -------
+        list of Path
+            The written files.
 
         Raises
         ------
@@ -276,8 +381,18 @@ class Ensemble:
         return [*files, target / "summary.json"]
 
     def plot(self, folder: str | Path) -> list[Path]:
-        """Draw the fan chart of all columns, results against varied quantities, and the ranking, and return the paths
-        of the PNG files."""
+        """Draw the fan chart of all columns, results against varied quantities, and the ranking.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Folder to write to, which is made if missing.
+
+        Returns
+        -------
+        list of Path
+            The PNG files.
+        """
 
         return _draw(self, make_folder(Path(folder)))
 

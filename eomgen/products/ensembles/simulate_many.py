@@ -104,7 +104,8 @@ def simulate_many(
 
     Parameters
     ----------
-    t_end, step : as of ``simulate``
+    t_end, step : float, optional
+        As of ``simulate``, s.
     vary : mapping
         Name -> distribution: tunable parameters, inputs (constant over a run), ``seed.road`` and ``scale.road`` of
         the law that the scene gives an input, ``q.hinge``, ``v.hinge`` and internal states of the initial state.
@@ -145,8 +146,20 @@ def simulate_many(
         As of ``simulate``, called with samples.
     error_estimate : bool
         As of ``simulate``, of examined samples.
-    method, rho_inf, alpha, beta, gamma, order, tolerance, initial, parameters, inputs, controllers : as of ``simulate``
-    record_every, t_start, settings, start : as of ``simulate``
+    method : str, optional
+        As of ``simulate``.
+    rho_inf, alpha, beta, gamma, order, tolerance : float, optional
+        As of ``simulate``.
+    initial, parameters, inputs, controllers : mapping, optional
+        As of ``simulate``.
+    record_every : int, optional
+        As of ``simulate``.
+    t_start : float, optional
+        As of ``simulate``, s.
+    settings : mapping, optional
+        As of ``simulate``.
+    start : str, optional
+        As of ``simulate``.
 
     Returns
     -------

@@ -106,6 +106,7 @@ class JaxFunctions:
     Parameters
     ----------
     model : Model
+        A compiled model without force laws in Python.
     """
 
     def __init__(self, model: Model) -> None:
@@ -146,7 +147,8 @@ class JaxFunctions:
 
         Returns
         -------
-        vdot : (nv,) array
+        (..., nv) array
+            Accelerations, left-trivialised; rad/s^2 and m/s^2.
 
         Raises
         ------
@@ -186,7 +188,8 @@ class JaxFunctions:
 
         Returns
         -------
-        tau : (nv,) array
+        (..., nv) array
+            Generalized forces beyond the scene's own; N m along angles, N along lengths.
 
         Raises
         ------

@@ -64,6 +64,7 @@ class TorchFunctions:
     Parameters
     ----------
     model : Model
+        A compiled model without force laws in Python.
     """
 
     def __init__(self, model: Model) -> None:
@@ -103,7 +104,8 @@ class TorchFunctions:
 
         Returns
         -------
-        vdot : (..., nv) tensor
+        (..., nv) tensor
+            Accelerations, left-trivialised; rad/s^2 and m/s^2.
 
         Raises
         ------
@@ -145,7 +147,8 @@ class TorchFunctions:
 
         Returns
         -------
-        tau : (..., nv) tensor
+        (..., nv) tensor
+            Generalized forces beyond the scene's own; N m along angles, N along lengths.
 
         Raises
         ------
@@ -276,7 +279,20 @@ class TorchFunctions:
         return inputs
 
     def scene_inputs(self, t: Tensor, p: Tensor) -> Tensor:
-        """Evaluate the inputs of the scene, (..., nu), at t (...) and p (..., np)."""
+        """Evaluate the formulas that the scene gives for inputs.
+
+        Parameters
+        ----------
+        t : tensor
+            Time (...), s.
+        p : tensor
+            Tunable parameters (..., np), SI units.
+
+        Returns
+        -------
+        (..., nu) tensor
+            In SI units.
+        """
         values = self._model.evaluator.functions("inputs", {"t": t.numpy(force=True), "p": p.numpy(force=True)})[0]
         return self._made(values)
 
@@ -286,20 +302,74 @@ class TorchFunctions:
         return int(self._sizes["u"])
 
     def size(self, name: str) -> int:
-        """Return the number of directions of all arguments of a term."""
+        """Return the number of directions of all arguments of a term.
+
+        Parameters
+        ----------
+        name : str
+            Name of a term.
+
+        Returns
+        -------
+        int
+            Number of directions.
+        """
         return sum(self._directions(name).values())
 
     def values(self, name: str, tensors: Sequence[Tensor]) -> Tensor:
-        """Evaluate a term, (..., nv)."""
+        """Evaluate a term.
+
+        Parameters
+        ----------
+        name : str
+            Name of a term.
+        tensors : sequence of tensor
+            Arguments of the term in order.
+
+        Returns
+        -------
+        (..., nv) tensor
+            Its values.
+        """
         return self._made(getattr(self._model, name)(**self._keywords(name, tensors)))
 
     def gradient(self, name: str, tensors: Sequence[Tensor], weights: Tensor) -> Tensor:
-        """Evaluate J^T weights, (..., directions)."""
+        """Evaluate the product of the transposed Jacobian of a term with weights.
+
+        Parameters
+        ----------
+        name : str
+            Name of a term.
+        tensors : sequence of tensor
+            Arguments of the term in order.
+        weights : tensor
+            Weights (..., nv) of the components.
+
+        Returns
+        -------
+        (..., directions) tensor
+            J^T weights.
+        """
         pattern, nonzeros = self._jacobian(name, tensors)
         return self._by_columns(name, pattern, nonzeros * weights.numpy(force=True)[..., pattern.rows])
 
     def tangent(self, name: str, tensors: Sequence[Tensor], along: Tensor) -> Tensor:
-        """Evaluate J along, (..., nv)."""
+        """Evaluate the product of the Jacobian of a term with a direction.
+
+        Parameters
+        ----------
+        name : str
+            Name of a term.
+        tensors : sequence of tensor
+            Arguments of the term in order.
+        along : tensor
+            Direction (..., directions).
+
+        Returns
+        -------
+        (..., nv) tensor
+            J along.
+        """
         pattern, nonzeros = self._jacobian(name, tensors)
         order = np.argsort(pattern.rows, kind="stable")
         products = nonzeros * along.numpy(force=True)[..., self._places(name, pattern)[pattern.columns]]
@@ -309,6 +379,22 @@ class TorchFunctions:
         """Evaluate the change of J^T weights . along in each direction, (..., directions).
 
         The Hessian is the symmetric part of second derivatives on rotations: X_k X_j f = H_kj + [X_k, X_j] f/2.
+
+        Parameters
+        ----------
+        name : str
+            Name of a term.
+        tensors : sequence of tensor
+            Arguments of the term in order.
+        weights : tensor
+            Weights (..., nv) of the components.
+        along : tensor
+            Direction (..., directions).
+
+        Returns
+        -------
+        (..., directions) tensor
+            Along each direction.
         """
         pattern = self._model.sparsity(name, 2)
         nonzeros = self._model.hessian(name, weights.numpy(force=True), **self._keywords(name, tensors), sparse=True)
@@ -323,7 +409,22 @@ class TorchFunctions:
         return result
 
     def in_components(self, name: str, tensors: Sequence[Tensor], gradient: Tensor) -> list[Tensor]:
-        """Return the gradient in the components of each argument, of the gradient in directions."""
+        """Return a gradient along directions in the components of each argument.
+
+        Parameters
+        ----------
+        name : str
+            Name of a term.
+        tensors : sequence of tensor
+            Arguments of the term in order.
+        gradient : tensor
+            Gradient (..., directions).
+
+        Returns
+        -------
+        list of tensor
+            One for each argument.
+        """
         parts = dict(zip(arguments_of(name), gradient.split(list(self._directions(name).values()), -1), strict=True))
         factors = self._model.evaluator.factors
         parts["q"] = gradient_in_components(self._operators.package, factors, tensors[0], parts["q"])

@@ -60,7 +60,8 @@ def live(
 
     Returns
     -------
-    Path or page for a notebook
+    Path
+        The written file; without ``path`` the page for a notebook.
 
     Raises
     ------

@@ -84,6 +84,7 @@ def report(
     Returns
     -------
     Path
+        The written file.
 
     Raises
     ------

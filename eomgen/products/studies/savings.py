@@ -273,17 +273,47 @@ class Savings:
     costs: tuple[VariantCost, ...]
 
     def ratio(self, cost: VariantCost, key: str) -> float | None:
-        """Return the ratio of a cost of a variant, one of ``COMPARED``, to the cost of the unchanged scene."""
+        """Return the ratio of a cost of a variant, one of ``COMPARED``, to the cost of the unchanged scene.
+
+        Parameters
+        ----------
+        cost : VariantCost
+            Costs of a variant.
+        key : str
+            One of ``COMPARED``.
+
+        Returns
+        -------
+        float or None
+            Cost of the variant over cost of the unchanged scene; None if one of them is not known.
+        """
         asked, here = getattr(self.costs[0], key), getattr(cost, key)
         return here / asked if asked and here is not None else None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as JSON types, with the ratios."""
+        """Return everything as JSON types, with the ratios.
+
+        Returns
+        -------
+        dict
+            JSON data.
+        """
         rows = [asdict(cost) | {"ratios": {key: self.ratio(cost, key) for key in COMPARED}} for cost in self.costs]
         return {"scene": self.scene, "method": self.method, "step": self.step, "variants": rows}
 
     def write(self, folder: str | Path) -> list[Path]:
-        """Write ``savings.csv`` and ``savings.json`` to a folder, which is created if missing."""
+        """Write ``savings.csv`` and ``savings.json`` to a folder, which is created if missing.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Folder to write to, which is made if missing.
+
+        Returns
+        -------
+        list of Path
+            The written files.
+        """
         target = make_folder(Path(folder))
         table, data = target / "savings.csv", target / "savings.json"
         with table.open("w", newline="", encoding="utf-8") as stream:
@@ -316,7 +346,8 @@ def savings(
 
     Parameters
     ----------
-    scene : Scene, path or mapping
+    scene : str, Path, mapping or Scene
+        Scene whose costs are compared.
     method : str, optional
         The scene's by default.
     rounds : int

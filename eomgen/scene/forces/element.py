@@ -38,13 +38,23 @@ class ForceElement:
         return f"{self.section.removesuffix('s').replace('_', ' ')} {self.name}"
 
     def formulas(self) -> Iterator[tuple[Formula, int]]:
-        """Yield the formulas of the state and of time in the element, each with the number of time derivatives
-        needed."""
+        """Yield the formulas of the state and of time in the element.
+
+        Yields
+        ------
+        tuple of Formula and int
+            Each formula with the number of time derivatives needed.
+        """
         yield from ()
 
     def passive(self) -> Self | None:
-        """Return the element without forces by formulas, which have no potential; None for an element with no other
-        part."""
+        """Return the element without forces by formulas, which have no potential.
+
+        Returns
+        -------
+        ForceElement or None
+            None for an element with no other part.
+        """
         return self
 
     @property
@@ -53,7 +63,13 @@ class ForceElement:
         return ""
 
     def lengths(self) -> tuple[Formula, ...]:
-        """Return the element's lengths, m: a free length, a radius, the components of a place at rest."""
+        """Return the lengths of the element.
+
+        Returns
+        -------
+        tuple of Formula
+            Each in m: a free length, a radius, the components of a place at rest.
+        """
         return ()
 
     def frames(self) -> tuple[Frame, Frame] | None:
@@ -61,13 +77,29 @@ class ForceElement:
         return None
 
     def places(self) -> Iterator[tuple[tuple[str, ...], str, Vector]]:
-        """Yield the places on bodies that the element holds directly, not by a named point: parts of the key, body and
-        position."""
+        """Yield the places on bodies that the element holds directly, not by a named point.
+
+        Yields
+        ------
+        tuple of tuples of str, str and sequence
+            Parts of the key, body, and position in the axes of the body, m.
+        """
         for side, frame in zip(("first", "second"), self.frames() or (), strict=False):
             yield (side, "position"), frame.body, frame.position
 
     def attached(self, at: Attach) -> Self:
-        """Return the element with places on bodies replaced by the results of ``at``."""
+        """Return the element with other places on bodies.
+
+        Parameters
+        ----------
+        at : callable
+            From a place on a body to the place that replaces it.
+
+        Returns
+        -------
+        ForceElement
+            A copy, with the results of ``at``.
+        """
         frames = self.frames()
         if frames is None:
             return self
@@ -78,8 +110,13 @@ class ForceElement:
         return replace(self, **moved)  # type: ignore[arg-type]  # kinds with frames have these fields
 
     def angles(self) -> tuple[tuple[str, int], ...]:
-        """Return the angles, by joint and index, on which the element depends as numbers, so that whole turns
-        matter."""
+        """Return the angles on which the element depends as numbers, so that whole turns matter.
+
+        Returns
+        -------
+        tuple of tuples of str and int
+            Joint and index of each.
+        """
         return ()
 
     def drawn(self) -> Line | Wheel | None:

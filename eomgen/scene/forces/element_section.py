@@ -54,12 +54,38 @@ class ElementSection(Section):
     scene_field: str = "elements"
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
-        """Return the quantities that formulas may read of the elements."""
+        """Return the quantities that formulas may read of the elements.
+
+        Parameters
+        ----------
+        reading : Reading
+            State of reading.
+
+        Returns
+        -------
+        mapping
+            Names by field of ``SceneNames``.
+        """
         names = reading.names_in(self.key)
         return {"offered": {kind: ElementQuantity(self.key, scope, names) for kind, scope in self.offers.items()}}
 
     def read_entry(self, name: str, entry: Any, reading: Reading) -> ForceElement:
-        """Return the force element of an entry, with its places on bodies."""
+        """Return the force element of an entry, with its places on bodies.
+
+        Parameters
+        ----------
+        name : str
+            Name of the entry.
+        entry : Table
+            The entry, checked by its schema.
+        reading : Reading
+            State of reading.
+
+        Returns
+        -------
+        ForceElement
+            The element, with places in the axes of its bodies, m.
+        """
         items = reading.items
         beams = reading.document.section("beams")
         site = Site(reading.bodies, beams, items["points"], reading.values, items.get("beams", {}))

@@ -27,15 +27,31 @@ Column = Literal["", "argument", "value"]
 
 
 class Table(BaseModel):
-    """A table with known keys only; a text in place of the table is the value of the key ``short``, if any."""
+    """A table with known keys only; a text in place of the table is the value of the key ``short``, if any.
+
+    Parameters
+    ----------
+    **data : object
+        Values by key.
+    """
 
     short: ClassVar[str] = ""
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     @classmethod
     def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Return the labels of argument and value of the curve that an entry describes, from the data of the entry;
-        None for entries without a curve."""
+        """Return the labels of argument and value of the curve that an entry describes.
+
+        Parameters
+        ----------
+        data : mapping
+            The entry as written.
+
+        Returns
+        -------
+        tuple of str or None
+            Labels with units; None for entries without a curve.
+        """
         return None
 
     #: Whether the label ``unit`` of an entry is the unit of the column of values.
@@ -97,6 +113,29 @@ def key(
         For the reference page and for editors: one line of Markdown, no full stop.
     default : object
         The value if the key is absent; required by default.
+    unit : str, tuple of str or mapping, optional
+        Unit of the values in SI; several for alternatives; by another key's value as a mapping.
+    names : Scope, optional
+        Names that a formula under the key may use.
+    refers : str, optional
+        Section whose entries the value names.
+    sets : bool, optional
+        Whether the value sets an entry of the section, and does not read it.
+    path : bool, optional
+        Whether the value is the path of a file.
+    column : str or tuple of str, optional
+        Label of the key that describes a column of a table.
+    kind : str, optional
+        Words for the type on the reference page, in place of the type's own.
+    shown_default : str, optional
+        Words for the default on the reference page.
+    **constraints : object
+        ``alias``, ``ge``, ``le`` and others, as of pydantic's ``Field``.
+
+    Returns
+    -------
+    object
+        A field of a ``Table``.
     """
     meaning = KeyMetadata(unit, names, refers, sets, path, column, kind, shown_default)
     field = Field(default, description=description, **constraints)
@@ -105,12 +144,40 @@ def key(
 
 
 def optional(description: str, **meaning: Any) -> Any:
-    """Return a key with the default None; ``meaning`` as for ``key``."""
+    """Return a key with the default None.
+
+    Parameters
+    ----------
+    description : str
+        As of ``key``.
+    **meaning : object
+        Further arguments of ``key``.
+
+    Returns
+    -------
+    object
+        A field of a ``Table``.
+    """
     return key(description, None, **meaning)
 
 
 def of_parameters(description: str, *, unit: Units | Mapping[str, Units] = "", shown_default: str = "") -> Any:
-    """Return an optional key whose values are formulas of parameters."""
+    """Return an optional key whose values are formulas of parameters.
+
+    Parameters
+    ----------
+    description : str
+        As of ``key``.
+    unit : str, tuple of str or mapping, optional
+        As of ``key``.
+    shown_default : str, optional
+        As of ``key``.
+
+    Returns
+    -------
+    object
+        A field of a ``Table``.
+    """
     return optional(description, unit=unit, names=PARAMETERS, shown_default=shown_default)
 
 
@@ -122,8 +189,20 @@ def given_in(description: str) -> Any:
 
 
 def of_fixed_parameters(description: str, **meaning: Any) -> Any:
-    """Return an optional key whose values are formulas of parameters that are not tunable; ``meaning`` as for
-    ``key``."""
+    """Return an optional key whose values are formulas of parameters that are not tunable.
+
+    Parameters
+    ----------
+    description : str
+        As of ``key``.
+    **meaning : object
+        Further arguments of ``key``.
+
+    Returns
+    -------
+    object
+        A field of a ``Table``.
+    """
     return optional(description, names=FIXED_PARAMETERS, **meaning)
 
 

@@ -67,12 +67,34 @@ Bound = tuple[Callable[[Numbers], Flags], str | Callable[..., str], str]
 
 
 def above_zero(quantity: str) -> Bound:
-    """Return the rule of a quantity that has to be positive."""
+    """Return the rule of a quantity that has to be positive.
+
+    Parameters
+    ----------
+    quantity : str
+        Name of the quantity, for messages.
+
+    Returns
+    -------
+    Bound
+        For the ``bounds`` of a section.
+    """
     return _not_positive, f"{quantity} is {{0}}", "a number above 0"
 
 
 def not_below_zero(quantity: str) -> Bound:
-    """Return the rule of a quantity that may be zero, and not negative."""
+    """Return the rule of a quantity that may be zero, and not negative.
+
+    Parameters
+    ----------
+    quantity : str
+        Name of the quantity, for messages.
+
+    Returns
+    -------
+    Bound
+        For the ``bounds`` of a section.
+    """
     return _negative, f"{quantity} is {{0}}", "0 or more"
 
 

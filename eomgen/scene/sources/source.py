@@ -105,7 +105,22 @@ class Source:
     located: bool = False
 
     def convert(self, text: str, path: Path, **options: Any) -> ConvertedScene:
-        """Return a file of this source in the form of a scene file; the options as of ``read``."""
+        """Return a file of this source in the form of a scene file; the options as of ``read``.
+
+        Parameters
+        ----------
+        text : str
+            Content of the file.
+        path : Path
+            Path of the file, for messages and for files that it names.
+        **options : object
+            Options as of ``read``.
+
+        Returns
+        -------
+        ConvertedScene
+            Data in the form of a scene file, with notes.
+        """
         located = {"path": path} if self.located else {}
         return self.read(text, file=shown_file(path), **located, **options)
 

@@ -105,6 +105,7 @@ def poisson(mean: float, variance: float, bias: float = 1.0, response: bool = Fa
     Returns
     -------
     CellEnergy
+        With the data ``counts``.
 
     Raises
     ------
@@ -127,8 +128,19 @@ def negative_binomial(
 
     Parameters
     ----------
+    mean, variance : float
+        As of ``poisson``.
     beta : float
         Number of failures, above 0; the distribution is Poisson's as beta grows.
+    bias : float, optional
+        As of ``poisson``.
+    response : bool, optional
+        As of ``poisson``.
+
+    Returns
+    -------
+    CellEnergy
+        With the data ``counts``.
     """
     made = _of_counts(mean, variance, bias=bias, beta=beta)
     if not response:
@@ -146,8 +158,19 @@ def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, 
 
     Parameters
     ----------
+    mean, variance : float
+        As of ``poisson``.
     deviation : float
         Standard deviation of the errors, the same in all cells, in objects.
+    bias : float, optional
+        As of ``poisson``.
+    response : bool, optional
+        As of ``poisson``.
+
+    Returns
+    -------
+    CellEnergy
+        With the data ``counts``.
     """
     formula = "(response*exp(e) - counts)**2/(2*deviation**2)" if response else "(exp(e) - counts)**2/(2*deviation**2)"
     made = _of_counts(mean, variance, bias=bias, deviation=deviation)

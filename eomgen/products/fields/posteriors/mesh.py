@@ -124,7 +124,20 @@ class Mesh:
     @overload
     def spectrum(self, field: Reals, *, overwrite: bool = False) -> Spectrum: ...
     def spectrum(self, field: Reals, *, overwrite: bool = False) -> Spectrum:
-        """Return F of a real field, shape ``half``, in the precision of the field. SciPy allocates the result."""
+        """Return the half spectrum of a real field, in the precision of the field.
+
+        Parameters
+        ----------
+        field : ndarray
+            Field of cells, shape ``cells``.
+        overwrite : bool, optional
+            Whether the memory of the argument may be used.
+
+        Returns
+        -------
+        complex ndarray
+            Shape ``half``.
+        """
         made: Spectrum = scipy.fft.rfftn(field, norm="ortho", workers=self.threads, overwrite_x=overwrite)
         return made
 
@@ -133,24 +146,66 @@ class Mesh:
     @overload
     def field(self, spectrum: Spectrum, *, overwrite: bool = False) -> Reals: ...
     def field(self, spectrum: Spectrum, *, overwrite: bool = False) -> Reals:
-        """Return the real field of half a spectrum, shape ``cells``, in the precision of the spectrum. SciPy allocates
-        the result and, in more than one dimension, a spectrum for the transforms along the other axes; ``overwrite``
-        allows the use of the argument's memory."""
+        """Return the real field of half a spectrum, in the precision of the spectrum.
+
+        SciPy allocates the result and, in more than one dimension, a spectrum for the transforms along the other axes.
+
+        Parameters
+        ----------
+        spectrum : complex ndarray
+            Half spectrum, shape ``half``.
+        overwrite : bool, optional
+            Whether the memory of the argument may be used.
+
+        Returns
+        -------
+        ndarray
+            Shape ``cells``.
+        """
         made: Reals = scipy.fft.irfftn(
             spectrum, s=self.cells, norm="ortho", workers=self.threads, overwrite_x=overwrite
         )
         return made
 
     def product(self, one: Complex, two: Complex) -> float:
-        """Return the sum over cells of the product of two real fields, given by spectra."""
+        """Return the sum over cells of the product of two real fields, given by spectra.
+
+        Parameters
+        ----------
+        one, two : complex ndarray
+            Half spectra, shape ``half``.
+
+        Returns
+        -------
+        float
+            The sum over cells.
+        """
         return float(np.sum((one.real * two.real + one.imag * two.imag) * self.weights))
 
     def white(self, generator: np.random.Generator) -> Complex:
-        """Return the spectrum of independent standard normal numbers in all cells."""
+        """Return the spectrum of independent standard normal numbers in all cells.
+
+        Parameters
+        ----------
+        generator : numpy.random.Generator
+            Source of the numbers.
+
+        Returns
+        -------
+        complex ndarray
+            Half spectrum, shape ``half``.
+        """
         return self.spectrum(generator.standard_normal(self.cells))
 
     def power(self, spectrum: Complex, bins: int) -> tuple[Array, Array]:
         """Return the mean of |amplitude|^2 in equal bins of |k| from above 0 to the largest along the axes.
+
+        Parameters
+        ----------
+        spectrum : complex ndarray
+            Half spectrum, shape ``half``.
+        bins : int
+            Number of bins.
 
         Returns
         -------
@@ -164,7 +219,23 @@ class Mesh:
             return mean.copy(), result / count
 
     def require_memory(self, spectra: int, fields: int, purpose: str, numbers: int = 0) -> int:
-        """Return the bytes of given numbers of half spectra of complex numbers, fields of doubles, and further numbers.
+        """Return the bytes of half spectra of complex numbers, fields of doubles, and further numbers.
+
+        Parameters
+        ----------
+        spectra : int
+            Number of half spectra of complex numbers.
+        fields : int
+            Number of fields of doubles.
+        purpose : str
+            Use of the memory, for the message.
+        numbers : int, optional
+            Number of further doubles.
+
+        Returns
+        -------
+        int
+            Bytes.
 
         Raises
         ------
@@ -294,7 +365,20 @@ class _FFTW:
 
 
 def check_transforms(library: str, precision: str) -> None:
-    """Raise UsageError for a library that there is not or that is not installed, and for an unknown precision."""
+    """Raise an error for a library of transforms that is not there or not installed, and for an unknown precision.
+
+    Parameters
+    ----------
+    library : str
+        ``scipy`` or ``fftw``.
+    precision : str
+        ``double`` or ``single``.
+
+    Raises
+    ------
+    UsageError
+        One of them cannot be taken.
+    """
     if library not in LIBRARIES:
         fault = f"there is no library {library!r} for transforms"
         raise UsageError(Problem("transforms", fault, nearest(library, LIBRARIES) or listed(LIBRARIES)))

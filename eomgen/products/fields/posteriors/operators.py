@@ -44,16 +44,49 @@ class LinearOperator:
     note: str = ""
 
     def apply(self, spectrum: Complex) -> Array:
-        """Return the field of cells that a spectrum gives."""
+        """Return the field of cells that a spectrum gives.
+
+        Parameters
+        ----------
+        spectrum : complex ndarray
+            Half spectrum, shape ``mesh.half``.
+
+        Returns
+        -------
+        ndarray
+            Shape ``mesh.cells``.
+        """
         field = self.mesh.field(self.filtered(spectrum))
         return field if self.mask is None else self.mask * field
 
     def filtered(self, spectrum: Complex) -> Complex:
-        """Return a spectrum after the filter."""
+        """Return a spectrum after the filter.
+
+        Parameters
+        ----------
+        spectrum : complex ndarray
+            Half spectrum, shape ``mesh.half``.
+
+        Returns
+        -------
+        complex ndarray
+            Half spectrum, shape ``mesh.half``.
+        """
         return spectrum if self.symbol is None else self.symbol * spectrum
 
     def adjoint(self, field: Array) -> Complex:
-        """Return the spectrum that the adjoint makes of a field of cells."""
+        """Return the spectrum that the adjoint makes of a field of cells.
+
+        Parameters
+        ----------
+        field : ndarray
+            Field of cells, shape ``mesh.cells``.
+
+        Returns
+        -------
+        complex ndarray
+            Half spectrum, shape ``mesh.half``.
+        """
         spectrum = self.mesh.spectrum(field if self.mask is None else self.mask * field)
         return spectrum if self.symbol is None else np.conj(self.symbol) * spectrum
 
@@ -85,7 +118,18 @@ class LinearOperator:
         return spread if self.mask is None else spread * float(np.mean(self.mask**2))
 
     def dot_test(self, generator: np.random.Generator) -> float:
-        """Return |<A x, y> - <x, A^T y>| of random x and y, in parts of |A x| |y|."""
+        """Return |<A x, y> - <x, A^T y>| of random x and y, in parts of |A x| |y|.
+
+        Parameters
+        ----------
+        generator : numpy.random.Generator
+            Source of x and y.
+
+        Returns
+        -------
+        float
+            Zero up to rounding for an adjoint that fits.
+        """
         x, y = self.mesh.white(generator), generator.standard_normal(self.mesh.cells)
         made = self.apply(x)
         error = abs(float(np.sum(made * y)) - self.mesh.product(x, self.adjoint(y)))
@@ -93,12 +137,35 @@ class LinearOperator:
 
 
 def white(mesh: Mesh) -> LinearOperator:
-    """Return the operator without filter and mask, which maps the spectrum of a white field to its cells."""
+    """Return the operator without filter and mask, which maps the spectrum of a white field to its cells.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The mesh.
+
+    Returns
+    -------
+    LinearOperator
+        The identity.
+    """
     return LinearOperator("white", mesh)
 
 
 def amplitude(mesh: Mesh, power: Power) -> LinearOperator:
     """Return the filter sqrt(P(k)/V) by which white noise gets the power spectrum P, V the volume of a cell.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The mesh.
+    power : callable or array_like
+        P of |k| in radians per length, or its values, shape ``mesh.half``.
+
+    Returns
+    -------
+    LinearOperator
+        A filter.
 
     Raises
     ------
@@ -118,8 +185,17 @@ def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> Linea
 
     Parameters
     ----------
+    mesh : Mesh
+        The mesh.
+    power : callable or array_like
+        P of |k| in radians per length, or its values, shape ``mesh.half``.
     warn : bool
         Whether the note is a RuntimeWarning, too.
+
+    Returns
+    -------
+    LinearOperator
+        A filter, with ``note``.
 
     Raises
     ------
@@ -164,13 +240,40 @@ def _note_on_floored(mesh: Mesh, wanted: Array, modes: Array, floored: Array) ->
 
 
 def smoothing(mesh: Mesh, radius: float) -> LinearOperator:
-    """Return the Gaussian filter exp(-(k radius)^2/2)."""
+    """Return the Gaussian filter exp(-(k radius)^2/2).
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The mesh.
+    radius : float
+        In the length of the mesh.
+
+    Returns
+    -------
+    LinearOperator
+        A filter.
+    """
     return LinearOperator("smoothing", mesh, np.exp(-0.5 * (mesh.wave_numbers * radius) ** 2))
 
 
 def difference(mesh: Mesh, axis: int) -> LinearOperator:
-    """Return the central difference of neighbouring cells along an axis, divided by the distance of the cells; the
-    adjoint of this operator is the negative operator."""
+    """Return the central difference of neighbouring cells along an axis, divided by the distance of the cells.
+
+    The adjoint of this operator is the negative operator.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The mesh.
+    axis : int
+        Number of the axis, from 0.
+
+    Returns
+    -------
+    LinearOperator
+        A filter.
+    """
     if not 0 <= axis < len(mesh.cells):
         fault = f"there is no axis {axis} in {len(mesh.cells)} dimensions"
         raise UsageError(Problem("difference: axis", fault, f"0 to {len(mesh.cells) - 1}"))
@@ -182,7 +285,20 @@ def difference(mesh: Mesh, axis: int) -> LinearOperator:
 
 
 def mask(mesh: Mesh, values: ArrayLike) -> LinearOperator:
-    """Return the product with a field of cells."""
+    """Return the product with a field of cells.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The mesh.
+    values : array_like
+        Factors of the cells, shape ``mesh.cells``.
+
+    Returns
+    -------
+    LinearOperator
+        A mask.
+    """
     made = np.asarray(values, dtype=float)
     if made.shape != mesh.cells or not np.all(np.isfinite(made)):
         fault = f"an array of the shape {made.shape} is not a mask of finite numbers for {mesh.cells} cells"

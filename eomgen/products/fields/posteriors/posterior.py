@@ -64,11 +64,13 @@ class FieldPosterior:
     Parameters
     ----------
     mesh : Mesh
+        The mesh of all fields.
     energy : CellEnergy or str
         A formula of the fields' names and of data.
     fields : mapping of names to linear operators
-        By which white noise becomes the fields of cells.
-    data : mapping of names to arrays of the shape ``mesh.cells``, or numbers for all cells
+        Operators by which white noise becomes the fields of cells.
+    data : mapping, optional
+        Arrays of the shape ``mesh.cells`` by name, or numbers for all cells.
     transforms : {"scipy", "fftw"}
         Library of the transforms; ``fftw`` needs the package pyfftw, and takes a third to a half of the time.
     precision : {"double", "single"}
@@ -137,7 +139,18 @@ class FieldPosterior:
     # -- energy and derivatives --------------------------------------------------------------------------------------
 
     def energy(self, spectrum: Complex) -> float:
-        """Return U of a white field, summed with compensation; infinite or NaN on overflow."""
+        """Return U of a white field, summed with compensation; infinite or NaN on overflow.
+
+        Parameters
+        ----------
+        spectrum : complex ndarray
+            White field as a half spectrum, shape ``mesh.half``.
+
+        Returns
+        -------
+        float
+            Minus the logarithm of the posterior, up to a constant.
+        """
         self.energies += 1
         return self._energy(spectrum, [] if self.prior_alone else self._to_cells(spectrum))
 
@@ -150,8 +163,22 @@ class FieldPosterior:
         return total
 
     def energy_and_gradient(self, spectrum: Complex, to: Complex) -> float:
-        """Return U of a white field, and write the gradient into an existing spectrum; with one transform to the cells
-        for each field."""
+        """Return U of a white field, and write the gradient into an existing spectrum.
+
+        One transform to the cells is made for each field.
+
+        Parameters
+        ----------
+        spectrum : complex ndarray
+            White field as a half spectrum, shape ``mesh.half``.
+        to : complex ndarray
+            Half spectrum, overwritten with the gradient.
+
+        Returns
+        -------
+        float
+            U, as of ``energy``.
+        """
         self.gradients += 1
         if self.prior_alone:
             to[...] = spectrum
@@ -164,11 +191,31 @@ class FieldPosterior:
         return energy
 
     def add(self, size: float, spectrum: Complex, to: Complex) -> None:
-        """Add ``size`` times a spectrum to another one."""
+        """Add ``size`` times a spectrum to another one.
+
+        Parameters
+        ----------
+        size : float
+            The factor.
+        spectrum : complex ndarray
+            Half spectrum, shape ``mesh.half``.
+        to : complex ndarray
+            Half spectrum, changed in place.
+        """
         self._routines.add(size, None, spectrum, to)
 
     def add_gradient(self, size: float, spectrum: Complex, to: Complex) -> None:
-        """Add ``size`` times the gradient of U at a white field to a spectrum, in the precision that was asked for."""
+        """Add ``size`` times the gradient of U at a white field to a spectrum, in the precision that was asked for.
+
+        Parameters
+        ----------
+        size : float
+            The factor.
+        spectrum : complex ndarray
+            White field as a half spectrum, shape ``mesh.half``.
+        to : complex ndarray
+            Half spectrum, changed in place.
+        """
         self._add_gradient(self._fast, size, spectrum, to)
 
     def _add_gradient(self, by: Transforms, size: float, spectrum: Complex, to: Complex) -> None:
@@ -181,14 +228,37 @@ class FieldPosterior:
         self._from_cells(by, size, fields, to, spectrum)
 
     def gradient(self, spectrum: Complex) -> Complex:
-        """Return the gradient of U as a spectrum: U(xi + e) - U(xi) is ``mesh.product`` of the gradient and e for small
-        e."""
+        """Return the gradient of U at a white field as a spectrum.
+
+        U(xi + e) - U(xi) is ``mesh.product`` of the gradient and e for small e.
+
+        Parameters
+        ----------
+        spectrum : complex ndarray
+            White field as a half spectrum, shape ``mesh.half``.
+
+        Returns
+        -------
+        complex ndarray
+            Half spectrum, shape ``mesh.half``.
+        """
         result = np.zeros(self.mesh.half, complex)
         self._add_gradient(self._transforms, 1.0, np.ascontiguousarray(spectrum), result)
         return result
 
     def hessian(self, spectrum: Complex) -> Callable[[Complex], Complex]:
-        """Return the product with the Hessian of U at a white field, a function of directions."""
+        """Return the product with the Hessian of U at a white field, a function of directions.
+
+        Parameters
+        ----------
+        spectrum : complex ndarray
+            White field as a half spectrum, shape ``mesh.half``.
+
+        Returns
+        -------
+        callable
+            From a direction to the product, both half spectra.
+        """
         fields = [] if self.prior_alone else self._to_cells(np.ascontiguousarray(spectrum))
         if self._transforms.scale != 1.0:  # arrays of the plans, which products write to
             fields = [field.copy() for field in fields]
@@ -208,26 +278,83 @@ class FieldPosterior:
         return product
 
     def white(self, generator: np.random.Generator, to: Complex) -> None:
-        """Write the spectrum of independent standard normal numbers in all cells into one that is there."""
+        """Write the spectrum of independent standard normal numbers in all cells into one that is there.
+
+        Parameters
+        ----------
+        generator : numpy.random.Generator
+            Source of the numbers.
+        to : complex ndarray
+            Half spectrum, overwritten.
+        """
         self._transforms.white(generator, to)
 
     def value(self, name: str, spectrum: Complex) -> Array:
-        """Return one field of cells of a white field."""
+        """Return one field of cells of a white field.
+
+        Parameters
+        ----------
+        name : str
+            Name of the field.
+        spectrum : complex ndarray
+            White field as a half spectrum, shape ``mesh.half``.
+
+        Returns
+        -------
+        ndarray
+            Shape ``mesh.cells``.
+        """
         operator, number = self.operators[name], list(self.operators).index(name)
         self._routines.filter(self._symbols[number], np.ascontiguousarray(spectrum), self._transforms.buffer)
         field = np.array(self._transforms.field(number), float)
         return field if operator.mask is None else operator.mask * field
 
     def values(self, spectrum: Complex) -> dict[str, Array]:
-        """Return the fields of cells of a white field, by name."""
+        """Return the fields of cells of a white field, by name.
+
+        Parameters
+        ----------
+        spectrum : complex ndarray
+            White field as a half spectrum, shape ``mesh.half``.
+
+        Returns
+        -------
+        dict
+            Arrays of the shape ``mesh.cells`` by name.
+        """
         return {name: operator.apply(spectrum) for name, operator in self.operators.items()}
 
     def norm(self, spectrum: Complex, weight: Array | None = None) -> float:
-        """Return the sum of weight(k) |amplitude|^2 over the whole spectrum, with compensation."""
+        """Return the sum of weight(k) |amplitude|^2 over the whole spectrum, with compensation.
+
+        Parameters
+        ----------
+        spectrum : complex ndarray
+            Half spectrum, shape ``mesh.half``.
+        weight : ndarray, optional
+            Weights by wave number, shape ``mesh.half``; 1 if not given.
+
+        Returns
+        -------
+        float
+            The sum.
+        """
         return self._routines.norm(spectrum, self._even, weight)
 
     def drift(self, size: float, inverse_mass: Array | None, momenta: Complex, spectrum: Complex) -> None:
-        """Add ``size`` times the momenta divided by the masses to a white field."""
+        """Add ``size`` times the momenta divided by the masses to a white field.
+
+        Parameters
+        ----------
+        size : float
+            Time.
+        inverse_mass : ndarray or None
+            One over the masses by wave number, shape ``mesh.half``; None: 1.
+        momenta : complex ndarray
+            Momenta as a half spectrum.
+        spectrum : complex ndarray
+            White field as a half spectrum, changed in place.
+        """
         self._routines.add(size, inverse_mass, momenta, spectrum)
 
     def _to_cells(self, spectrum: Complex) -> list[Array]:
@@ -260,6 +387,11 @@ class FieldPosterior:
             the prior. ``prior``: 1, which is the inverse of the prior's covariance in terms of fields. ``unit``:
             |a(k)|^2 of the single field, which is 1 for the field after the filter.
 
+        Returns
+        -------
+        ndarray or None
+            Shape ``mesh.half``; None if all masses are 1.
+
         Raises
         ------
         UsageError, ModelError
@@ -283,8 +415,15 @@ class FieldPosterior:
         return masses
 
     def mean_curvature(self) -> list[float]:
-        """Return the second derivative of the energy of a cell by each field, averaged over cells and over the normal
-        distributions of the fields by the prior, taken as independent."""
+        """Return the mean second derivative of the energy of a cell by each field.
+
+        Averaged over cells and over the normal distributions of the fields by the prior, taken as independent.
+
+        Returns
+        -------
+        list of float
+            One for each field.
+        """
         nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
         weights = weights / weights.sum()
         operators = self.operators.values()  # a mask is in the energy already
@@ -312,6 +451,22 @@ class FieldPosterior:
 
         The iteration converges from below, within a few per cent. Steps of a composition are stable up to
         ``stability_limit`` divided by this frequency.
+
+        Parameters
+        ----------
+        spectrum : complex ndarray
+            White field as a half spectrum, shape ``mesh.half``.
+        mass : ndarray, optional
+            Masses by wave number, as of ``mass``; 1 if not given.
+        seed : int, optional
+            Of the first direction.
+        products : int, optional
+            Number of products with the Hessian.
+
+        Returns
+        -------
+        float
+            In radians per unit of the trajectories' time.
         """
         hessian = self.hessian(spectrum)
         root = 1.0 if mass is None else 1.0 / np.sqrt(mass)
@@ -336,7 +491,17 @@ class FieldPosterior:
 
         Parameters
         ----------
-        tolerance : of the gradient, as ``Mode.gradient``
+        start : complex ndarray, optional
+            White field as a half spectrum from which the search starts; 0 by default.
+        tolerance : float, optional
+            Of the gradient, as ``Mode.gradient``.
+        iterations : int, optional
+            Of Newton's method at most.
+
+        Returns
+        -------
+        Mode
+            The field, its energy and the work.
 
         Raises
         ------

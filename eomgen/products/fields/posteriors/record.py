@@ -22,12 +22,13 @@ def split_r_hat(chains: ArrayLike) -> Array:
 
     Parameters
     ----------
-    chains : (chains, samples, ...)
-        Four samples at least.
+    chains : array_like
+        Numbers (chains, samples, ...), four samples at least.
 
     Returns
     -------
-    (...)
+    (...) ndarray
+        Near 1 if the halves agree.
     """
     values = _of_chains(chains)
     half = values.shape[1] // 2
@@ -45,16 +46,20 @@ def largest(values: Array) -> float:
 
 
 def autocorrelation_time(chains: ArrayLike) -> Array:
-    """Return the integrated autocorrelation time 1 + 2 sum of the autocorrelation, in samples, with the smallest window
-    of at least five lags that is five times this time (Sokal); autocorrelations are averaged over chains first.
+    """Return the integrated autocorrelation time of samples, 1 + 2 sum of the autocorrelation.
+
+    The sum has the smallest window of at least five lags that is five times this time (Sokal); autocorrelations are
+    averaged over chains first.
 
     Parameters
     ----------
-    chains : (chains, samples, ...)
+    chains : array_like
+        Numbers (chains, samples, ...).
 
     Returns
     -------
-    (...)
+    (...) ndarray
+        In samples.
     """
     values = _of_chains(chains)
     count = values.shape[1]
@@ -70,13 +75,21 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
 
 
 def autocorrelation_error(times: ArrayLike, samples: int) -> Array:
-    """Return the relative standard errors of integrated autocorrelation times: sqrt(2(2 window + 1)/samples) (Madras
-    and Sokal, J. Stat. Phys. 50 (1988) 109).
+    """Return the relative standard errors of integrated autocorrelation times.
+
+    sqrt(2(2 window + 1)/samples) (Madras and Sokal, J. Stat. Phys. 50 (1988) 109).
 
     Parameters
     ----------
-    times : as of ``autocorrelation_time``
-    samples : of all chains
+    times : array_like
+        Times (...) in samples, of ``autocorrelation_time``.
+    samples : int
+        Samples of all chains.
+
+    Returns
+    -------
+    (...) ndarray
+        Relative to the times.
     """
     return np.asarray(np.sqrt(2.0 * (2.0 * _WINDOW * np.maximum(times, 1.0) + 1.0) / samples))
 
@@ -181,9 +194,16 @@ class Record:
 
     Parameters
     ----------
-    chains, samples : numbers of chains, and of samples of each chain in a full record
-    watched : cells, as numbers of the flattened mesh
-    bins : of wave numbers
+    mesh : Mesh
+        The mesh of the field.
+    chains : int
+        Number of chains.
+    samples : int
+        Samples of each chain in a full record.
+    watched : ndarray of int
+        Cells whose values are kept, as numbers of the flattened mesh.
+    bins : int
+        Number of bins of wave numbers.
     """
 
     def __init__(self, mesh: Mesh, chains: int, samples: int, watched: NDArray[np.int64], bins: int) -> None:
@@ -202,7 +222,13 @@ class Record:
         return len(self._arrays["energy_errors"][0])
 
     def resize(self, samples: int) -> None:
-        """Make place for more samples of each chain."""
+        """Make place for more samples of each chain.
+
+        Parameters
+        ----------
+        samples : int
+            Samples of each chain.
+        """
         shapes = {"cells": (len(self.watched),), "power": (self.bins,)}
         for name in ("energy_errors", "accepted", "gradients", "potential", "cells", "power"):
             made = np.full((self._chains, samples, *shapes.get(name, ())), np.nan)
@@ -213,8 +239,21 @@ class Record:
     def add(
         self, chain: int, outcome: Outcome, potential: float, values: Array, amplitudes: Complex | None = None
     ) -> None:
-        """Add the next sample of a chain: end of the trajectory, U, the watched field, and the spectrum of the field if
-        known."""
+        """Add the next sample of a chain.
+
+        Parameters
+        ----------
+        chain : int
+            Number of the chain, from 0.
+        outcome : Outcome
+            End of the trajectory.
+        potential : float
+            U of the sample.
+        values : ndarray
+            The watched field, shape of the mesh.
+        amplitudes : complex ndarray, optional
+            Its spectrum, if it is known.
+        """
         at = (chain, int(self.counts[chain]))
         arrays = self._arrays
         arrays["energy_errors"][at], arrays["potential"][at] = outcome.error, potential
@@ -230,7 +269,18 @@ class Record:
         self._squares += change
 
     def samples(self, steps: Array) -> Samples:
-        """Return the samples that all chains have, and mean and deviation of samples that any has."""
+        """Return the samples that all chains have, and mean and deviation of samples that any has.
+
+        Parameters
+        ----------
+        steps : ndarray
+            Step size of each chain.
+
+        Returns
+        -------
+        Samples
+            With first axes (chains, samples).
+        """
         done = int(self.counts.min())
         cut = {name: array[:, :done] for name, array in self._arrays.items()}
         return Samples(
@@ -247,14 +297,26 @@ class Record:
         )
 
     def arrays(self) -> dict[str, Array]:
-        """Return all that there is, for a file."""
+        """Return all that there is, for a file.
+
+        Returns
+        -------
+        dict
+            Arrays by name.
+        """
         done = int(self.counts.max())
         kept = {name: array[:, :done] for name, array in self._arrays.items()}
         more = {"mean": self._mean, "squares": self._squares, "wave_numbers": self._wave_numbers}
         return {**kept, **more, "counts": self.counts.astype(float)}
 
     def take(self, arrays: Mapping[str, Array]) -> None:
-        """Continue from ``arrays`` of a record, which must have room for the samples."""
+        """Continue from ``arrays`` of a record, which must have room for the samples.
+
+        Parameters
+        ----------
+        arrays : mapping
+            Arrays by name, of ``arrays``.
+        """
         self.counts[:] = arrays["counts"].astype(np.int64)
         for name, array in self._arrays.items():
             array[:, : int(self.counts.max())] = arrays[name]

@@ -64,8 +64,30 @@ def follow(
     inverse_mass: Array | None = None,
     stop: Stop | None = None,
 ) -> bool:
-    """Move a white field and its momenta in place by steps of a composition; return whether the end was reached, which
-    is false if ``stop`` returned true between two parts."""
+    """Move a white field and its momenta in place by steps of a composition.
+
+    Parameters
+    ----------
+    posterior : FieldPosterior
+        The distribution.
+    method : Composition
+        Drifts and kicks of a step.
+    step : float
+        Size of a step.
+    steps : int
+        Number of steps.
+    spectrum, momenta : complex ndarray
+        Half spectra, changed in place.
+    inverse_mass : ndarray, optional
+        One over the masses by wave number; 1 if not given.
+    stop : callable, optional
+        Called between two parts; the motion ends if it returns true.
+
+    Returns
+    -------
+    bool
+        Whether the end was reached.
+    """
     return _follow(posterior, method.parts(steps), step, spectrum, momenta, inverse_mass, stop)
 
 
@@ -116,6 +138,7 @@ class Sampler:
     Parameters
     ----------
     posterior : FieldPosterior
+        The distribution.
     method : str
         A composition: ``minimum_norm2``, ``omf4``, ``suzuki4``, ``leapfrog`` and others.
     step : float
@@ -123,6 +146,7 @@ class Sampler:
     duration : float
         Time of a trajectory; a quarter turn of an oscillator of frequency 1 is 1.57.
     mass : {"fisher", "prior", "unit"}
+        As of ``FieldPosterior.mass``.
     first : {"random", "drift", "kick"}
         First part of trajectories.
     jitter : float
@@ -131,11 +155,15 @@ class Sampler:
         Steps are kept below this part of the largest stable step, by the largest frequency at the start of chains and,
         in a warm-up, at the chains' states, from above 0 to 1; infinite for no limit.
     chains : int
+        Number of chains.
     start : {"mode", "prior", "zero"}, or spectra of white fields, one for each chain
         None: nowhere, until ``restore``.
     seed : int
-    watched : cells, as numbers of the flattened mesh, whose values are kept; by default 64 evenly spread cells
-    bins : of wave numbers, for power spectra
+        Of all random numbers.
+    watched : ndarray of int, optional
+        Cells whose values are kept, as numbers of the flattened mesh; by default 64 evenly spread cells.
+    bins : int, optional
+        Number of bins of wave numbers, for power spectra.
 
     Raises
     ------
@@ -224,7 +252,10 @@ class Sampler:
 
         Parameters
         ----------
-        trajectories : of each chain
+        trajectories : int
+            Of each chain.
+        acceptance : float, optional
+            Wanted share of accepted trajectories; 0: the best for the method's order.
         adapt : bool
             Whether steps are changed.
         goes_on : bool
@@ -277,6 +308,18 @@ class Sampler:
     def draw(self, samples: int, field: str = "") -> Samples:
         """Return the next samples of all chains, of the first field or of the named field.
 
+        Parameters
+        ----------
+        samples : int
+            Samples of each chain.
+        field : str, optional
+            Name of the watched field; the first by default.
+
+        Returns
+        -------
+        Samples
+            With first axes (chains, samples).
+
         Raises
         ------
         UsageError
@@ -287,7 +330,18 @@ class Sampler:
         return record.samples(self.steps)
 
     def record(self, samples: int) -> Record:
-        """Return an empty record of ``samples`` samples of each chain."""
+        """Return an empty record of ``samples`` samples of each chain.
+
+        Parameters
+        ----------
+        samples : int
+            Samples of each chain.
+
+        Returns
+        -------
+        Record
+            Empty.
+        """
         return Record(self.posterior.mesh, len(self.chains), samples, self.watched, self.bins)
 
     @property
@@ -296,8 +350,22 @@ class Sampler:
         return np.array([chain.step for chain in self.chains])
 
     def fill(self, record: Record, field: str = "", *, stop: Stop | None = None, seen: Seen | None = None) -> bool:
-        """Draw samples until a record is full, one sample of each chain in turn; return whether the record is full.
-        Arguments as of ``draw`` and ``warm_up``."""
+        """Draw samples until a record is full, one sample of each chain in turn.
+
+        Parameters
+        ----------
+        record : Record
+            Of ``record``; filled in place.
+        field : str, optional
+            As of ``draw``.
+        stop, seen : callable, optional
+            As of ``warm_up``.
+
+        Returns
+        -------
+        bool
+            Whether the record is full.
+        """
         posterior = self.posterior
         names = list(posterior.operators)
         if (field or not names) and field not in names:
@@ -418,6 +486,16 @@ class Sampler:
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the states of the chains into an ``.npz`` file, by which another sampler goes on with the same bits.
 
+        Parameters
+        ----------
+        path : str or Path
+            File to write, ``.npz``.
+
+        Returns
+        -------
+        Path
+            The written file.
+
         Raises
         ------
         FileError
@@ -428,7 +506,15 @@ class Sampler:
         return path
 
     def state(self) -> tuple[dict[str, Array], dict[str, Any]]:
-        """Return the states of the chains, as arrays and as JSON data."""
+        """Return the states of the chains, as arrays and as JSON data.
+
+        Returns
+        -------
+        arrays : dict
+            Arrays by name.
+        metadata : dict
+            JSON data.
+        """
         arrays = {
             "spectra": np.array([chain.spectrum for chain in self.chains]).view(float),
             "potential": np.array([chain.potential for chain in self.chains]),
@@ -446,6 +532,11 @@ class Sampler:
     def restore(self, path: str | os.PathLike[str]) -> None:
         """Go on from a file of ``save``, of a sampler of the same posterior with the same arguments.
 
+        Parameters
+        ----------
+        path : str or Path
+            File of ``save``.
+
         Raises
         ------
         FileError, UsageError
@@ -455,8 +546,20 @@ class Sampler:
         self.take(arrays, metadata, str(path))
 
     def take(self, arrays: Mapping[str, Array], metadata: Mapping[str, Any], where: str) -> None:
-        """Continue from ``state`` of a sampler; ``where`` is the origin of the state, for messages. Raises FileError,
-        UsageError."""
+        """Continue from ``state`` of a sampler.
+
+        Parameters
+        ----------
+        arrays, metadata : mapping
+            Of ``state``.
+        where : str
+            Origin of the state, for messages.
+
+        Raises
+        ------
+        FileError, UsageError
+            A state of other chains.
+        """
         try:
             spectra, potential, steps = (arrays[name] for name in ("spectra", "potential", "steps"))
             seed, frequency, counts = (metadata[name] for name in ("seed", "frequency", "trajectories"))

@@ -92,12 +92,30 @@ class FieldProblem:
         return [*self.system.notes, *deviations]
 
     def true_field(self) -> Array | None:
-        """Return the watched field of the truth; None without a truth. None if there is none."""
+        """Return the watched field of the truth.
+
+        Returns
+        -------
+        ndarray or None
+            Shape of the mesh; None without a truth.
+        """
         return None if self.truth is None else self.operators[self.watched].apply(self.truth)
 
 
 def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
-    """Return the posterior that a file describes, for ``chains`` chains; 0: the file's number of chains.
+    """Return the posterior that a file describes.
+
+    Parameters
+    ----------
+    system : FieldSystem
+        The file.
+    chains : int, optional
+        Number of chains for which there has to be memory; 0: the file's.
+
+    Returns
+    -------
+    FieldProblem
+        The posterior with operators, truth and memory.
 
     Raises
     ------
@@ -150,7 +168,19 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
 
 
 def memory_of(system: FieldSystem, chains: int = 0) -> int:
-    """Return the largest number of bytes for sampling, with ``chains`` chains; 0: the file's number. No array is made.
+    """Return the largest number of bytes that sampling takes, without making an array.
+
+    Parameters
+    ----------
+    system : FieldSystem
+        The file.
+    chains : int, optional
+        Number of chains; 0: the file's.
+
+    Returns
+    -------
+    int
+        Bytes.
 
     Raises
     ------
@@ -185,7 +215,20 @@ _SETTINGS = {
 
 @contextlib.contextmanager
 def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[None]:
-    """Add to errors of settings the line of the file with the setting; not for settings from a caller."""
+    """Add the line of the file to errors of its settings, within a ``with`` statement.
+
+    Parameters
+    ----------
+    system : FieldSystem
+        The file.
+    given : collection of str, optional
+        Settings of the caller, whose errors stay as they are.
+
+    Yields
+    ------
+    None
+        Within the statement.
+    """
     try:
         yield
     except UsageError as error:

@@ -145,7 +145,13 @@ class FieldSamples:
         return float(z.mean()), float(z.std())
 
     def r_hats(self) -> Array:
-        """Return split R-hat of each cell that is watched; empty for few samples."""
+        """Return split R-hat of each watched cell.
+
+        Returns
+        -------
+        ndarray
+            One for each cell; empty for few samples.
+        """
         return split_r_hat(self.samples.cells) if self.count >= ENOUGH else np.empty(0)
 
     @property
@@ -154,7 +160,13 @@ class FieldSamples:
         return _quantile(split_r_hat(self.samples.power), 1.0) if self.count >= ENOUGH else math.nan
 
     def scales(self) -> list[Scale]:
-        """Return the bins that have wave numbers; empty without samples."""
+        """Return the bins that have wave numbers; empty without samples.
+
+        Returns
+        -------
+        list of Scale
+            In the order of wave numbers; empty without samples.
+        """
         samples, problem = self.samples, self.problem
         if not self.count:
             return []
@@ -187,7 +199,13 @@ class FieldSamples:
         return [scale for scale in rows if not math.isnan(scale.k)]  # boxes with unequal sides leave bins empty
 
     def summary(self) -> dict[str, Any]:
-        """Return figures for JSON."""
+        """Return figures for JSON.
+
+        Returns
+        -------
+        dict
+            JSON data.
+        """
         samples, problem, settings = self.samples, self.problem, self.settings
         result: dict[str, Any] = {
             "name": self.name,
@@ -236,12 +254,23 @@ class FieldSamples:
         return result
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the figures of ``summary`` and the scales."""
+        """Return the figures of ``summary`` and the scales.
+
+        Returns
+        -------
+        dict
+            JSON data.
+        """
         return {**self.summary(), "scales": [vars(scale) for scale in self.scales()]}
 
     def trajectories(self) -> Array:
-        """Return a row for each trajectory: chain, number from the start, whether it is a sample, dH, whether the end
-        was accepted, gradients, U."""
+        """Return a table with a row for each trajectory.
+
+        Returns
+        -------
+        (trajectories, 7) ndarray
+            Chain, number from the start, whether it is a sample, dH, whether the end was accepted, gradients, U.
+        """
         samples, rows = self.samples, []
         for chain in range(len(samples.accepted)):
             drawn = [
@@ -256,6 +285,16 @@ class FieldSamples:
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write samples.npz, trajectories.csv, scales.csv and summary.json into a folder, and return the paths.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Folder to write to, which is made if missing.
+
+        Returns
+        -------
+        Path
+            The written file.
 
         Raises
         ------
@@ -290,7 +329,19 @@ _CHAINS = (BLUE, VERMILION, GREEN, "#CC79A7", "#E69F00", "#56B4E9", "#000000")  
 
 
 def draw(result: FieldSamples, folder: str | Path) -> list[Path]:
-    """Draw slices.png, power.png and chains.png into a folder, as far as samples allow, and return the paths.
+    """Draw slices.png, power.png and chains.png into a folder, as far as samples allow.
+
+    Parameters
+    ----------
+    result : FieldSamples
+        Samples of ``sample``.
+    folder : str or Path
+        Folder to write to, which is made if missing.
+
+    Returns
+    -------
+    list of Path
+        The written files.
 
     Raises
     ------

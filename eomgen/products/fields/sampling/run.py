@@ -49,7 +49,8 @@ def sample(
 
     Parameters
     ----------
-    described : path of a file with ``kind = "hamiltonian"`` and a ``[mesh]``, the data of such a file, or a FieldSystem
+    described : str, Path, mapping or FieldSystem
+        Path of a file with ``kind = "hamiltonian"`` and a ``[mesh]``, or the data of such a file.
     folder : path, optional
         Folder of the checkpoint, which is written every ``checkpoint_every`` seconds, at the end, and at an
         interruption.
@@ -68,6 +69,11 @@ def sample(
         chain, ``seed``, ``field``, ``watched`` (number of cells whose values are kept), ``bins`` of wave numbers,
         ``transforms`` (``scipy``, or ``fftw`` by the package pyfftw) and ``precision`` of gradients (``double``,
         ``single``).
+
+    Returns
+    -------
+    FieldSamples
+        Samples with diagnostics.
 
     Raises
     ------

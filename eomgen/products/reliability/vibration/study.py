@@ -138,7 +138,7 @@ def random_vibration(
     seed : int
         Of samples.
     method, rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of
-        ``simulate``; the method is the scene's by default
+        ``simulate``; the method is the scene's by default.
 
     Returns
     -------

@@ -105,9 +105,9 @@ def identify(
     confidence : float
         Confidence level of the intervals.
     step : float
-        s; the scene's by default.
+        S; the scene's by default.
     t_start : float
-        s, of all runs; the first measured time by default. The initial state belongs to this time.
+        S, of all runs; the first measured time by default. The initial state belongs to this time.
     by : str
         ``run``: outputs of runs; ``torque``: efforts at each time with q, v and a, by the regressor. Parameters of
         ``torque`` have the names of ``regressor_parameters``; all base parameters if none is named.
@@ -117,6 +117,7 @@ def identify(
     Returns
     -------
     Identification
+        Estimates with intervals, correlations, residuals and notes.
 
     Raises
     ------

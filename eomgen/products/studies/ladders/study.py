@@ -272,7 +272,8 @@ def extremes(
 
     Parameters
     ----------
-    scene : path, mapping or Scene
+    scene : str, Path, mapping or Scene
+        Scene that is run under the extreme conditions.
     ladders : sequence of str
         Names of ladders; all by default.
     methods : sequence of str
@@ -295,6 +296,7 @@ def extremes(
     Returns
     -------
     Extremes
+        Verdict and error of each condition with each method.
 
     Raises
     ------

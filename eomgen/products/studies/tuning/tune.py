@@ -59,11 +59,12 @@ def tune(
 
     Parameters
     ----------
-    scene : path, mapping, Scene, or another front end's document
+    scene : str, Path, mapping, Scene or document
+        Scene, or the document of another front end.
     error : float
         Demanded relative error: 1e-4. The error is measured as in ``eomgen.tradeoff``.
     real_time : float
-        s of motion that are to be computed within as many seconds: the most accurate fixed step is found whose work in
+        S of motion that are to be computed within as many seconds: the most accurate fixed step is found whose work in
         such a cycle ends in time in 99.99 % of the cycles. Excludes ``error``.
     iterations : int
         With ``real_time``: bound on Newton's iterations of a step; by default the run's largest number.
@@ -76,7 +77,7 @@ def tune(
     methods : sequence of str
         Methods to try; by default all that make a difference to the scene.
     t_end : float
-        s; the scene's duration by default.
+        S; the scene's duration by default.
     parameters, inputs : mapping
         As of ``simulate``.
     budget : float
@@ -90,7 +91,8 @@ def tune(
 
     Returns
     -------
-    Tuned, or RealTime if ``real_time`` is given
+    Tuned
+        The cheapest settings that meet the demand, with measured error and rivals; with ``real_time`` a ``RealTime``.
 
     Raises
     ------

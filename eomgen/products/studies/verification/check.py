@@ -213,6 +213,8 @@ def check(
 
     Parameters
     ----------
+    scene : str, Path, mapping, Scene or document
+        Scene, or the document of another front end.
     states : int
         Number of states: half along a short simulated motion, half drawn around the motion.
     seed : int

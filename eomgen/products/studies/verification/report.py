@@ -206,11 +206,27 @@ class CheckReport:
         return tuple(f"{text}: {', '.join(names)}" for text, names in by_text.items())
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the report as JSON data."""
+        """Return the report as JSON data.
+
+        Returns
+        -------
+        dict
+            JSON data.
+        """
         return {**asdict(self), "passed": self.passed, "ladder": LADDER.tolist()}
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write ``check.json``, ``check.csv`` (errors by step) and ``check.png`` (the same, drawn) to a folder.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Folder to write to, which is made if missing.
+
+        Returns
+        -------
+        list of Path
+            The written files.
 
         Raises
         ------

@@ -69,7 +69,20 @@ class Point:
         return f"{self.configuration.label}, {self.kind} {self.value:.4g}"
 
     def error_of(self, quantity: str, measure: str = "largest") -> float:
-        """Return the error of a quantity; infinite if there is none."""
+        """Return the size of an error of the run.
+
+        Parameters
+        ----------
+        quantity : str
+            Quantity of the study, as of ``tradeoff``: ``q``, ``v``, the name of an output ...
+        measure : str, optional
+            ``largest`` or ``final``, as of ``tradeoff``.
+
+        Returns
+        -------
+        float
+            In the quantity's unit.
+        """
         size = self.error.get(quantity)
         value = math.inf if size is None else float(getattr(size, measure))
         return value if math.isfinite(value) else math.inf
@@ -93,6 +106,11 @@ class Point:
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Point:
         """Return the point that ``to_dict`` gave.
+
+        Parameters
+        ----------
+        data : mapping
+            JSON data of ``to_dict``.
 
         Raises
         ------

@@ -190,7 +190,8 @@ def tradeoff(
 
     Parameters
     ----------
-    scene : path, mapping, Scene, or another front end's document
+    scene : str, Path, mapping, Scene or document
+        Scene, or the document of another front end.
     outputs : sequence of str
         Names of the scene's outputs, or ``q``, ``v``, ``state`` (both), ``multipliers``. The front is of the first;
         ``state`` by default.
@@ -202,9 +203,9 @@ def tradeoff(
     methods : sequence of str
         Methods to try; by default all that make a difference to the scene.
     steps : sequence of float
-        s; by default from up to 64 times the scene's, halved until errors are the reference's.
+        S; by default from up to 64 times the scene's, halved until errors are the reference's.
     t_end : float
-        s; the scene's duration by default. Runs end with the last whole coarsest step before this time.
+        S; the scene's duration by default. Runs end with the last whole coarsest step before this time.
     parameters, inputs : mapping
         As of ``simulate``.
     budget : float
@@ -226,6 +227,7 @@ def tradeoff(
     Returns
     -------
     Tradeoff
+        Times and errors of all runs, with the front.
 
     Raises
     ------

@@ -69,7 +69,20 @@ class DiscreteSpectrum:
     directions: int = 1
 
     def check_deep(self, where: str, hint: str) -> None:
-        """Raise UsageError if the water is shallower than half of the wave length at the peak."""
+        """Raise an error if the water is shallower than half of the wave length at the peak.
+
+        Parameters
+        ----------
+        where : str
+            Name of the call, for the message.
+        hint : str
+            Remedy, for the message.
+
+        Raises
+        ------
+        UsageError
+            The waves feel the bottom.
+        """
         k = float(np.hypot(*self.vectors[np.argmax(self.energy)]))
         if k * self.depth < math.pi:
             fault = f"closed forms are of deep water, and waves of {2.0 * math.pi / k:.4g} m feel the bottom at"
@@ -81,12 +94,24 @@ class DiscreteSpectrum:
         return 4.0 * math.sqrt(float(self.energy.sum()))
 
     def realisation(self, seed: int, amplitudes: Literal["gaussian", "fixed"] = "gaussian") -> Components:
-        """Return components by seed: ``gaussian`` cosine and sine amplitudes, which the tails of a sea need, or
-        ``fixed`` amplitudes sqrt(2 E) with phases alone at random.
+        """Return components with random amplitudes and phases by seed.
 
         Of fixed amplitudes each wave number has one direction, drawn by its share of the energy, and the whole energy
         of this wave number: elevations at every place then have the variance of the spectrum over time, which waves of
         one frequency and several directions do not (Jefferys, Applied Ocean Research 9 (1987) 186).
+
+        Parameters
+        ----------
+        seed : int
+            Of the random numbers.
+        amplitudes : str, optional
+            ``gaussian``: cosine and sine amplitudes, which the tails of a sea need; ``fixed``: amplitudes sqrt(2 E)
+            with phases alone at random.
+
+        Returns
+        -------
+        Components
+            With the wave vectors of the spectrum.
         """
         if amplitudes not in ("gaussian", "fixed"):
             raise UsageError(Problem("realisation: amplitudes", f"there is no {amplitudes!r}", "gaussian, or fixed"))
@@ -129,13 +154,27 @@ def discretized(
 
     Parameters
     ----------
+    spectrum : Spectrum
+        Density over angular frequency.
+    depth : float, optional
+        Of the water, m.
+    gravity : float, optional
+        In m/s^2.
     length : float, m
         After which a sea of one direction repeats itself; 32 wave lengths of the peak by default.
-    band : lowest and highest frequency in parts of the peak's
+    band : tuple of float, optional
+        Lowest and highest frequency in parts of the peak's.
     spreading : Spreading
         Without one all waves run along ``heading`` (rad from x).
+    heading : float, optional
+        Direction of all waves without ``spreading``, rad from x.
     height : float, m
         Significant height that the components are scaled to; by default the spectrum's within the band.
+
+    Returns
+    -------
+    DiscreteSpectrum
+        Wave vectors with the variance of each.
 
     Raises
     ------
@@ -192,7 +231,28 @@ def frequency_and_group_velocity(k: Array, depth: float, gravity: float = STANDA
 
 @checked_call()
 def wave_number(frequency: float, depth: float = math.inf, gravity: float = STANDARD_GRAVITY) -> float:
-    """Return the wave number in rad/m of an angular frequency, by Newton's method."""
+    """Return the wave number of an angular frequency, by Newton's method.
+
+    Parameters
+    ----------
+    frequency : float
+        Angular frequency, rad/s.
+    depth : float, optional
+        Of the water, m.
+    gravity : float, optional
+        In m/s^2.
+
+    Returns
+    -------
+    float
+        In rad/m.
+
+    Examples
+    --------
+    >>> from eomgen.waves import wave_number
+    >>> round(wave_number(1.0), 6)                     # in deep water w^2 / g
+    0.101937
+    """
     check_number("wave_number: frequency", frequency, "rad/s", above_zero=True)
     check_number("wave_number: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
     if not depth > 0.0:
@@ -223,11 +283,30 @@ def divided(
     heading: float = 0.0,
     height: float | None = None,
 ) -> DiscreteSpectrum:
-    """Return a spectrum as components whose frequencies have a constant ratio: motion at a place does not repeat
-    itself, and few components resolve the peak.
+    """Return a spectrum as components whose frequencies have a constant ratio.
 
-    Each component has the energy of its part of the band, at the mean frequency of this energy. Arguments other than
-    ``components`` are arguments of ``discretized``.
+    Motion at a place does not repeat itself, and few components resolve the peak. Each component has the energy of its
+    part of the band, at the mean frequency of this energy.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        Density over angular frequency.
+    components : int
+        Number of frequencies.
+    depth, gravity : float, optional
+        As of ``discretized``.
+    band : tuple of float, optional
+        As of ``discretized``.
+    spreading : Spreading, optional
+        As of ``discretized``.
+    heading, height : float, optional
+        As of ``discretized``.
+
+    Returns
+    -------
+    DiscreteSpectrum
+        Wave vectors with the variance of each.
 
     Raises
     ------

@@ -83,7 +83,18 @@ class Jonswap:
         return 2.0 * math.pi / self.period
 
     def density(self, frequency: Array) -> Array:
-        """Return the density at angular frequencies above 0."""
+        """Return the density at angular frequencies above 0.
+
+        Parameters
+        ----------
+        frequency : ndarray
+            Angular frequencies (...), rad/s.
+
+        Returns
+        -------
+        (...) ndarray
+            One-sided, m^2 s/rad.
+        """
         ratio, total = np.asarray(frequency, dtype=float) / self.peak, _jonswap_total(self.peakedness) * self.peak
         return _jonswap_shape(ratio, self.peakedness) * self.height**2 / (16.0 * total)
 
@@ -123,7 +134,18 @@ class PiersonMoskowitz:
         return 0.8772 * self.gravity / self.wind
 
     def density(self, frequency: Array) -> Array:
-        """Return the density at angular frequencies above 0."""
+        """Return the density at angular frequencies above 0.
+
+        Parameters
+        ----------
+        frequency : ndarray
+            Angular frequencies (...), rad/s.
+
+        Returns
+        -------
+        (...) ndarray
+            One-sided, m^2 s/rad.
+        """
         w = np.asarray(frequency, dtype=float)
         with np.errstate(under="ignore"):
             return np.asarray(8.1e-3 * self.gravity**2 * w**-5.0 * np.exp(-1.25 * (self.peak / w) ** 4))
@@ -135,8 +157,10 @@ class SpectrumTable:
 
     Parameters
     ----------
-    frequencies : increasing, in rad/s, above 0
-    densities : one-sided, in m^2 s/rad, none below 0
+    frequencies : array_like
+        Angular frequencies (n,), rad/s, increasing, above 0.
+    densities : array_like
+        One-sided densities (n,), m^2 s/rad, none below 0.
     """
 
     def __init__(self, frequencies: ArrayLike, densities: ArrayLike) -> None:
@@ -160,7 +184,18 @@ class SpectrumTable:
         return float(self.frequencies[np.argmax(self.densities)])
 
     def density(self, frequency: Array) -> Array:
-        """Return the density at angular frequencies."""
+        """Return the density at angular frequencies.
+
+        Parameters
+        ----------
+        frequency : ndarray
+            Angular frequencies (...), rad/s.
+
+        Returns
+        -------
+        (...) ndarray
+            One-sided, m^2 s/rad.
+        """
         return np.asarray(np.interp(frequency, self.frequencies, self.densities, left=0.0, right=0.0))
 
 
@@ -186,14 +221,34 @@ class Spreading:
         check_whole("Spreading: directions", self.directions, 2, MOST_WAVES)
 
     def density(self, angle: Array) -> Array:
-        """Return the density over directions in 1/rad; the integral over a turn is 1."""
+        """Return the density over directions in 1/rad; the integral over a turn is 1.
+
+        Parameters
+        ----------
+        angle : ndarray
+            Directions (...), rad from x.
+
+        Returns
+        -------
+        (...) ndarray
+            In 1/rad.
+        """
         s = self.exponent
         level = math.exp(math.lgamma(s + 1.0) - math.lgamma(s + 0.5)) / (2.0 * math.sqrt(math.pi))
         return level * np.abs(np.cos(0.5 * (np.asarray(angle) - self.heading))) ** (2.0 * s)
 
     def shares(self) -> tuple[Array, Array]:
-        """Return directions and shares of the energy: middles of equal sectors, without sectors with a density below
-        1e-4 of the largest."""
+        """Return directions and shares of the energy, of the middles of equal sectors.
+
+        Sectors with a density below 1e-4 of the largest are left out.
+
+        Returns
+        -------
+        directions : (n,) ndarray
+            In rad from x.
+        shares : (n,) ndarray
+            With the sum 1.
+        """
         half = 2.0 * math.acos(min(1.0, 1e-4 ** (1.0 / (2.0 * self.exponent))))
         angles = self.heading + half * (2.0 * np.arange(self.directions) + 1.0 - self.directions) / self.directions
         weights = self.density(angles)

@@ -34,15 +34,48 @@ class WaveNumber:
     _algebra: Algebra
 
     def sqrt(self, x: Scalar) -> Scalar:
-        """Return the square root."""
+        """Return the square root.
+
+        Parameters
+        ----------
+        x : Scalar
+            Argument.
+
+        Returns
+        -------
+        Scalar
+            On the same tape.
+        """
         return self._algebra.call(Op.SQRT, x)
 
     def tanh(self, x: Scalar) -> Scalar:
-        """Return the hyperbolic tangent."""
+        """Return the hyperbolic tangent.
+
+        Parameters
+        ----------
+        x : Scalar
+            Argument.
+
+        Returns
+        -------
+        Scalar
+            On the same tape.
+        """
         return self._algebra.call(Op.TANH, x)
 
     def exp(self, x: Scalar) -> Scalar:
-        """Return the exponential."""
+        """Return the exponential.
+
+        Parameters
+        ----------
+        x : Scalar
+            Argument.
+
+        Returns
+        -------
+        Scalar
+            On the same tape.
+        """
         return self._algebra.call(Op.EXP, x)
 
     @property
@@ -55,7 +88,18 @@ Dispersion = Callable[[WaveNumber], Scalar]
 
 
 def gravity_waves(wave: WaveNumber) -> Scalar:
-    """Return the angular frequency of free waves in water at rest: sqrt(g k tanh k h)."""
+    """Return the angular frequency of free waves in water at rest: sqrt(g k tanh k h).
+
+    Parameters
+    ----------
+    wave : WaveNumber
+        Wave vector, gravity and depth.
+
+    Returns
+    -------
+    Scalar
+        In rad/s.
+    """
     return wave.gravity_waves
 
 

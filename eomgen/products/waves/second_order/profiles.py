@@ -61,7 +61,18 @@ class Profile:
         return (self.xa * self.zaa - self.za * self.xaa) / steep**1.5
 
     def mean(self, values: Array) -> float:
-        """Return the mean of values over the plane: each label is weighted by the area around it."""
+        """Return the mean of values over the plane: each label is weighted by the area around it.
+
+        Parameters
+        ----------
+        values : ndarray
+            Values (count,) at the labels.
+
+        Returns
+        -------
+        float
+            The mean, in the unit of the values.
+        """
         return float(np.sum(values * self.xa) / np.sum(self.xa))
 
 
@@ -131,7 +142,18 @@ class SeaStatistics:
     energy: Array
 
     def moment(self, power: int) -> float:
-        """Return the sum of E k^power."""
+        """Return the sum of E k^power.
+
+        Parameters
+        ----------
+        power : int
+            Power of k.
+
+        Returns
+        -------
+        float
+            In m^2 (rad/m)^power.
+        """
         return float(np.sum(self.energy * self.wave_numbers**power))
 
     @property
@@ -163,26 +185,69 @@ class SeaStatistics:
         return 0.5 * math.erfc(1.0 / math.sqrt(2.0 * self.moment(2)))
 
     def slope_density(self, slope: ArrayLike) -> Array:
-        """Return the density of slopes of first order at points of the plane."""
+        """Return the density of slopes of first order at points of the plane.
+
+        Parameters
+        ----------
+        slope : array_like
+            Slopes (...).
+
+        Returns
+        -------
+        (...) ndarray
+            Per unit of slope.
+        """
         m2 = self.moment(2)
         steep = 1.0 + np.asarray(slope, dtype=float) ** 2
         level = steep**-2.5 + m2 * steep**-1.5
         return np.asarray(level * np.exp(-(steep - 1.0) / (2.0 * m2 * steep)) / math.sqrt(2.0 * math.pi * m2))
 
     def specular_points(self, slope: ArrayLike) -> Array:
-        """Return the density of points of the surface of first order that have a slope, in 1/m."""
+        """Return the density of points of the surface of first order that have a slope, in 1/m.
+
+        Parameters
+        ----------
+        slope : array_like
+            Slopes (...).
+
+        Returns
+        -------
+        (...) ndarray
+            In 1/m.
+        """
         m2, square = self.moment(2), np.asarray(slope, dtype=float) ** 2
         rate = math.sqrt(self.moment(4) / m2) / math.pi
         return np.asarray(rate * np.exp(-square / (2.0 * m2 * (1.0 + square))))
 
     def drift(self, gravity: float = STANDARD_GRAVITY) -> float:
-        """Return the mean velocity of the surface's particles at second order, 2 sum of E k w, in m/s."""
+        """Return the mean velocity of the surface's particles at second order, 2 sum of E k w.
+
+        Parameters
+        ----------
+        gravity : float, optional
+            In m/s^2.
+
+        Returns
+        -------
+        float
+            In m/s.
+        """
         return 2.0 * math.sqrt(gravity) * float(np.sum(self.energy * self.wave_numbers**1.5))
 
 
 @checked_call()
 def statistics_of(spectrum: DiscreteSpectrum) -> SeaStatistics:
     """Return the closed forms of a spectrum of one direction.
+
+    Parameters
+    ----------
+    spectrum : DiscreteSpectrum
+        Of one direction, in deep water.
+
+    Returns
+    -------
+    SeaStatistics
+        Moments and densities.
 
     Raises
     ------

@@ -61,9 +61,25 @@ class Radar:
     # -- images -----------------------------------------------------------------------------------------------------
 
     def bunching(self, sea: Sea, labels: ArrayLike, time: float) -> tuple[Array, Array]:
-        """Return the image points of facets (points, 2), and the intensity of each, |J/J'|: infinite on caustics.
+        """Return the image points of facets and their intensities.
 
-        J is the Jacobian of places by labels, J' the Jacobian of image points.
+        The intensity is |J/J'|: J is the Jacobian of places by labels, J' the Jacobian of image points.
+
+        Parameters
+        ----------
+        sea : Sea
+            The sea.
+        labels : array_like
+            Labels (points, 2), m.
+        time : float
+            Time, s.
+
+        Returns
+        -------
+        points : (points, 2) ndarray
+            Image points, m.
+        intensities : (points,) ndarray
+            Infinite on caustics.
         """
         labels = np.asarray(labels, dtype=float)
         here, first = sea.motion(labels, time), sea.derivatives(labels, time)[0]
@@ -82,17 +98,26 @@ class Radar:
             return image, np.abs(np.linalg.det(first[:, :2]) / np.linalg.det(moved))
 
     def image(self, sea: Sea, time: float, columns: ArrayLike, rows: ArrayLike, labels_per_cell: int = 3) -> Array:
-        """Return the intensity of cells between edges, (rows - 1, columns - 1), of facets that all scatter alike: 1 on
-        average.
+        """Return the intensity of cells between edges, of facets that all scatter alike: 1 on average.
 
         Labels on a grid carry the area of a patch of sea to an image point, so that caustics conserve energy; labels
         extend beyond the edges by four standard deviations of the displacement of facets.
 
         Parameters
         ----------
-        columns, rows : edges along x (azimuth) and y (ground range), increasing, equally spaced, m
+        sea : Sea
+            The sea.
+        time : float
+            Time, s.
+        columns, rows : array_like
+            Edges along x (azimuth) and y (ground range), increasing, equally spaced, m.
         labels_per_cell : int
             Along each direction.
+
+        Returns
+        -------
+        (rows - 1, columns - 1) ndarray
+            Intensities.
         """
         x, y = _edges("columns", columns), _edges("rows", rows)
         check_number("Radar.image: time", time, "s")
@@ -126,8 +151,19 @@ class Radar:
 
         Parameters
         ----------
-        profile : of the sea, along the direction of the waves
-        direction : 1 for waves that run with the platform, -1 for waves against the platform
+        profile : Profile
+            Surface of the sea, along the direction of the waves.
+        length : float
+            Length after which the sea repeats itself, m.
+        cells : int
+            Number of cells.
+        direction : int, optional
+            1 for waves that run with the platform, -1 for waves against the platform.
+
+        Returns
+        -------
+        (cells,) ndarray
+            Intensities, 1 on average.
         """
         check_number("Radar.line: length", length, "m", "that after which the sea repeats itself", above_zero=True)
         check_whole("Radar.line: cells", cells, 1, _MOST_CELLS, "400")
@@ -140,7 +176,20 @@ class Radar:
     # -- statistics of first order ----------------------------------------------------------------------------------
 
     def velocity_deviation(self, spectrum: DiscreteSpectrum, gravity: float = STANDARD_GRAVITY) -> float:
-        """Return the standard deviation of velocities towards the radar in deep water, in m/s."""
+        """Return the standard deviation of velocities towards the radar in deep water, in m/s.
+
+        Parameters
+        ----------
+        spectrum : DiscreteSpectrum
+            The sea.
+        gravity : float, optional
+            In m/s^2.
+
+        Returns
+        -------
+        float
+            In m/s.
+        """
         spectrum.check_deep("Radar.velocity_deviation", "velocities of realisations, by Sea.motion")
         k = np.hypot(*spectrum.vectors.T)
         across = math.sin(self.incidence) * spectrum.vectors[:, 1] / k
@@ -148,12 +197,38 @@ class Radar:
         return math.sqrt(float(square.sum()))
 
     def cutoff(self, spectrum: DiscreteSpectrum, gravity: float = STANDARD_GRAVITY) -> float:
-        """Return the shortest wave length along the flight that an image shows, pi R/V times the deviation of
-        velocities, in m."""
+        """Return the shortest wave length along the flight that an image shows.
+
+        It is pi R/V times the deviation of velocities.
+
+        Parameters
+        ----------
+        spectrum : DiscreteSpectrum
+            The sea.
+        gravity : float, optional
+            In m/s^2.
+
+        Returns
+        -------
+        float
+            Wave length, m.
+        """
         return math.pi * self.range_to_velocity * self.velocity_deviation(spectrum, gravity)
 
     def fold_probability(self, spectrum: DiscreteSpectrum, gravity: float = STANDARD_GRAVITY) -> float:
         """Return the part of labels at which the image of a deep sea along the flight is folded over.
+
+        Parameters
+        ----------
+        spectrum : DiscreteSpectrum
+            The sea.
+        gravity : float, optional
+            In m/s^2.
+
+        Returns
+        -------
+        float
+            From 0 to 1.
 
         Raises
         ------
@@ -179,7 +254,19 @@ class Radar:
 
         Parameters
         ----------
-        length : after which the sea repeats itself, m: all wave numbers are multiples of 2 pi/length
+        spectrum : DiscreteSpectrum
+            The sea.
+        length : float
+            Length after which the sea repeats itself, m: all wave numbers are multiples of 2 pi/length.
+        count : int
+            Number of wave numbers.
+        gravity : float, optional
+            In m/s^2.
+
+        Returns
+        -------
+        (count,) ndarray
+            Mean of the squared amplitudes.
 
         Raises
         ------
@@ -215,7 +302,22 @@ class Radar:
     def critical_amplitude(
         self, wave_number: float, direction: Literal[1, -1] = 1, gravity: float = STANDARD_GRAVITY
     ) -> float:
-        """Return the amplitude from which on the image of one deep wave along the flight has caustics, in m."""
+        """Return the amplitude from which on the image of one deep wave along the flight has caustics, in m.
+
+        Parameters
+        ----------
+        wave_number : float
+            In rad/m.
+        direction : int, optional
+            1 for a wave that runs with the platform, -1 against it.
+        gravity : float, optional
+            In m/s^2.
+
+        Returns
+        -------
+        float
+            Amplitude, m.
+        """
         check_number("Radar.critical_amplitude: wave_number", wave_number, "rad/m", "0.04", above_zero=True)
         _check_direction("Radar.critical_amplitude", direction)
         change = self._change(np.array([math.sqrt(gravity * wave_number)]), np.array([float(direction)]))
@@ -239,8 +341,15 @@ class Radar:
 
         Parameters
         ----------
-        slope_density : of slopes towards the radar, at tan(incidence): ``SeaStatistics.slope_density``
-        reflectivity : |R|^2 of water at normal incidence
+        slope_density : float
+            Density of slopes towards the radar, at tan(incidence): ``SeaStatistics.slope_density``.
+        reflectivity : float, optional
+            |R|^2 of water at normal incidence.
+
+        Returns
+        -------
+        float
+            Cross section over area.
         """
         for name, value in (("slope_density", slope_density), ("reflectivity", reflectivity)):
             if not value >= 0.0:
@@ -260,8 +369,22 @@ class SpecularPoints:
 
 @checked_call()
 def specular_points(profile: Profile, slope: float) -> SpecularPoints:
-    """Return the points of a profile that have a slope: sign changes of dz - slope dx between labels, found on
-    the cubic through values and derivatives at both."""
+    """Return the points of a profile that have a slope.
+
+    They are roots of dz - slope dx between labels, on the cubic through values and derivatives at both.
+
+    Parameters
+    ----------
+    profile : Profile
+        Surface of a sea of one direction.
+    slope : float
+        The slope dz/dx.
+
+    Returns
+    -------
+    SpecularPoints
+        Labels, places and curvatures.
+    """
     check_number("specular_points: slope", slope)
     value, rate = profile.za - slope * profile.xa, profile.zaa - slope * profile.xaa
     step = profile.labels[1] - profile.labels[0]

@@ -38,14 +38,17 @@ class Sea:
     Parameters
     ----------
     components : Components
+        Wave vectors, amplitudes and phases of first order.
     depth : float
         Of the water in m; infinite by default.
-    order : 1 or 2
+    order : int, optional
+        1 or 2.
     vorticity : ``none`` or ``gerstner``
         Of second order: water that has been at rest has none, and its particles drift (Stokes). In Gerstner's waves
         particles move in closed orbits. The surface at fixed points is the same to second order, and so are first-order
         waves.
-    gravity : float, m/s^2
+    gravity : float, optional
+        In m/s^2.
     dispersion : callable
         Angular frequency of a ``WaveNumber``. The part of the frequency that changes sign with the wave vector has to
         be U . k, with the velocity U of a uniform current; the rest has to be sqrt(G k tanh k h) with one G, gravity or
@@ -101,8 +104,25 @@ class Sea:
         vorticity: Vorticity = "none",
         gravity: float = STANDARD_GRAVITY,
     ) -> Sea:
-        """Return the sea of one regular wave along x, with a crest at the label 0 at t = 0; at first order in deep
-        water this is Gerstner's wave, which is exact."""
+        """Return the sea of one regular wave along x, with a crest at the label 0 at t = 0.
+
+        At first order in deep water this is Gerstner's wave, which is exact.
+
+        Parameters
+        ----------
+        wave_number : float
+            In rad/m.
+        amplitude : float
+            In m.
+        depth : float, optional
+            Of the water, m.
+        order : int, optional
+            As of ``Sea``.
+        vorticity : str, optional
+            As of ``Sea``.
+        gravity : float, optional
+            In m/s^2.
+        """
         single = Components(np.array([[wave_number, 0.0]]), np.array([amplitude]), np.zeros(1))
         return cls(single, depth, order=order, vorticity=vorticity, gravity=gravity)
 
@@ -186,9 +206,15 @@ class Sea:
         ----------
         labels : (points, 2) array, m
             Positions of the particles in water at rest, from above.
-        time : float, s
+        time : float
+            Time, s.
         c : float, m
             Height of the particles in water at rest: 0 at the surface, negative below.
+
+        Returns
+        -------
+        Motion
+            Of these particles.
         """
         own = self._own_labels(labels)
         columns, twice, table, level = self._surface_tables if c == 0.0 else self._tables(c)
@@ -221,6 +247,13 @@ class Sea:
         count : int
             Number of labels over the length after which the sea repeats itself; more than twice the highest multiple of
             the pairs.
+        time : float
+            Time, s.
+
+        Returns
+        -------
+        Profile
+            Places, velocities and derivatives by the label.
 
         Raises
         ------
@@ -279,6 +312,16 @@ class Sea:
     def bound_waves(self, time: float) -> BoundWaves:
         """Return the contributions of pairs of components at the surface.
 
+        Parameters
+        ----------
+        time : float
+            Time, s.
+
+        Returns
+        -------
+        BoundWaves
+            By groups of pairs.
+
         Raises
         ------
         UsageError
@@ -318,6 +361,16 @@ class Sea:
     def with_waves(self, components: Components) -> Sea:
         """Return the sea of other amplitudes and phases of the same wave vectors, with the tables of this sea.
 
+        Parameters
+        ----------
+        components : Components
+            Other amplitudes and phases of the same wave vectors.
+
+        Returns
+        -------
+        Sea
+            With the tables of this sea.
+
         Raises
         ------
         UsageError
@@ -336,6 +389,15 @@ class Sea:
 
     def derivatives(self, labels: ArrayLike, time: float, c: float = 0.0) -> tuple[Array, Array]:
         """Return derivatives of positions by labels a and b.
+
+        Parameters
+        ----------
+        labels : array_like
+            Labels (points, 2), m.
+        time : float
+            Time, s.
+        c : float, optional
+            Height of the particles in water at rest, m: 0 at the surface, negative below.
 
         Returns
         -------
@@ -363,7 +425,20 @@ class Sea:
         return first, np.stack((second[:, :, 0, 0], second[:, :, 0, 1], second[:, :, 1, 1]), axis=2)
 
     def surface(self, labels: ArrayLike, time: float) -> Surface:
-        """Return the surface at labels (points, 2)."""
+        """Return the surface at labels (points, 2).
+
+        Parameters
+        ----------
+        labels : array_like
+            Labels (points, 2), m.
+        time : float
+            Time, s.
+
+        Returns
+        -------
+        Surface
+            Places, slopes and curvatures.
+        """
         first, second = self.derivatives(labels, time)
         along, across = first[:, :, 0], first[:, :, 1]
         normal = np.cross(along, across)
@@ -380,9 +455,21 @@ class Sea:
     # -- fixed points -----------------------------------------------------------------------------------------------
 
     def labels_at(self, points: ArrayLike, time: float) -> Array:
-        """Return the labels (points, 2) of the particles of the surface that are above points (points, 2) in the plane.
+        """Return the labels of the particles of the surface that are above points in the plane.
 
         Newton's method from the point, with steps that are halved unless they reduce the distance.
+
+        Parameters
+        ----------
+        points : array_like
+            Points (points, 2), m.
+        time : float
+            Time, s.
+
+        Returns
+        -------
+        (points, 2) ndarray
+            Labels, m.
 
         Raises
         ------
@@ -420,19 +507,71 @@ class Sea:
         raise NumericalError(Problem("Sea.labels_at", fault, hint))
 
     def at(self, points: ArrayLike, time: float) -> Motion:
-        """Return the particles of the surface that are above points (points, 2) in the plane; see ``labels_at``."""
+        """Return the particles of the surface that are above points in the plane; see ``labels_at``.
+
+        Parameters
+        ----------
+        points : array_like
+            Points (points, 2), m.
+        time : float
+            Time, s.
+
+        Returns
+        -------
+        Motion
+            Of these particles.
+        """
         return self.motion(self.labels_at(points, time), time)
 
     def elevation(self, x: ArrayLike, y: ArrayLike, time: float) -> Array:
-        """Return the height of the surface in m above points of the plane, of the shape of x and y together."""
+        """Return the height of the surface above points of the plane.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Coordinates (...), m.
+        time : float
+            Time, s.
+
+        Returns
+        -------
+        (...) ndarray
+            In m, of the shape of x and y together.
+        """
         return self._above(x, y, time, "position")[..., 2]
 
     def velocity(self, x: ArrayLike, y: ArrayLike, time: float) -> Array:
-        """Return velocities (..., 3) in m/s of the water's surface above points of the plane."""
+        """Return velocities of the water's surface above points of the plane.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Coordinates (...), m.
+        time : float
+            Time, s.
+
+        Returns
+        -------
+        (..., 3) ndarray
+            In m/s, z upwards.
+        """
         return self._above(x, y, time, "velocity")
 
     def acceleration(self, x: ArrayLike, y: ArrayLike, time: float) -> Array:
-        """Return accelerations (..., 3) in m/s^2 of the water's surface above points of the plane."""
+        """Return accelerations of the water's surface above points of the plane.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Coordinates (...), m.
+        time : float
+            Time, s.
+
+        Returns
+        -------
+        (..., 3) ndarray
+            In m/s^2, z upwards.
+        """
         return self._above(x, y, time, "acceleration")
 
     def _above(self, x: ArrayLike, y: ArrayLike, time: float, quantity: str) -> Array:

@@ -111,14 +111,19 @@ class SteppedSea:
     Parameters
     ----------
     sea : Sea
-        First-order components of the sea, all on the grid's wave numbers.
-    lengths : (along x, along y), m
-        Lengths after which the sea repeats itself. Along y any length for waves along x, with one label.
-    counts : labels along x and y
-        More than four times the highest multiple of 2 pi/length among the components, so that no product of two is
-        taken for another wave number.
+        Sea whose first-order components are all on the grid's wave numbers.
+    lengths : tuple of float
+        Lengths along x and y after which the sea repeats itself, m. Along y any length for waves along x, with one
+        label.
+    counts : tuple of int
+        Labels along x and y. More than four times the highest multiple of 2 pi/length among the components, so that no
+        product of two is taken for another wave number.
     method : str
         A composition: ``suzuki4`` (4th order, five evaluations a step), ``omf4``, ``leapfrog`` and others.
+    first : str, optional
+        First part of a step, ``drift`` or ``kick``.
+    time : float, optional
+        Time of the start, s.
     ramp : Ramp
         Start from rest with a forcing that comes in; without one from the sums over pairs, if the sea is of order
         2.
@@ -162,8 +167,17 @@ class SteppedSea:
             self._phi, self._rate, self._x, self._y = self._of_pairs(self.time)
 
     def step(self, size: float, steps: int = 1) -> None:
-        """Step by ``size`` s, ``steps`` times; backwards with a negative size. Oscillators are rotated exactly, so
-        every step is stable."""
+        """Step the sea in time.
+
+        Oscillators are rotated exactly, so every step is stable.
+
+        Parameters
+        ----------
+        size : float
+            Size of a step, s; negative: backwards.
+        steps : int, optional
+            Number of steps.
+        """
         for part, fraction in self.composition.parts(steps):
             if part == "drift":
                 self._drift(fraction * size)
@@ -171,11 +185,23 @@ class SteppedSea:
                 self._kick(fraction * size)
 
     def potential(self) -> Array:
-        """Return Phi of second order at the labels, (counts), in m^2/s."""
+        """Return the velocity potential of second order at the labels.
+
+        Returns
+        -------
+        (counts) ndarray
+            In m^2/s.
+        """
         return self._labels(self._phi)
 
     def displacement(self) -> Array:
-        """Return displacements of second order at the labels, (counts, 3), in m."""
+        """Return displacements of second order at the labels.
+
+        Returns
+        -------
+        (counts, 3) ndarray
+            In m.
+        """
         given = self._products()
         up = (given[-1] - self._labels(self._rate) + self._sea.raised) / self._sea.restoring
         return np.stack((self._labels(self._x), self._labels(self._y), up), axis=-1)
