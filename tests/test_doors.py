@@ -802,7 +802,7 @@ def test_nothing_is_evaluated_or_unpickled() -> None:
 
 
 #: Private names that Python offers.
-_OFFERED = {"_replace", "_asdict", "_getframe"}
+_OFFERED = {"_replace", "_asdict", "_getframe", "_exit"}
 
 
 def _foreign(nodes: Sequence[ast.AST]) -> Iterator[str]:

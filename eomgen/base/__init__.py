@@ -5,6 +5,7 @@ __all__ = [
     "calls",
     "csv_tables",
     "data",
+    "drawing_process",
     "extensions",
     "figures",
     "files",

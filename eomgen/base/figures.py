@@ -12,6 +12,9 @@ from eomgen.errors import FileError, Problem, UsageError
 #: below axes.
 _GAP, _HEADING, _TITLE, _EXPONENT, _LABEL, _NUMBERS = 0.1, 0.3, 0.24, 0.2, 0.22, 0.26
 
+#: Level of PNG: 6, the default of matplotlib, takes 1.5 times as long, for files that are smaller by a twelfth.
+_COMPRESSION = 3
+
 
 def new_figure(size: tuple[float, float], *, placed: bool = False) -> Any:
     """Return an empty figure of a width and a height in inches.
@@ -118,7 +121,7 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str]) -> list[Any]:
 def saved(figure: Any, path: Path, hint: str = "another folder") -> Path:
     """Write a figure to a file and return the path of the file. Raises FileError, with a remedy."""
     try:
-        figure.savefig(path)
+        figure.savefig(path, pil_kwargs={"compress_level": _COMPRESSION} if path.suffix == ".png" else None)
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be written ({error.strerror or error})", hint)) from None
     return path

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +18,10 @@ from eomgen.cli.running import outcome_code, read_scene, run
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
+    from eomgen.base.drawing_process import DrawingProcess, Drawings
     from eomgen.pipeline.model import Model
     from eomgen.results.events import Events
+    from eomgen.results.section_loads import LoadedSolution
     from eomgen.results.solution import Solution
     from eomgen.simulation.timing import StepTimes
 
@@ -43,23 +47,26 @@ def simulate(
 
     Ctrl-C, and a run that fails, leave the partial result; the exit code is then 130 or 6.
     """
-    from eomgen.base.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
-    from eomgen.pipeline.front_end import file_kinds  # noqa: PLC0415
-    from eomgen.results.section_loads import largest_section_loads  # noqa: PLC0415  # likewise
+    from eomgen.base.drawing_process import drawing_process  # noqa: PLC0415
+    from eomgen.base.files import make_folder  # noqa: PLC0415  # imported when the arguments are fine
 
-    for kind in file_kinds():
-        code = kind.simulate(scene, folder, {**options, "timing": timing, "over": over}, plots, as_json)
-        if code is not None:
-            return code
-    described = read_scene(scene, options)
-    if over is not None and "." not in over:  # columns of the motion are known after the run
-        _check_output(over, [output.name for output in described.outputs])
-    target = make_folder(Path(folder))
-    model, solution = run(described, options, once=not timing)
-    times = _timed(model, solution, options["inputs"]) if timing and solution.success else None
-    beams = [nodes[0] for nodes in model.description.exact_beams]
-    files = _write(solution, target, plots, beams, times, over)
-    loads = largest_section_loads(solution) if beams else {}
+    with drawing_process(_drawings_of_stored) if plots else nullcontext() as copy:
+        from eomgen.pipeline.front_end import file_kinds  # noqa: PLC0415  # while the copy imports matplotlib
+
+        for kind in file_kinds():
+            code = kind.simulate(scene, folder, {**options, "timing": timing, "over": over}, plots, as_json)
+            if code is not None:
+                return code
+        described = read_scene(scene, options)
+        if over is not None and "." not in over:  # columns of the motion are known after the run
+            _check_output(over, [output.name for output in described.outputs])
+        target = make_folder(Path(folder))
+        model, solution = run(described, options, once=not timing)
+        times = _timed(model, solution, options["inputs"]) if timing and solution.success else None
+        beams = [nodes[0] for nodes in model.description.exact_beams]
+        drawings = {"folder": f"{target}", "beams": beams, "over": over} if plots else None
+        files = _written(solution, target, times, drawings, copy)
+    loads = _largest_loads(solution, beams)
     summary = _summary(solution, model, files) | ({"section_loads": loads} if loads else {})
     if times is not None:
         summary["timing"] = times.summary()
@@ -87,29 +94,66 @@ def _timed(model: Model, solution: Solution, inputs: dict[str, float]) -> StepTi
     return step_times(model, solution, inputs or None)
 
 
-def _write(
-    solution: Solution, folder: Path, plots: bool, beams: list[str], times: StepTimes | None, over: str | None
+def _largest_loads(solution: Solution, beams: list[str]) -> dict[str, dict[str, dict[str, float]]]:
+    from eomgen.results.section_loads import largest_section_loads  # noqa: PLC0415
+
+    return largest_section_loads(solution) if beams else {}
+
+
+def _written(
+    solution: Solution,
+    folder: Path,
+    times: StepTimes | None,
+    order: dict[str, Any] | None,
+    copy: DrawingProcess | None,
 ) -> list[Path]:
+    """Write a run in a folder, and return the files.
+
+    Parameters
+    ----------
+    order : of the figures; None for a run without figures
+    copy : of this process, which draws; if there is none, and if the copy fails, the figures are drawn here
+    """
     from eomgen.base.files import write_text  # noqa: PLC0415
 
-    files = [solution.save(folder / "solution.npz"), solution.save(folder / "solution.csv")]
+    files = [solution.save(folder / "solution.npz")]
+    if order is not None and copy is not None:
+        copy.order(order)
+    files += _tables(solution, folder, times)
+    names = None if copy is None else copy.files()
+    if names is not None:
+        files += [folder / name for name in names]
+    elif order is not None:
+        files += [file for drawing in _drawings(solution, order) for file in drawing()]
+    files.append(folder / "summary.json")
+    write_text(files[-1], json_text(_outcome(solution, files)) + "\n")
+    return files
+
+
+def _tables(solution: Solution, folder: Path, times: StepTimes | None) -> list[Path]:
+    """Write the tables of a run, and return the files."""
+    files = [solution.save(folder / "solution.csv")]
     if solution.events.counts:
         files.append(solution.events.write(folder / "events.csv", solution.metadata["names"]))
-    if times is not None:
-        files.append(times.write(folder / "step_times.csv"))
-    if plots:
-        from eomgen.results.plots import draw, draw_over  # noqa: PLC0415  # matplotlib comes with it
+    return files if times is None else [*files, times.write(folder / "step_times.csv")]
 
-        files += draw(solution, folder)
-        files += draw_over(solution, folder, over) if over is not None else []
-        if beams:
-            from eomgen.results.section_loads import draw_sections  # noqa: PLC0415
 
-            files += draw_sections(solution, beams, folder)
-    summary = folder / "summary.json"
-    files.append(summary)
-    write_text(summary, json_text(_outcome(solution, files)) + "\n")
-    return files
+def _drawings_of_stored() -> Drawings:
+    """Import the readers of solutions, and return the drawings of a run that is stored in a folder."""
+    from eomgen.results.solution import Solution  # noqa: PLC0415
+
+    return lambda order: _drawings(Solution.load(Path(order["folder"]) / "solution.npz"), order)
+
+
+def _drawings(solution: LoadedSolution, order: Mapping[str, Any]) -> list[Callable[[], list[Path]]]:
+    """Return calls that draw the files of a run: in a folder, over a column, and of beams."""
+    from eomgen.results.plots import draw_over, drawings  # noqa: PLC0415  # matplotlib comes with it
+    from eomgen.results.section_loads import draw_sections  # noqa: PLC0415
+
+    folder, over, beams = Path(order["folder"]), order["over"], order["beams"]
+    calls = drawings(solution, folder)
+    calls += [partial(draw_over, solution, folder, over)] if over is not None else []
+    return [*calls, partial(draw_sections, solution, beams, folder)] if beams else calls
 
 
 def _outcome(solution: Solution, files: list[Path]) -> dict[str, Any]:

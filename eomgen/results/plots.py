@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -91,24 +92,29 @@ def draw(solution: RecordedSolution, folder: Path) -> list[Path]:
     FileError
         A figure cannot be written.
     """
-    figures = {kind: curves for kind, curves in _by_kind(solution).items() if kind in _DRAWN}
-    title = str(solution.metadata.get("scene", ""))
-    files = []
-    for kind, curves in figures.items():
-        if not curves:
-            continue
-        if kind == "coordinates":
-            curves = _rotations(_nodes_as_displacements(curves))  # noqa: PLW2901 - the readable ones are drawn
-        elif kind == "velocities":
-            curves = [curve for part in _by_nodes(curves) for curve in part]  # noqa: PLW2901 - as of coordinates
-        elif kind == "states":
-            curves = _without_copies(curves)  # noqa: PLW2901 - copies would lie on the states
-        panels = _panels(curves)
-        hidden = sum(len(panel) for panel in panels[_PANELS:])
-        heading = f"{title}: {kind}" + (f" (the first {len(curves) - hidden} of {len(curves)})" if hidden else "")
-        figure = _figure(solution, panels[:_PANELS], None, heading + _marks(solution.events))
-        files.append(saved(figure, folder / f"{kind}.png", "another folder, or --no-plots"))
-    return files
+    return [file for drawing in drawings(solution, folder) for file in drawing()]
+
+
+def drawings(solution: RecordedSolution, folder: Path) -> list[Callable[[], list[Path]]]:
+    """Return the calls of ``draw``, each of which draws one file."""
+    kinds = {kind: curves for kind, curves in _by_kind(solution).items() if kind in _DRAWN and curves}
+    return [partial(_drawn, solution, folder, kind, curves) for kind, curves in kinds.items()]
+
+
+def _drawn(solution: RecordedSolution, folder: Path, kind: str, curves: list[PlottedCurve]) -> list[Path]:
+    """Draw the curves of a kind in the file of the kind."""
+    if kind == "coordinates":
+        curves = _rotations(_nodes_as_displacements(curves))
+    elif kind == "velocities":
+        curves = [curve for part in _by_nodes(curves) for curve in part]
+    elif kind == "states":
+        curves = _without_copies(curves)
+    panels = _panels(curves)
+    hidden = sum(len(panel) for panel in panels[_PANELS:])
+    heading = f"{solution.metadata.get('scene', '')}: {kind}"
+    heading += f" (the first {len(curves) - hidden} of {len(curves)})" if hidden else ""
+    figure = _figure(solution, panels[:_PANELS], None, heading + _marks(solution.events))
+    return [saved(figure, folder / f"{kind}.png", "another folder, or --no-plots")]
 
 
 def draw_over(solution: RecordedSolution, folder: Path, over: str) -> list[Path]:

@@ -1,0 +1,139 @@
+"""A copy of this process that imports matplotlib while a model runs, and draws the figures of the stored solution.
+
+Import and drawing of matplotlib take most of a short ``eomgen simulate``, on one core. The copy is made by fork before
+the run and waits for an order; then a second copy is made, and both take figures in turn.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from eomgen.base.figures import new_figure
+
+#: Draws files and returns their paths.
+Drawing = Callable[[], Sequence[Path]]
+#: Returns the drawings of an order.
+Drawings = Callable[[Mapping[str, Any]], Sequence[Drawing]]
+
+_COPIES = 2
+_DONE = b"done\n"
+
+
+class DrawingProcess:
+    """A copy of this process, for the parent.
+
+    Parameters
+    ----------
+    number : int
+        Of the process.
+    orders, answers : int
+        Descriptors of pipes: to the copy, from the copy.
+    """
+
+    def __init__(self, number: int, orders: int, answers: int) -> None:
+        self._number, self._orders, self._answers = number, orders, answers
+
+    def order(self, content: Mapping[str, Any]) -> None:
+        """Begin to draw.
+
+        Parameters
+        ----------
+        content : mapping
+            Of numbers, texts and lists; the drawings of the copy depend on the order.
+        """
+        with contextlib.suppress(BrokenPipeError):
+            os.write(self._orders, json.dumps(content).encode())
+        os.close(self._orders)
+        self._orders = -1
+
+    def files(self) -> list[str] | None:
+        """Return the names of the files that have been drawn; None if a figure has failed."""
+        answers = _whole(self._answers)
+        if answers.count(_DONE) != _COPIES:
+            return None
+        lines = [line.split("\t") for line in answers.replace(_DONE, b"").decode().splitlines()]
+        return [name for line in sorted(lines, key=lambda line: int(line[0])) for name in line[1:]]
+
+    def end(self) -> None:
+        """End the copy, with or without drawn figures."""
+        if self._orders >= 0:
+            os.close(self._orders)
+        os.close(self._answers)
+        os.kill(self._number, signal.SIGKILL)
+        os.waitpid(self._number, 0)
+
+
+@contextlib.contextmanager
+def drawing_process(prepared: Callable[[], Drawings]) -> Iterator[DrawingProcess | None]:
+    """Give a copy of this process that draws; None on one core, besides other threads, and on other systems than Linux.
+
+    Parameters
+    ----------
+    prepared : callable
+        Imports modules and returns the drawings of an order, the longest last; called in the copy.
+    """
+    if sys.platform != "linux" or len(os.sched_getaffinity(0)) < _COPIES or threading.active_count() > 1:
+        yield None
+        return
+    taken, orders = os.pipe()
+    answers, given = os.pipe()
+    number = _fork()
+    if not number:
+        os.close(orders)
+        os.close(answers)
+        _serve(prepared, taken, given)
+    os.close(taken)
+    os.close(given)
+    process = DrawingProcess(number, orders, answers)
+    try:
+        yield process
+    finally:
+        process.end()
+
+
+def _serve(prepared: Callable[[], Drawings], taken: int, given: int) -> NoReturn:
+    """Draw in the copy, which ends here, without flushing or closing the files of its parent."""
+    status = 1
+    try:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # the parent draws if the copy is interrupted
+        drawings = prepared()
+        new_figure((1.0, 1.0))
+        order = _whole(taken)
+        tasks = drawings(json.loads(order)) if order else ()
+        turns, numbers = os.pipe()
+        os.write(numbers, bytes(reversed(range(len(tasks)))))
+        os.close(numbers)
+        other = _fork() if tasks else 0
+        while turn := os.read(turns, 1):
+            names = [path.name for path in tasks[turn[0]]()]
+            os.write(given, ("\t".join([f"{turn[0]}", *names]) + "\n").encode())
+        os.write(given, _DONE)
+        if other:
+            os.waitpid(other, 0)
+        status = 0
+    finally:
+        os._exit(status)
+
+
+def _fork() -> int:
+    with warnings.catch_warnings():
+        # Python 3.12 warns of threads: OpenBLAS has threads, and starts new ones in a copy.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return os.fork()
+
+
+def _whole(descriptor: int) -> bytes:
+    """Return all bytes until the other side of a pipe is closed."""
+    parts = []
+    while part := os.read(descriptor, 65536):
+        parts.append(part)
+    return b"".join(parts)
