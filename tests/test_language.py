@@ -20,9 +20,8 @@ def test_a_package_outside_the_budget_may_have_none() -> None:
 
 def test_phrases_are_counted_in_docstrings_comments_and_messages(tmp_path: Path) -> None:
     file = tmp_path / "sample.py"
-    file.write_text(
-        '"""Return what is led.\n\nwhere : str\n    The place, not counted as a name.\n"""\n# those of the joint\nwhat = f"the joint, where {1} moves"\n# what?\n'
-    )
+    docstring = '"""Return what is led.\n\nwhere : str\n    The place, not counted as a name.\n"""\n'
+    file.write_text(docstring + '# those of the joint\nwhat = f"the joint, where {1} moves"\n# what?\n')
     counted = counts_of([file])
     expected = {"what": 1, "those of": 1, "where": 1, "Return what": 1, "name what": 1}
     assert {key: value for key, value in counted.items() if key != "words" and value} == expected
