@@ -108,7 +108,11 @@ def files_of_packages() -> dict[str, list[Path]]:
     packages["(pages)"] = [
         ROOT / "README.md",
         *sorted(file for file in (ROOT / "docs").glob("*.md") if file.stem not in ("errors", "modules")),
-        *sorted((ROOT / "docs" / "theory").glob("*.md")),
+        *(
+            page
+            for folder in ("scene", "python", "command_line", "theory")
+            for page in sorted((ROOT / "docs" / folder).glob("*.md"))
+        ),
     ]
     return packages
 

@@ -1,9 +1,9 @@
-"""The pages of the site: hand-written pages in their places, long ones in parts, with links and images that follow.
+"""The pages of the site: hand-written pages in their places, with links and images that follow.
 
-A page of the repository is Markdown whose links are paths of the repository. The site has another arrangement: a part
-of a split page, such as the section ``springs`` of ``docs/scene.md``, is a page of its own. So every link is resolved
-to the file and heading that it names, and written again for the place of this heading in the site. Links to files
-that the site does not have become the path of the file.
+A page of the repository is Markdown whose links are paths of the repository. The site has another arrangement. So every
+link is resolved to the file and heading that it names, and written again for the place of this heading in the site.
+Links to an anchor of a page in parts, as ``docs/scene.md#springs``, go to the part. Links to files that the site does
+not have become the path of the file.
 """
 
 from __future__ import annotations
@@ -68,10 +68,11 @@ class Part:
 
 @dataclass
 class Site:
-    """Pages by place, and the places of headings of the repository's pages."""
+    """Pages by place, the places of headings of the repository's pages, and anchors of pages in parts."""
 
     pages: dict[str, Page] = field(default_factory=dict)
     anchors: dict[tuple[str, str], str] = field(default_factory=dict)
+    moved: dict[tuple[str, str], tuple[str, str]] = field(default_factory=dict)
 
     def add(self, page: Page) -> None:
         """Add a page, and its headings as targets of links."""
@@ -99,43 +100,23 @@ def read(path: str) -> str:
     return (ROOT / path).read_text(encoding="utf-8")
 
 
-def split(path: str, folder: str, names: Mapping[str, str] | None = None) -> list[Page]:
-    """Return the sections of the second level of a page as pages of a folder.
+def parts_of(page: str) -> list[str]:
+    """Return the paths of the parts of a page, such as ``docs/scene.md``, in the order of its list."""
+    folder = Path(page).stem
+    names = re.findall(rf"\]\(({folder}/\w+\.md)\)", read(page))
+    return [f"docs/{name}" for name in dict.fromkeys(names)]
 
-    Parameters
-    ----------
-    path : str
-        Page of the repository.
-    folder : str
-        Place of the pages in the site; ``<folder>/index`` has the text above the first section.
-    names : mapping, optional
-        Last part of a page's place by heading; by default the anchor of the heading with underscores.
 
-    Returns
-    -------
-    list of Page
+def moved_anchors(page: str) -> dict[tuple[str, str], tuple[str, str]]:
+    """Return the file and the heading of a part by the page and by the anchor that the heading had on the page.
+
+    The list of a page in parts keeps the anchors: ``<a id="springs"></a>[springs](scene/springs.md)``.
     """
-    text = read(path)
-    hidden = _FENCED.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
-    starts = [match.start() for match in re.finditer(r"^## ", hidden, re.MULTILINE)]
-    pages = [Page(f"{folder}/index", text[: starts[0]], path)]
-    for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
-        heading = text[start + 3 : text.index("\n", start)]
-        name = (names or {}).get(heading, anchor(heading).replace("-", "_"))
-        pages.append(Page(f"{folder}/{name}", raised(text[start:end]), path))
-    return pages
-
-
-def raised(text: str) -> str:
-    """Return a section as a page: its headings one level higher."""
-    kept: list[str] = []
-
-    def hide(match: re.Match[str]) -> str:
-        kept.append(match[0])
-        return f"\0{len(kept) - 1}\0"
-
-    hidden = re.sub(r"^#(#+ )", r"\1", _FENCED.sub(hide, text), flags=re.MULTILINE)
-    return re.sub("\0(\\d+)\0", lambda match: kept[int(match[1])], hidden)
+    found: dict[tuple[str, str], tuple[str, str]] = {}
+    for name, target in re.findall(r'<a id="([^"]+)"></a>\[[^\]]*\]\(([^)\s]+)\)', read(page)):
+        file, _, heading = target.partition("#")
+        found[page, name] = (os.path.normpath(Path(page).parent / file), heading)
+    return found
 
 
 def relinked(page: Page, site: Site, copied: Callable[[str], str]) -> str:
@@ -168,6 +149,7 @@ def relinked(page: Page, site: Site, copied: Callable[[str], str]) -> str:
             return f"{image}[{shown}]({os.path.relpath(copied(path), here)})"
         if (ROOT / path).is_dir() and (f"{path}/README.md", "") in site.anchors:
             path = f"{path}/README.md"
+        path, heading = site.moved.get((path, heading), (path, heading))
         if (path, "") in site.anchors:
             place = site.anchors.get((path, heading))
             if place is None:
@@ -214,6 +196,12 @@ def contents(part: Part) -> str:
     return text
 
 
+#: Pages in parts, and the folders of their parts in the site.
+IN_PARTS = {
+    "docs/scene.md": "reference/scene",
+    "docs/python.md": "guide",
+    "docs/command_line.md": "reference/command_line/guide",
+}
 #: Pages about one subject each, by their place among the guides.
 GUIDES = (
     "choosing", "urdf_robots", "statics", "identification", "ensembles", "clusters", "random_vibration", "waves",
@@ -251,8 +239,9 @@ HOW_TO = {
 def hand_written() -> Iterator[Page]:
     """Yield the pages of the repository in their places."""
     yield Page("index", read("docs/index.md"), "docs/index.md")
-    yield from split("docs/scene.md", "reference/scene")
-    yield from split("docs/python.md", "guide")
+    for page, folder in IN_PARTS.items():
+        yield Page(f"{folder}/index", read(page), page)
+        yield from (Page(f"{folder}/{Path(part).stem}", read(part), part) for part in parts_of(page))
     for folder, names in (
         ("guide", GUIDES),
         ("evidence", EVIDENCE),
@@ -260,7 +249,6 @@ def hand_written() -> Iterator[Page]:
         ("reference", ("glossary",)),
     ):
         yield from (Page(f"{folder}/{name}", read(f"docs/{name}.md"), f"docs/{name}.md") for name in names)
-    yield Page("reference/command_line/guide", read("docs/command_line.md"), "docs/command_line.md")
     for folder in ("theory", "tutorials", "how_to"):
         for path in sorted((ROOT / "docs" / folder).glob("*.md")):
             yield Page(f"{folder}/{path.stem}", read(f"docs/{folder}/{path.name}"), f"docs/{folder}/{path.name}")
@@ -308,6 +296,12 @@ def parts(site: Site) -> list[Part]:
         ("gallery/contents", "Gallery", "All examples, and the cost of accuracy on each.", under("gallery", "index")),
         ("project/index", "Project", "Versions, and the inside of the package.", under("project", *PROJECT)),
         (
+            "reference/command_line/guide/contents",
+            "Guide to the command line",
+            "Options, files and exit codes.",
+            ("reference/command_line/guide/index", *under("reference/command_line/guide")),
+        ),
+        (
             "reference/scene/contents",
             "Scene files",
             "A page for each section of a scene file, and pages on all sections.",
@@ -319,7 +313,7 @@ def parts(site: Site) -> list[Part]:
 
 def site_pages(generated: Iterable[Page]) -> Site:
     """Return the pages of the site, with the given generated ones."""
-    site = Site()
+    site = Site(moved={key: place for page in IN_PARTS for key, place in moved_anchors(page).items()})
     for page in (*hand_written(), *generated):
         site.add(page)
     made = parts(site)

@@ -210,9 +210,9 @@ def command_pages() -> Iterator[Page]:
 
     folder = "reference/command_line"
     rows = [f"| [{name}]({name}.md) | {verb.summary} |" for name, verb in VERBS.items()]
-    names = "\n".join(("guide", *VERBS))
+    names = "\n".join(("guide/contents", *VERBS))
     text = "\n".join(["# Command line", "", "| verb | does |", "|---|---|", *rows, ""])
-    text += "\nOptions, files and exit codes are described in the [guide](guide.md).\n"
+    text += "\nOptions, files and exit codes are described in the [guide](guide/contents.md).\n"
     text += f"\n```{{toctree}}\n:hidden:\n\n{names}\n```\n"
     yield Page(f"{folder}/index", text)
     for name, verb in VERBS.items():

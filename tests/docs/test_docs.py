@@ -22,6 +22,8 @@ from eomgen.scene.document.reference import schema
 from eomgen.scene.document.schema import SECTIONS
 from eomgen.scene.formula.scope import ENERGIES
 from eomgen.scene.load import from_data, load_toml
+from tests.docs.parts import PAGES as IN_PARTS
+from tests.docs.parts import parts, sections, whole
 from tests.models.cache import shared_cache
 from tests.test_doors import DOORS
 
@@ -31,7 +33,9 @@ ROOT = Path(__file__).parents[2]
 PAGES = {
     path.name: path.read_text(encoding="utf-8") for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 } | {
-    f"theory/{path.name}": path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "theory").glob("*.md"))
+    f"{folder}/{path.name}": path.read_text(encoding="utf-8")
+    for folder in ("theory", *IN_PARTS)
+    for path in sorted((ROOT / "docs" / folder).glob("*.md"))
 }
 #: The page of the architecture and the pages of the theory name files of the package.
 INSIDE = "\n".join(text for page, text in PAGES.items() if page == "architecture.md" or page.startswith("theory/"))
@@ -70,13 +74,7 @@ FILES = [
 SCENES = [block for block in blocks("toml") if block.page not in ("hamiltonian.md", "fields.md")]
 WHOLE = [block for block in SCENES if "format" in tomllib.loads(block.text) and block not in FILES]
 PIECES = [block for block in SCENES if "format" not in tomllib.loads(block.text)]
-EXAMPLE = next(block.text for block in WHOLE if block.page == "scene.md")
-
-
-def sections(page: str) -> dict[str, str]:
-    """Return the text under each heading of the second level."""
-    parts = re.split(r"^## (.+)$", PAGES[page], flags=re.MULTILINE)
-    return dict(zip(parts[1::2], parts[2::2], strict=True))
+EXAMPLE = next(block.text for block in WHOLE if block.page == "scene/an_example.md")
 
 
 def in_backticks(text: str) -> set[str]:
@@ -84,9 +82,9 @@ def in_backticks(text: str) -> set[str]:
 
 
 def test_there_is_something_to_test() -> None:
-    assert {block.page for block in WHOLE} == {"README.md", "scene.md", "statics.md"}
+    assert {block.page.partition("/")[0] for block in WHOLE} == {"README.md", "scene", "statics.md"}
     assert len(PIECES) >= 20
-    assert {block.page for block in blocks("python")} == {
+    assert {block.page.partition("/")[0] for block in blocks("python")} == {
         "README.md",
         "ensembles.md",
         "extending.md",
@@ -95,9 +93,9 @@ def test_there_is_something_to_test() -> None:
         "hamiltonian.md",
         "identification.md",
         "optimisers.md",
-        "python.md",
+        "python",
         "random_vibration.md",
-        "scene.md",
+        "scene",
         "urdf_robots.md",
         "waves.md",
     }
@@ -127,17 +125,18 @@ def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: 
 
 @pytest.mark.slow
 @pytest.mark.long_cases("urdf_robots.md")
-@pytest.mark.parametrize("page", ["README.md", "python.md", "urdf_robots.md"])
+@pytest.mark.parametrize("page", ["README.md", "python", "urdf_robots.md"])
 def test_python_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("arm.toml").write_text(EXAMPLE, encoding="utf-8")
     Path("pendulum.toml").write_text(next(block.text for block in WHOLE if block.page == "README.md"), encoding="utf-8")
-    for block in blocks("xml", {page: PAGES[page]}):
+    text = {page: whole(page) if page in IN_PARTS else PAGES[page]}  # blocks of all parts are one script
+    for block in blocks("xml", text):
         Path("robot.urdf").write_text(block.text, encoding="utf-8")
-    lines = [""] * PAGES[page].count("\n")
-    for block in blocks("python", {page: PAGES[page]}):
+    lines = [""] * text[page].count("\n")
+    for block in blocks("python", text):
         lines[block.line - 1 : block.line - 1 + block.text.count("\n")] = block.text.splitlines()
     script = Path(f"{page}.py")
     script.write_text("\n".join(lines), encoding="utf-8")  # on the page's own lines, so that a traceback points there
@@ -148,7 +147,7 @@ def test_python_runs(
 
 
 def test_python_page_prints_what_it_promises(tmp_path: Path) -> None:
-    (tmp_path / "robot.urdf").write_text(blocks("xml", {"python.md": PAGES["python.md"]})[0].text, encoding="utf-8")
+    (tmp_path / "robot.urdf").write_text(blocks("xml", {"python": whole("python")})[0].text, encoding="utf-8")
     notes = eomgen.load(tmp_path / "robot.urdf").notes
     assert any("limits of position" in note for note in notes) and any("ground" in note for note in notes)
     with pytest.raises(eomgen.DescriptionError, match="limits of position, velocity and effort"):
@@ -184,18 +183,20 @@ def words_of(node: Any, definitions: dict[str, Any]) -> set[str]:
 
 
 def test_every_key_of_the_schema_is_on_the_page() -> None:
-    description, texts = schema(), sections("scene.md")
+    description, texts = schema(), sections("scene")
+    by_file = dict(zip((file.stem for file in parts("scene")), texts.values(), strict=True))
     top = in_backticks(texts["Top level"])
     for key, node in description["properties"].items():
         text = texts[key] if key in texts else texts["Top level"]
-        text += "".join(texts.get(link, "") for link in sorted(set(re.findall(r"\]\(#(\w+)\)", text)) - {key}))
+        linked = set(re.findall(r"\]\(([a-z]+|exact_beams)\.md", text)) - {key}
+        text += "".join(by_file.get(link, "") for link in sorted(linked))
         assert key in texts or key in top, f"{key} has no place on the page"
         missing = words_of(node, description["$defs"]) - in_backticks(text) - set("BCDEFG")
-        assert not missing, f"docs/scene.md, section {key}: {sorted(missing)} not described"
+        assert not missing, f"docs/scene/{key}.md: {sorted(missing)} not described"
 
 
 def test_every_term_function_method_and_energy_is_on_the_page() -> None:
-    texts = sections("scene.md")
+    texts = sections("scene")
     formulas = texts["Values and formulas"]
     assert FUNCTIONS.keys() <= {word.partition("(")[0] for word in in_backticks(formulas)}
     assert set(method_names()) <= in_backticks(texts["simulation"])
@@ -234,7 +235,7 @@ def command_lines() -> list[tuple[str, str]]:
 
 def test_command_lines_on_the_pages_exist() -> None:
     lines = command_lines()
-    assert {page for page, _ in lines} >= {"README.md", "command_line.md"} and len(lines) >= 8
+    assert {page for page, _ in lines} >= {"README.md", "command_line/verbs.md"} and len(lines) >= 8
     for page, line in lines:
         verb, *words = line.split()
         assert verb in VERBS, f"{page}: there is no verb {verb}"
@@ -243,13 +244,13 @@ def test_command_lines_on_the_pages_exist() -> None:
 
 
 def test_every_verb_option_and_exit_code_is_on_its_page() -> None:
-    words = {word.split()[0] for word in in_backticks(PAGES["command_line.md"])}
+    words = {word.split()[0] for word in in_backticks(whole("command_line"))}
     assert set(VERBS) <= words
     top = {name for parameter in commands.params for name in parameter.opts}
     for verb in VERBS:
         missing = (options(verb) | top) - words
-        assert not missing, f"docs/command_line.md: {sorted(missing)} of {verb} not described"
-    codes = set(re.findall(r"^\| (\d+) \|", sections("command_line.md")["Exit codes"], re.MULTILINE))
+        assert not missing, f"docs/command_line/options.md: {sorted(missing)} of {verb} not described"
+    codes = set(re.findall(r"^\| (\d+) \|", sections("command_line")["Exit codes"], re.MULTILINE))
     assert codes == {str(error.exit_code) for error in errors()} | {"0", "1", str(INTERRUPTED)}
 
 
@@ -260,7 +261,7 @@ def errors() -> list[type[eomgen.EomgenError]]:
 
 
 def test_every_public_name_is_on_the_python_page() -> None:
-    page = PAGES["python.md"]
+    page = whole("python")
     assert [name for name in eomgen.__all__ if not name.startswith("_") and not re.search(rf"\b{name}\b", page)] == []
     for error in errors():
         assert f"| `{error.__name__}` | {error.exit_code} |" in page
@@ -359,7 +360,6 @@ def test_links_lead_somewhere(page: str) -> None:
         path = source.parent / file if file else source
         assert path.exists(), f"{page}: {target} is not there"
         if anchor:
-            headings = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
-            assert anchor in {heading.lower().replace(" ", "-") for heading in headings}, (
-                f"{page}: no heading for {target}"
-            )
+            text = path.read_text(encoding="utf-8")
+            headings = {heading.lower().replace(" ", "-") for heading in re.findall(r"^#+ (.+)$", text, re.MULTILINE)}
+            assert anchor in headings | set(re.findall(r'<a id="([^"]+)">', text)), f"{page}: no heading for {target}"

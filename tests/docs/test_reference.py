@@ -1,4 +1,4 @@
-"""The tables of ``docs/scene.md`` are those of the schema, and every key says what it means."""
+"""The tables of the pages in ``docs/scene`` are those of the schema, and every key says what it means."""
 
 from __future__ import annotations
 
@@ -14,20 +14,19 @@ from eomgen.scene.document.schema import SECTIONS, Document
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, every_unit, key, meaning_of
 from eomgen.scene.reading.kinds import Triple, Value
+from tests.docs.parts import DOCS, whole
 
-PAGE = Path(__file__).parents[2] / "docs" / "scene.md"
 
-
-def test_the_tables_on_the_page_are_those_of_the_schema() -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    assert renewed(text) == text, f"docs/scene.md is not what the schema says; run: {COMMAND}"
+def test_the_tables_on_the_pages_are_those_of_the_schema() -> None:
+    text = whole("scene")
+    assert renewed(text) == text, f"docs/scene is not what the schema says; run: {COMMAND}"
 
 
 def test_every_table_of_the_schema_is_on_the_page_once() -> None:
-    on_page, known = described(PAGE.read_text(encoding="utf-8")), list(tables())
+    on_page, known = described(whole("scene")), list(tables())
     missing = sorted(set(known) - set(on_page))
     assert not missing, (
-        f"docs/scene.md: <!-- keys of {' -->, <!-- keys of '.join(missing)} --> and <!-- end --> are not there"
+        f"docs/scene: <!-- keys of {' -->, <!-- keys of '.join(missing)} --> and <!-- end --> are not there"
     )
     assert sorted(on_page) == sorted(known)
 
@@ -69,12 +68,13 @@ def test_a_table() -> None:
 
 @pytest.mark.slow
 def test_the_command_renews_a_page(tmp_path: Path) -> None:
-    page = tmp_path / "scene.md"
-    shutil.copy(PAGE, page)
+    shutil.copy(DOCS / "scene.md", tmp_path)
+    shutil.copytree(DOCS / "scene", tmp_path / "scene")
+    page = tmp_path / "scene" / "joints.md"
     text = page.read_text(encoding="utf-8")
     page.write_text(text.replace("| how the child moves against the parent |", "| older words |"), encoding="utf-8")
     assert page.read_text(encoding="utf-8") != text
-    command = [sys.executable, *COMMAND.split()[1:-1], str(page)]
+    command = [sys.executable, *COMMAND.split()[1:-1], str(tmp_path / "scene.md")]
     subprocess.run(command, check=True, timeout=60)
     assert page.read_text(encoding="utf-8") == text
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -10,7 +11,21 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from docs.site.pages import HOW_TO, Page, Site, anchor, relinked, site_pages, split, write
+from docs.site.pages import (
+    HOW_TO,
+    IN_PARTS,
+    ROOT,
+    Page,
+    Site,
+    anchor,
+    headings,
+    moved_anchors,
+    parts_of,
+    read,
+    relinked,
+    site_pages,
+    write,
+)
 from docs.site.reference import INTERNAL, MODULES, RESULTS, members, public_objects, reference_pages
 from eomgen.cli import VERBS
 from eomgen.integrators.families.register import method_names
@@ -80,16 +95,54 @@ def test_all_links_lead_to_pages_and_files(tmp_path: Path) -> None:
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.md")} == before
 
 
-def test_links_follow_headings_to_their_new_pages() -> None:
-    small = Site()
-    for page in split("docs/scene.md", "scene"):
+def test_links_to_anchors_of_pages_in_parts_lead_to_the_parts() -> None:
+    small = Site(moved=moved_anchors("docs/scene.md"))
+    for page in (
+        Page("scene/index", read("docs/scene.md"), "docs/scene.md"),
+        *(Page(f"scene/{Path(part).stem}", read(part), part) for part in parts_of("docs/scene.md")),
+    ):
         small.add(page)
-    text = "[one](docs/scene.md#springs), `[no](link)`, [`file.c`](file.c), [it](file.c)"
+    text = "[one](docs/scene.md#springs), `[no](link)`, [`file.c`](file.c), [it](file.c), [two](docs/scene.md#jumps)"
     made = relinked(Page("a/b", text, "page.md"), small, str)
-    assert made == "[one](../scene/springs.md), `[no](link)`, `file.c`, it (`file.c`)"
+    expected = "[one](../scene/springs.md), `[no](link)`, `file.c`, it (`file.c`), [two](../scene/inputs.md#jumps)"
+    assert made == expected
     with pytest.raises(ValueError, match=r"page\.md: docs/scene\.md has no heading time-laws"):
         relinked(Page("a/b", "[two](docs/scene.md#time-laws)", "page.md"), small, str)
     assert anchor("Steps by a tolerance: `rk45`") == "steps-by-a-tolerance-rk45"
+
+
+def test_pages_in_parts_keep_an_anchor_for_each_heading_and_list_each_part() -> None:
+    for page in IN_PARTS:
+        folder = ROOT / page.removesuffix(".md")
+        assert {f"{page.removesuffix('.md')}/{file.name}" for file in folder.glob("*.md")} == set(parts_of(page))
+        for part in parts_of(page):
+            first, *others = headings(read(part))
+            assert read(page).count(f'<a id="{anchor(first)}"></a>[{first}]') == 1
+            targets = {place for place in moved_anchors(page).values() if place[0] == part}
+            assert targets == {(part, ""), *((part, anchor(heading)) for heading in others)}
+
+
+#: Words that a page may have without blocks of code and generated tables, and longer pages with the reason.
+MOST_WORDS = 3000
+LONGER = {
+    "docs/glossary.md": "one table, in which terms are looked up",
+    "docs/modules.md": "made from docstrings of modules",
+    "docs/architecture.md": "shrinks to a guide for contributors: issue 41",
+}
+
+
+def words(text: str) -> int:
+    """Return the number of words of a page without its blocks of code and the tables made from the schema."""
+    text = re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"<!-- (?:keys of \w+|units) -->.*?<!-- end -->", "", text, flags=re.DOTALL)
+    return len(re.findall(r"[A-Za-z']+", text))
+
+
+def test_no_page_is_too_long() -> None:
+    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").glob("*/README.md")]
+    counted = {str(page.relative_to(ROOT)): words(page.read_text(encoding="utf-8")) for page in pages}
+    assert {page: count for page, count in counted.items() if count > MOST_WORDS and page not in LONGER} == {}
+    assert words("one two\n```toml\nthree\n```\n<!-- keys of Joint -->\n| four |\n<!-- end -->\nfive's") == 3
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.formula.definitions import MOST_LEVELS, MOST_OPERATIONS
 from eomgen.scene.load import load_toml
+from tests.docs.parts import whole
 from tests.models.cache import shared_cache
 from tests.oracles.evaluation import tape_evaluator
 
@@ -188,7 +189,7 @@ def test_a_magic_formula_of_definitions_has_the_slip_of_each_tyre(rng: np.random
 
 def test_the_tyre_of_the_docs_has_slips_and_forces_of_the_magic_formula() -> None:
     """Along a run that brakes the wheel into sliding: forces against the formula by hand, and the axle's moment."""
-    page = (Path(__file__).parents[2] / "docs" / "scene.md").read_text(encoding="utf-8")
+    page = whole("scene")
     start = page.index('format = 1\nname = "wheel"')
     text = page[start : page.index("```", start)]
     braked = text + '[efforts.brake]\njoint = "spin"\neffort = "-9000 * t"\n'

@@ -10,6 +10,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.scene.load import load, load_toml
+from tests.docs.parts import whole
 
 HEAD = 'format = 1\nname = "chain"\n'
 CHAIN = """
@@ -78,7 +79,7 @@ where = "i < j and j < i + 3"
 
 
 def test_the_net_of_the_page_has_its_knots_and_springs() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "scene.md").read_text(encoding="utf-8")
+    page = whole("scene")
     (text,) = re.findall(r"```toml\n(\[repeat\.knots\].*?)```", page, re.DOTALL)
     scene = load_toml(HEAD + 'coordinates = "absolute"\n' + text)
     assert [body.name for body in scene.bodies] == [f"knot_{i}_{j}" for i in range(3) for j in range(3)]

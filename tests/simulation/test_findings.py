@@ -26,6 +26,7 @@ from eomgen.simulation.judgement.instability import Growth
 from eomgen.simulation.judgement.invariants import Drift, EnergyBalance, Violation
 from eomgen.simulation.judgement.register import BY_NAME, CHECKS, Verdict, message_of
 from eomgen.simulation.judgement.start_checks import FastestDecay
+from tests.docs.parts import whole
 from tests.models.scenes import pendulum
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -197,7 +198,7 @@ def test_every_check_is_named_documented_and_worded(check: Check, monkeypatch: p
     earlier = [row.name for row in CHECKS[: CHECKS.index(check)]]
     assert {*check.unless, *check.after} <= {*earlier, ANY_FAILURE}
     assert set(check.needs) <= FACTS.keys()
-    documented = (DOCS / "python.md").read_text()
+    documented = whole("python")
     assert f"| `{check.name}` | {check.severity}" in documented
     run = finished(monkeypatch, *WITNESSES[check.name])
     monkeypatch.setattr(FinishedRun, "has", lambda self, facts: True)

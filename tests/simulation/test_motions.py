@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from tests.docs.parts import whole
 
 START = {"x": {"position": 0.2, "velocity": 0.3}, "swing": {"position": 0.3, "velocity": 0.0}}
 LAW = "0.2 + 0.1 * sin(3 * t)"
@@ -126,7 +127,7 @@ int main(void)
 
 
 def test_the_page_shows_how_c_moves_a_motion(tmp_path: Path) -> None:
-    page = (Path(__file__).parents[2] / "docs" / "python.md").read_text()
+    page = whole("python")
     (snippet,) = (block for block in re.findall(r"```c\n(.*?)```", page, re.DOTALL) if "followed_parameters" in block)
     builder = eomgen.SceneBuilder("followed", gravity=[0, 0, 0]).body("cart", 2.0)
     builder.input("lift", motion=True, unit="m").joint("x", "prismatic", "base", "cart", axis=[1, 0, 0], drive="lift")

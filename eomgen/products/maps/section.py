@@ -72,7 +72,7 @@ class Map(Table):
     value_unit: Unit = key("unit that the list `values` is in, to be brought to SI", "")
     interpolation: Literal["quintic", "linear"] = key("between nodes", "quintic", kind="`quintic` or `linear`")
     outside: Literal["error", "hold", "periodic"] = key(
-        "beyond the grid, along both axes, as of [curves](#curves)", "error", kind="`error`, `hold` or `periodic`"
+        "beyond the grid, along both axes, as of [curves](curves.md)", "error", kind="`error`, `hold` or `periodic`"
     )
     unit: Unit = key("label of the value", "")
     description: Description = key("for tables", "")

@@ -329,7 +329,7 @@ class Beam(Table):
         shown_default="zeros",
     )
     group: Literal["SE3", "R3xSO3"] | None = optional(
-        "`cosserat`: of its nodes, for [absolute coordinates](#absolute-coordinates) only", shown_default="`SE3`"
+        "`cosserat`: of its nodes, for [absolute coordinates](absolute_coordinates.md) only", shown_default="`SE3`"
     )
 
 

@@ -19,7 +19,7 @@ class Base(Table):
     )
     acceleration: Triple | None = optional(
         "of the origin, in world axes; its second integral from rest at t = 0 is added to `position`, see"
-        " [below](#measured-accelerations)",
+        " [below](base.md#measured-accelerations)",
         unit="m/s^2",
         names=TIME,
         shown_default="none",
@@ -48,10 +48,10 @@ class Body(Table):
         shown_default="zero, a point mass",
     )
     given_in: str | None = given_in(
-        "frame in which centre of mass and inertia are given, at the [design position](#design-position)"
+        "frame in which centre of mass and inertia are given, at the [design position](conventions.md#design-position)"
     )
     group: Literal["SE3", "R3xSO3"] | None = optional(
-        "for [absolute coordinates](#absolute-coordinates) only", shown_default="`SE3`"
+        "for [absolute coordinates](absolute_coordinates.md) only", shown_default="`SE3`"
     )
 
 
@@ -65,7 +65,7 @@ class BodyFrame(Table):
     )
     orientation: Matrix | None = optional("the same as a matrix, its axes to the body's; either this or `rotation`")
     given_in: str | None = given_in(
-        "frame in which position and axes are given, at the [design position](#design-position)"
+        "frame in which position and axes are given, at the [design position](conventions.md#design-position)"
     )
 
 
@@ -74,4 +74,6 @@ class Point(Table):
 
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
     position: Triple = key("in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
-    given_in: str | None = given_in("frame in which the position is given, at the [design position](#design-position)")
+    given_in: str | None = given_in(
+        "frame in which the position is given, at the [design position](conventions.md#design-position)"
+    )

@@ -75,7 +75,7 @@ class DrawnShape(Table):
         shown_default="`[0, 0, 1]`, of a wheel `[0, 1, 0]`",
     )
     given_in: str | None = given_in(
-        "frame in which position and axes are given, at the [design position](#design-position)"
+        "frame in which position and axes are given, at the [design position](conventions.md#design-position)"
     )
     first: str | None = optional(
         "of a cylinder or a capsule: one end of its axis, at the design position, in place of position, axes and"

@@ -1,8 +1,8 @@
-"""Documents made from the schema: the tables of ``docs/scene.md``, renewed by ``python -m
+"""Documents made from the schema: the tables of the pages in ``docs/scene``, renewed by ``python -m
 eomgen.scene.document.reference docs/scene.md``, and the JSON Schema of scene files, for editors.
 
 A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of the schema; the table of
-units stands between ``<!-- units -->`` and ``<!-- end -->``. All else on the page is written by hand.
+units stands between ``<!-- units -->`` and ``<!-- end -->``. All else on the pages is written by hand.
 """
 
 from __future__ import annotations
@@ -163,13 +163,14 @@ def _default(field: FieldInfo) -> str:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Renew the pages that are given."""
+    """Renew the given pages with their parts, the pages in the folder of the same name."""
     if not arguments:
         sys.stderr.write(f"usage: {COMMAND}\n")
         return 2
-    for path in map(Path, arguments):
-        text = path.read_text(encoding="utf-8")
-        path.write_text(renewed(text), encoding="utf-8")
+    for page in map(Path, arguments):
+        for path in (page, *sorted(page.with_suffix("").glob("*.md"))):
+            text = path.read_text(encoding="utf-8")
+            path.write_text(renewed(text), encoding="utf-8")
     return 0
 
 

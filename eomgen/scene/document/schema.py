@@ -194,12 +194,12 @@ class Document(_Sections, Table, BaseModel):  # the linter knows the children of
     name: str = key("name of the scene and prefix of its C functions", kind="name")
     description: Description = key("one line for tables and plots", "")
     gravity: Triple = key("in world axes", GRAVITY, unit="m/s^2", names=PARAMETERS)
-    coordinates: Literal["joint", "absolute"] = key("see [absolute coordinates](#absolute-coordinates)", "joint")
+    coordinates: Literal["joint", "absolute"] = key("see [absolute coordinates](absolute_coordinates.md)", "joint")
     terms: Annotated[tuple[Literal[tuple(TERMS)], ...], Field(strict=False)] = key(  # type: ignore[valid-type]
-        "functions wanted; empty means all that the scene can use, see [terms](#terms)", (), kind="list of names"
+        "functions wanted; empty means all that the scene can use, see [terms](terms.md)", (), kind="list of names"
     )
     task_frames: Annotated[tuple[str, ...], Field(strict=False)] = key(
-        "bodies and [frames](#frames) whose Jacobians and the like the terms of frames give; empty means all",
+        "bodies and [frames](frames.md) whose Jacobians and the like the terms of frames give; empty means all",
         (),
         kind="list of names",
     )

@@ -18,7 +18,7 @@ class Event(Table):
 
     when: Value = key("the event is at the roots of this formula", unit=ANY_UNIT, names=EVERYTHING)
     direction: Literal["rising", "falling", "both"] = key("how the formula passes zero", "both")
-    action: Literal["record", "count", "stop", "reset", "impact", "switch"] = key("see [events](#events)", "record")
+    action: Literal["record", "count", "stop", "reset", "impact", "switch"] = key("see [events](events.md)", "record")
     reset: dict[str, Value] | None = optional(
         'of `reset`: new values of `"q.joint"`, `"v.joint"` or a state, from values before the event',
         unit=ANY_UNIT,

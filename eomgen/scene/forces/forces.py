@@ -37,7 +37,7 @@ class ForceEntry(Table):
     torque: Triple = key("couple, added to the moment of the force", _ZEROS, unit="N m", names=LOCAL_LOAD)
     axes: Literal["world", "body"] = key("axes of force and torque", "world")
     given_in: str | None = given_in(
-        "frame in which the point, not the force, is given, at the [design position](#design-position)"
+        "frame in which the point, not the force, is given, at the [design position](conventions.md#design-position)"
     )
 
 

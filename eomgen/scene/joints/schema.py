@@ -42,7 +42,7 @@ class Frame(Table):
     axis: Triple | None = of_fixed_parameters("the frame's z axis, in the body's axes")
     x_axis: Triple | None = of_fixed_parameters("the frame's x axis is the part of it across `axis`")
     given_in: str | None = given_in(
-        "frame in which position and axes are given, at the [design position](#design-position)"
+        "frame in which position and axes are given, at the [design position](conventions.md#design-position)"
     )
 
     @model_validator(mode="before")
@@ -130,7 +130,7 @@ class Joint(Table):
     orientation: Matrix | None = optional("the same as a matrix, child axes to parent axes; either this or `rotation`")
     given_in: str | None = given_in(
         "frame in which position and rotation are given, in place of the parent's, at the [design position]"
-        "(#design-position)"
+        "(conventions.md#design-position)"
     )
     axis: Triple | None = of_fixed_parameters(
         "in the child's axes; any length; the normal of a planar joint, the first axis of a universal one",
@@ -173,7 +173,7 @@ class Joint(Table):
     )
     smooth: Value | None = of_fixed_parameters(
         "duration of the transition after a jump or a kink of a drive, see [motion laws that jump]"
-        "(#motion-laws-that-jump)",
+        "(joints.md#motion-laws-that-jump)",
         unit="s",
         shown_default="jumps are refused",
     )
@@ -223,10 +223,10 @@ class Constraint(Table):
         "of `distance`, between the origins; a formula of time prescribes it",
         unit="m",
         names=TIME,
-        shown_default="their distance at the [design position](#design-position), with a note",
+        shown_default="their distance at the [design position](conventions.md#design-position), with a note",
     )
     smooth: Value | None = of_fixed_parameters(
-        "of a drive, or of a length over time, as of [joints](#motion-laws-that-jump)",
+        "of a drive, or of a length over time, as of [joints](joints.md#motion-laws-that-jump)",
         unit="s",
         shown_default="jumps are refused",
     )

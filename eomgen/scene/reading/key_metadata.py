@@ -1,6 +1,6 @@
 """Metadata of scene keys, one place for each: unit, scope of formulas, reference, and description.
 
-The check of unit strings, the JSON Schema, the prefixes of included files and the tables of ``docs/scene.md`` all read
+The check of unit strings, the JSON Schema, the prefixes of included files and the tables of ``docs/scene/`` all read
 this.
 """
 

@@ -158,7 +158,7 @@ class Input(Shape):
     wave: Wave | None = optional("a periodic signal")
     road: Road | None = optional("a road at a speed")
     motion: bool | None = optional(
-        "it has rate and acceleration, which its caller gives with it, see [motions](#motions-from-outside)",
+        "it has rate and acceleration, which its caller gives with it, see [motions](inputs.md#motions-from-outside)",
         kind="`true`",
         shown_default="`false`",
     )
@@ -212,7 +212,7 @@ class Output(Table):
     acceleration: str | None = optional("3 components in world axes", refers="points")
     formula: Values | None = optional("one component or several", names=EVERYTHING)
     reaction_force: str | None = optional(
-        "3 components of the force through a joint or a constraint, see [reactions](#reactions)",
+        "3 components of the force through a joint or a constraint, see [reactions](reactions.md)",
         refers="reactions",
         kind="reaction, joint or constraint",
     )
@@ -221,7 +221,7 @@ class Output(Table):
     )
     section_force: str | None = optional(
         "3 components in the axes of the section: axial force, shear force along y and along z, see"
-        " [section loads](#section-loads)",
+        " [section loads](exact_beams.md#section-loads)",
         refers="beams",
         kind="beam of the model `cosserat`",
     )

@@ -78,7 +78,7 @@ class RandomProcess(Table):
         "of `band`: its lowest and its highest frequency", unit="Hz", kind="[lowest, highest], Hz"
     )
     road_class: RoadClass | None = optional(
-        "of `road`, as of roads of [inputs](#inputs)", alias="class", kind="`A` to `H`"
+        "of `road`, as of roads of [inputs](inputs.md)", alias="class", kind="`A` to `H`"
     )
     points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
         "of `covariance`: lags from 0 on, and the covariance there; of `spectrum`: frequencies in Hz (over distance in"
@@ -87,7 +87,7 @@ class RandomProcess(Table):
         column=("argument", "value"),
         kind="list of [lag or frequency, value], any unit that fits",
     )
-    table: TableFile | None = optional("the same from a CSV file, with the keys of the tables of [curves](#curves)")
+    table: TableFile | None = optional("the same from a CSV file, with the keys of the tables of [curves](curves.md)")
     duration: Value | None = of_fixed_parameters(
         "of the window from t = 0 on in which the process is known", unit="s", shown_default="`simulation.duration`"
     )
