@@ -37,12 +37,15 @@ class Page:
         Path in the repository from which links start; empty for a generated page, whose links are the site's own.
     ending : str
         ``.md`` or ``.rst``.
+    also : str
+        Path of another page of the repository whose text this page contains; empty for none.
     """
 
     place: str
     text: str
     source: str = ""
     ending: str = ".md"
+    also: str = ""
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,7 @@ class Site:
         self.pages[page.place] = page
         if page.source:
             self.anchors.setdefault((page.source, ""), page.place)
+            self.anchors.setdefault((page.also or page.source, ""), page.place)
             for heading in headings(page.text):
                 self.anchors.setdefault((page.source, anchor(heading)), page.place)
 
@@ -252,12 +256,6 @@ def hand_written() -> Iterator[Page]:
     for folder in ("theory", "tutorials", "how_to"):
         for path in sorted((ROOT / "docs" / folder).glob("*.md")):
             yield Page(f"{folder}/{path.stem}", read(f"docs/{folder}/{path.name}"), f"docs/{folder}/{path.name}")
-    for path in sorted((ROOT / "docs" / "examples").glob("*.md")):
-        name = "index" if path.stem == "README" else f"{path.stem}_accuracy"
-        yield Page(f"gallery/{name}", read(f"docs/examples/{path.name}"), f"docs/examples/{path.name}")
-    for path in sorted((ROOT / "examples").glob("*/README.md")):
-        source = f"examples/{path.parent.name}/README.md"
-        yield Page(f"gallery/{path.parent.name}", read(source), source)
 
 
 def parts(site: Site) -> list[Part]:
@@ -293,7 +291,6 @@ def parts(site: Site) -> list[Part]:
         ),
         ("theory/index", "Theory", "The equations and algorithms, with their sources.", under("theory", *THEORY)),
         ("evidence/index", "Verification", "Measured orders, errors and times.", under("evidence", *EVIDENCE)),
-        ("gallery/contents", "Gallery", "All examples, and the cost of accuracy on each.", under("gallery", "index")),
         ("project/index", "Project", "Versions, and the inside of the package.", under("project", *PROJECT)),
         (
             "reference/command_line/guide/contents",
@@ -321,6 +318,7 @@ def site_pages(generated: Iterable[Page]) -> Site:
         places = tuple(place for place in part.pages if place != part.place)
         site.add(Page(part.place, contents(Part(part.place, part.title, part.text, places, part.captions))))
     front, tops = site.pages["index"], [part.place for part in made if part.place.count("/") == 1]
+    tops.insert(tops.index("project/index"), "gallery/contents")
     tree = "\n".join(tops)
     site.pages["index"] = Page("index", f"{front.text}\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n", front.source)
     return site

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 
 import eomgen
+from benchmarks.example_pages import STUDIES
+from docs.site.gallery import copied, examples, files_of, gallery_pages, picture_of
 from docs.site.pages import (
     HOW_TO,
     IN_PARTS,
@@ -35,7 +37,7 @@ from eomgen.scene.document.schema import Document
 @cache
 def site() -> Site:
     """Return all pages."""
-    return site_pages(reference_pages())
+    return site_pages((*gallery_pages(), *reference_pages()))
 
 
 def test_every_public_name_is_on_one_page_of_the_reference() -> None:
@@ -120,6 +122,21 @@ def test_pages_in_parts_keep_an_anchor_for_each_heading_and_list_each_part() -> 
             assert read(page).count(f'<a id="{anchor(first)}"></a>[{first}]') == 1
             targets = {place for place in moved_anchors(page).values() if place[0] == part}
             assert targets == {(part, ""), *((part, anchor(heading)) for heading in others)}
+
+
+def test_every_example_is_in_the_gallery_with_picture_animation_files_and_cost() -> None:
+    pages, cards = site().pages, site().pages["gallery/contents"].text
+    assert len(examples()) >= 54
+    for name in examples():
+        text = pages[f"gallery/{name}"].text
+        assert cards.count(f'<a class="card" href="../{name}/"><img src="../../{copied(name)}"') == 1
+        assert (ROOT / picture_of(name)).is_file()
+        assert files_of(name) and all(
+            f"`{file.relative_to(ROOT / 'examples' / name)}`" in text for file in files_of(name)
+        )
+        assert (f'src="../../animations/{name}.html"' in text) == (name in STUDIES)
+        assert ("\n| demand | cheapest that meets it |" in text) == (name in STUDIES)
+        assert site().anchors.get((f"docs/examples/{name}.md", "")) == (f"gallery/{name}" if name in STUDIES else None)
 
 
 #: Words that a page may have without blocks of code and generated tables, and longer pages with the reason.
