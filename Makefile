@@ -86,6 +86,8 @@ lint: $(VENV)/installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check --quiet .
 	$(BIN)/python -m tests.docstrings
+	$(BIN)/python -m tests.prose
+	$(BIN)/codespell
 
 types: $(VENV)/installed-test
 	$(BIN)/mypy

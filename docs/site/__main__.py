@@ -9,7 +9,7 @@ from pathlib import Path
 from sphinx.cmd.build import build_main
 
 from docs.site.gallery import gallery_pages, write_files
-from docs.site.pages import site_pages, write
+from docs.site.pages import external_links, site_pages, write
 from docs.site.reference import reference_pages
 
 HERE = Path(__file__).parent
@@ -22,7 +22,10 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--jobs", default="auto", help="processes of Sphinx; one for each core")
     options = parser.parse_args(arguments)
     sources = options.out / "sources"
-    write(site_pages((*gallery_pages(), *reference_pages())), sources)
+    site = site_pages((*gallery_pages(), *reference_pages()))
+    write(site, sources)
+    links = (f"{address}  {', '.join(places)}\n" for address, places in external_links(site).items())
+    (options.out / "external_links.txt").write_text("".join(links), encoding="utf-8")
     words = ["-b", "dirhtml", "-W", "--keep-going", "-q", "-j", options.jobs, "-c", str(HERE)]
     code = build_main([*words, "-d", str(options.out / "doctrees"), str(sources), str(options.out / "html")])
     write_files(options.out / "html", options.out / "animations")

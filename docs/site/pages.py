@@ -324,6 +324,16 @@ def site_pages(generated: Iterable[Page]) -> Site:
     return site
 
 
+def external_links(site: Site) -> dict[str, list[str]]:
+    """Return the places that link to each address outside of the site; a build has no network to follow them."""
+    found: dict[str, list[str]] = {}
+    for page in site.pages.values():
+        for match in _LINK.finditer(_CODE.sub("", page.text)):
+            if re.match(r"https?:", match[3]):
+                found.setdefault(match[3], []).append(page.place)
+    return dict(sorted(found.items()))
+
+
 def write(site: Site, folder: Path) -> None:
     """Write the sources of the site; files whose text is unchanged keep their time, so that Sphinx reads them once."""
     kept: set[Path] = set()

@@ -20,6 +20,7 @@ from docs.site.pages import (
     Page,
     Site,
     anchor,
+    external_links,
     headings,
     moved_anchors,
     parts_of,
@@ -95,6 +96,15 @@ def test_all_links_lead_to_pages_and_files(tmp_path: Path) -> None:
     (tmp_path / "left_over.md").write_text("", encoding="utf-8")
     write(site(), tmp_path)
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.md")} == before
+
+
+def test_links_to_other_sites_are_listed_with_their_pages() -> None:
+    links = external_links(site())
+    assert "tutorials/pendulum" in site().pages and len(links) > 5
+    assert all(address.startswith("https://") for address in links)
+    small = Site()
+    small.add(Page("a", "[one](https://one.example), `[no](https://no.example)`, [two](b.md)", "a.md"))
+    assert external_links(small) == {"https://one.example": ["a"]}
 
 
 def test_links_to_anchors_of_pages_in_parts_lead_to_the_parts() -> None:
