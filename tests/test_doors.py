@@ -223,6 +223,9 @@ DOORS: dict[str, set[str]] = {
         *("analysis", "base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
         *("products.studies", "results", "simulation", "system", "toolchain"),
     },
+    "products.comparison": {
+        *("base", "cli", "errors", "formula", "lie", "pipeline", "scene", "symbolic", "system"),
+    },
     "products.testing": {
         "base",
         "compiled",
@@ -237,6 +240,7 @@ DOORS: dict[str, set[str]] = {
     },
     "products.offered": set(),
     "products.exported": {
+        "products.comparison",
         "products.fields",
         "products.fmu",
         "products.optimisers",
@@ -411,6 +415,8 @@ LATE: dict[str, dict[str, str]] = {
     "products.ensembles.cluster": {
         "products.ensembles.worker": "distributed, an optional package, for those who ask for a cluster"
     },
+    "products.comparison.command": {"": "as in cli"},
+    "products.comparison.compare": {"products.comparison.other_readers": "optional packages"},
     "products.ensembles.command": {"": "as in cli"},
     "products.fields.commands": {"": "as in cli"},
     "products.fmu.command": {"": "as in cli"},

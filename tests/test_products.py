@@ -24,6 +24,10 @@ FIRST = "studies"
 #: Uses of each product: Python, which has the pendulum's ``scene`` and its ``model``, and command lines; place and name
 #: of each message.
 USES: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "comparison": (
+        ("eomgen.compare", "module 'eomgen' has no attribute 'compare'"),
+        ("cli('compare', 'pendulum.toml', 'pendulum.toml')", "eomgen: there is no verb 'compare'"),
+    ),
     "derivatives": (("model.sensitivities", "a Model has no 'sensitivities'"),),
     "ensembles": (
         ("model.simulate_many", "a Model has no 'simulate_many'"),

@@ -1,6 +1,8 @@
 """Public names of products, for type checkers: the rows in the packages, which a test holds equal."""
 
 from eomgen.products import studies
+from eomgen.products.comparison.compare import compare
+from eomgen.products.comparison.report import Comparison
 from eomgen.products.fields import posteriors as fields
 from eomgen.products.fields import sampling
 from eomgen.products.fmu.export import fmu
@@ -21,6 +23,7 @@ from eomgen.products.testing import contracts as testing
 from eomgen.products.waves import second_order as waves
 
 __all__ = [
+    "Comparison",
     "Extremes",
     "Identification",
     "RandomVibration",
@@ -28,6 +31,7 @@ __all__ = [
     "Tradeoff",
     "Tuned",
     "casadi",
+    "compare",
     "extremes",
     "fields",
     "fmu",

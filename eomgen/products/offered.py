@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 OFFERED: dict[str, tuple[str, ...]] = {
+    "comparison": ("Comparison", "compare"),
     "derivatives": ("sensitivities",),
     "ensembles": ("ensemble", "simulate_many"),
     "fields": ("fields", "hamiltonian", "sample", "sampling"),

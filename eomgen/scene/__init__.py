@@ -7,6 +7,7 @@ __all__ = [
     "document",
     "forces",
     "formula",
+    "inertia",
     "joint_types",
     "joints",
     "load",

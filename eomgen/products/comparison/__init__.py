@@ -1,0 +1,25 @@
+"""Comparison of two descriptions of one machine, and of a description with the reading of another program."""
+
+from eomgen.base.products import Product
+from eomgen.base.verbs import Verb
+
+__all__ = []
+
+PRODUCT = Product(
+    names={
+        "Comparison": "eomgen.products.comparison.report:Comparison",
+        "compare": "eomgen.products.comparison.compare:compare",
+    },
+    rows={
+        "eomgen.verbs": (
+            Verb(
+                "compare",
+                "Compare two descriptions of one machine; name the first difference.",
+                "eomgen.products.comparison.command:compare",
+                behind="info",
+            ),
+        ),
+    },
+)
+#: Open to the other parts of ``products`` as well.
+WITHIN = ["compare", "report"]

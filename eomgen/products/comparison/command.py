@@ -1,0 +1,46 @@
+"""``eomgen compare``: two descriptions of one machine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from eomgen.cli.options import arguments_of, completed_files, debug_option, json_option
+from eomgen.cli.printing import print_json, print_table, say
+from eomgen.errors import ModelError
+
+_of_compare = arguments_of("eomgen.products.comparison.compare:compare")
+
+
+@click.command()
+@click.argument("first", metavar="A", shell_complete=completed_files)
+@click.argument("second", metavar="[B]", required=False, default=None, shell_complete=completed_files)
+@_of_compare("--with", "reader", type=click.Choice(["mujoco", "pinocchio"]))
+@_of_compare("--tolerance", type=float, metavar="X")
+@_of_compare("--states", type=int, metavar="N")
+@_of_compare("--seed", type=int, metavar="N")
+@json_option
+@debug_option
+def compare(first: str, second: str | None, as_json: bool, **options: Any) -> int:
+    """Compare two descriptions A and B of one machine, or one and the reading of another program: scene, URDF, MJCF.
+
+    Exits with 4 if the descriptions differ.
+    """
+    from eomgen.products.comparison.compare import compare as compared  # noqa: PLC0415  # with fine arguments
+
+    result = compared(first, second, **options)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        for note in result.notes:
+            say(f"note: {note}")
+        rows = [
+            (item.element, item.quantity, *item.texts, item.unit, " ".join(filter(None, item.places)), item.cause)
+            for item in result.differences
+        ]
+        if rows:
+            header = ("element", "quantity", "first", "second", "unit", "places", "likely cause")
+            print_table(f"{' and '.join(result.names)}: {len(rows)} differences", header, rows, whole=(0, 1))
+        say(result.summary)
+    return 0 if result.equal else ModelError.exit_code

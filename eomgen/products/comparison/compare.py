@@ -1,0 +1,174 @@
+"""``compare``: two descriptions of one machine, or one description and the reading of another program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from eomgen.base.calls import checked_call
+from eomgen.base.messages import shown
+from eomgen.errors import Problem, UsageError
+from eomgen.pipeline import pipeline
+from eomgen.products.comparison import causes
+from eomgen.products.comparison.differences import Pairing, differences, equal
+from eomgen.products.comparison.machine import Machine, of_scene
+from eomgen.products.comparison.report import Comparison, Difference
+from eomgen.products.comparison.states import errors_of, motions
+from eomgen.scene.sources.register import source_of
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.pipeline import Described
+
+#: Options of sources that take all that a file describes.
+_ALL = ("limits", "friction")
+_TERMS = ("mass", "coupling", "force", "base_motion")
+
+
+@checked_call('eomgen.compare("robot.urdf", "robot.xml")')
+def compare(
+    first: Described,
+    second: Described | None = None,
+    *,
+    reader: Literal["mujoco", "pinocchio"] | None = None,
+    tolerance: float = 1e-5,
+    states: int = 10,
+    seed: int = 1,
+) -> Comparison:
+    """Compare two descriptions of one machine: masses, places, joints, forces, and equations at random states.
+
+    Joints and bodies are matched by names. Quantities of bodies are compared in the frames of the first description,
+    whichever frames the second has; bodies that fixed joints hold count as parts of the carrying bodies.
+    Limits and dry friction of URDF and MJCF are read. No compiler is needed.
+
+    Parameters
+    ----------
+    first, second : path, Scene, or mapping
+        As in ``load``; ``second`` may be left out with a ``reader``.
+    reader : str, optional
+        Program that reads the second description, which then is a file: ``mujoco`` or ``pinocchio``.
+    tolerance : float
+        Largest relative difference that counts as none; of positions relative to the largest distance between joints
+        or centres of mass, of axes relative to 1.
+    states : int
+        Number of random states at which mass matrix, bias and forces are compared.
+    seed : int
+        Of the random states.
+
+    Returns
+    -------
+    Comparison
+        With the ``differences``, the first of which usually explains the rest, and ``equal``.
+
+    Raises
+    ------
+    FileError, DescriptionError, ModelError, UsageError
+
+    Examples
+    --------
+    >>> scene = eomgen.load("examples/robot_arm/scene.toml")
+    >>> eomgen.compare(scene, "examples/robot_arm/scene.toml").equal
+    True
+    """
+    if states < 1:
+        raise UsageError(Problem("states", f"{states} states compare no equations", "states=10"))
+    if not tolerance > 0.0:
+        raise UsageError(Problem("tolerance", f"{tolerance} would call rounding a difference", "tolerance=1e-9"))
+    if second is None and reader is None:
+        raise UsageError(
+            Problem(
+                "second", "one description has no second one to be compared with", 'a second one, or reader="mujoco"'
+            )
+        )
+    one = _read(first, alone=reader is None)
+    given = first if second is None else second
+    other = _read(given, alone=True) if reader is None else _second_reader(given, reader)
+    pairing = Pairing(one, other, tolerance)
+    listed = differences(pairing)
+    notes = [*dict.fromkeys((*one.notes, *other.notes))]
+    errors: Mapping[str, float] = {}
+    if pairing.comparable:
+        mine, theirs = motions(pairing, states, np.random.default_rng(seed))
+        errors, worst = errors_of(pairing, one.forces(mine), other.forces(theirs))
+        parts, more = _parts(
+            pairing, forces_equal=all(errors[name] <= tolerance for name in errors if name != "mass matrix")
+        )
+        listed, notes = listed + parts, notes + more
+        unexplained = [item for item in worst if errors[item.quantity] > tolerance]
+        listed += unexplained[: 0 if listed else 1]
+    elif listed:
+        notes.append("equations were not compared: the coordinates of the descriptions differ")
+    only = sorted(set(one.inputs) ^ set(other.inputs))
+    if only and reader is None:
+        notes.append(f"inputs of one description alone are zero: {', '.join(only)}")
+    return Comparison(
+        (one.name, other.name), tuple(listed), errors, states, len(pairing.pairs), tolerance, tuple(notes)
+    )
+
+
+def _read(described: Described, *, alone: bool) -> Machine:
+    """Return a description as numbers; ``alone``: with limits and friction, which other programs do not give."""
+    options: dict[str, Any] = {}
+    if alone and isinstance(described, str | Path):
+        source = source_of(Path(described))
+        names = {option.name for option in source.options} if source is not None else set()
+        options = {name: True for name in _ALL if name in names}
+    scene = pipeline.load_scene(described, coordinates="joint", **options)
+    terms = [name for name in _TERMS if name != "base_motion" or scene.base is not None]
+    file = Path(described).name if isinstance(described, str | Path) else ""
+    return of_scene(scene, pipeline.derive(scene, terms), file)
+
+
+def _second_reader(described: Described, reader: str) -> Machine:
+    """Return the reading of a file by another program."""
+    if not isinstance(described, str | Path):
+        raise UsageError(Problem("second", f"{reader} reads files, not {type(described).__name__} objects", "a path"))
+    from eomgen.products.comparison.other_readers import READERS  # noqa: PLC0415  # optional packages
+
+    if reader not in READERS:
+        raise UsageError(Problem("reader", f"there is no reader {shown(reader)}", " or ".join(READERS)))
+    return READERS[reader](Path(described))
+
+
+def _parts(pairing: Pairing, *, forces_equal: bool) -> tuple[list[Difference], list[str]]:
+    """Return differences of force elements and other parts, and notes on parts without an effect.
+
+    Parts in frames that differ are left to the forces at random states.
+    """
+    first, second = pairing.first, pairing.second
+    listed: list[Difference] = []
+    notes: list[str] = []
+    if first.parts is None or second.parts is None:
+        return listed, notes
+    for name in dict.fromkeys((*first.parts, *second.parts)):
+        mine, theirs = first.parts.get(name), second.parts.get(name)
+        if mine is None or theirs is None:
+            place = first.place(name) if theirs is None else second.place(name)
+            if forces_equal or name in first.driven | second.driven:
+                notes.append(f"{name} is in one description alone, without an effect at zero inputs")
+            else:
+                present = name.partition(".")[0].removesuffix("s").replace("_", " ")
+                if theirs is None:
+                    listed.append(Difference(name, "element", present, None, "", (place, "")))
+                else:
+                    listed.append(Difference(name, "element", None, present, "", ("", place)))
+        elif pairing.same_frames or not forces_equal:
+            listed += _of_part(pairing, name, mine, theirs)
+    return listed, notes
+
+
+def _of_part(
+    pairing: Pairing, name: str, mine: Mapping[str, float | str], theirs: Mapping[str, float | str]
+) -> list[Difference]:
+    """Return differences of a part that both descriptions have."""
+    result = []
+    for key in dict.fromkeys((*mine, *theirs)):
+        one, other = mine.get(key), theirs.get(key)
+        if one is not None and other is not None and equal(one, other, pairing.tolerance):
+            continue
+        cause = causes.of_number(one, other, key.replace("_", " ")) if one is not None and other is not None else ""
+        places = pairing.first.place(f"{name}.{key}"), pairing.second.place(f"{name}.{key}")
+        result.append(Difference(name, key, one, other, "", places, cause))
+    return result

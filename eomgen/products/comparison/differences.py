@@ -1,0 +1,438 @@
+"""Differences of two machines, quantity by quantity, in the frames of the first.
+
+Two descriptions may choose the frames of a body differently. With all coordinates at zero a body has one pose, so the
+frame of the second description is placed in the frame of the first by the poses of both. A joint at another place moves
+all further links as well: if the numbers of a body agree as written, and not by poses, the place of the joint is the
+difference, and the frames of the body are equal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.products.comparison import causes
+from eomgen.products.comparison.machine import AT_ORIGIN, Link, Loop, Machine, PlacedBody, Placement
+from eomgen.products.comparison.report import Difference
+from eomgen.scene.inertia import Inertia, entries_of
+from eomgen.scene.joint_types import JOINTS
+
+#: Quantities of joints that many descriptions leave out, named at the end.
+_LATE = ("coulomb", "lower", "upper")
+#: Units of a joint's quantities, for an angle and for a travel.
+_UNITS: Mapping[str, tuple[str, str]] = {
+    "stiffness": ("N m/rad", "N/m"),
+    "damping": ("N m s/rad", "N s/m"),
+    "rest": ("rad", "m"),
+    "rotor_inertia": ("kg m^2", "kg"),
+    "coulomb": ("N m", "N"),
+    "lower": ("rad", "m"),
+    "upper": ("rad", "m"),
+    "pitch": ("m/rad", "m/rad"),
+}
+#: Components of vectors below this are shown as zero.
+_ROUNDING = 1e-15
+#: Keys of scene files that hold a quantity.
+_KEYS = {"coulomb": "friction", "lower": "limits", "upper": "limits"}
+
+
+class Pairing:
+    """Links of two machines that are the same: by the names of joints, then of bodies.
+
+    Attributes
+    ----------
+    pairs : numbers of both links, in the order of the first machine
+    aligned : by number of the first's link, the place of the second's frame in the first's
+    """
+
+    def __init__(self, first: Machine, second: Machine, tolerance: float) -> None:
+        self.first, self.second, self.tolerance = first, second, tolerance
+        self.partner = _matched(first.links, second.links)
+        self.pairs = list(self.partner.items())
+        self.aligned: dict[int, Placement] = {-1: AT_ORIGIN}
+        self.length = _length(first) or _length(second) or 1.0
+        self._children: dict[int, list[tuple[Link, Link]]] = {}
+        for i, j in self.pairs:
+            one, other = first.links[i], second.links[j]
+            if self.same_parents(one, other):
+                self._children.setdefault(one.parent, []).append((one, other))
+
+    @property
+    def comparable(self) -> bool:
+        """Whether both machines have the same coordinates."""
+        complete = len(self.pairs) == len(self.first.links) == len(self.second.links)
+        return complete and all(
+            self.first.links[i].type == self.second.links[j].type
+            and self.first.links[i].held == self.second.links[j].held
+            for i, j in self.pairs
+        )
+
+    @property
+    def same_frames(self) -> bool:
+        """Whether the frames of all links are the same."""
+        return all(self.near(place, AT_ORIGIN) for place in self.aligned.values())
+
+    def same_parents(self, one: Link, other: Link) -> bool:
+        """Return whether two links have the same parent."""
+        if one.parent < 0 or other.parent < 0:
+            return one.parent == other.parent
+        return self.partner.get(one.parent) == other.parent
+
+    def near(self, one: Placement, other: Placement) -> bool:
+        """Return whether two places are equal."""
+        return self.near_points(one.origin, other.origin) and self.near_axes(one.axes, other.axes)
+
+    def near_points(self, one: Array, other: Array) -> bool:
+        return bool(np.abs(one - other).max() <= self.tolerance * self.length)
+
+    def near_axes(self, one: Array, other: Array) -> bool:
+        return bool(np.abs(one - other).max() <= self.tolerance)
+
+    def alike(self, one: Inertia, other: Inertia) -> bool:
+        """Return whether mass properties in one frame are equal."""
+        if abs(one.mass - other.mass) > self.tolerance * max(one.mass, other.mass):
+            return False
+        if one.mass and not self.near_points(one.center, other.center):
+            return False
+        return self.near_inertias(one, other)
+
+    def near_inertias(self, one: Inertia, other: Inertia) -> bool:
+        size = max(float(np.abs(one.about_center).max()), float(np.abs(other.about_center).max()))
+        return bool(np.abs(one.about_center - other.about_center).max() <= self.tolerance * size)
+
+    def misses(self, one: Link, other: Link, number: int, aligned: Placement) -> int:
+        """Count quantities of a link, and of the joints on it, that differ with frames placed in this way."""
+        moved = other.whole.moved(*aligned)
+        count = int(not self.alike(one.whole, moved))
+        for child, partner in self._children.get(number, ()):
+            place = aligned.then(partner.pose)
+            count += int(not self.near_points(child.pose.origin, place.origin))
+            if child.axis is not None and partner.axis is not None:
+                count += int(not self.near_axes(child.pose.axes @ child.axis, place.axes @ partner.axis))
+        return count
+
+
+def _matched(first: Sequence[Link], second: Sequence[Link]) -> dict[int, int]:
+    """Return for links of the first the numbers of the second's."""
+    by_joint = {link.joint: number for number, link in enumerate(second)}
+    result = {number: by_joint[link.joint] for number, link in enumerate(first) if link.joint in by_joint}
+    taken = set(result.values())
+    for number, link in enumerate(first):
+        if number in result:
+            continue
+        for other, theirs in enumerate(second):
+            if other not in taken and link.bodies.keys() & theirs.bodies.keys():
+                result[number] = other
+                taken.add(other)
+                break
+    return dict(sorted(result.items()))
+
+
+def _length(machine: Machine) -> float:
+    """Return the largest distance between neighbouring frames and centres of mass, m."""
+    distances = [float(np.linalg.norm(link.pose.origin)) for link in machine.links]
+    distances += [float(np.linalg.norm(link.whole.center)) for link in machine.links]
+    return max(distances, default=0.0)
+
+
+def differences(pairing: Pairing) -> list[Difference]:
+    """Return the differences of two machines, structure first, and fill the frames of a pairing."""
+    first, second = pairing.first, pairing.second
+    listed = list(_structure(pairing))
+    late: list[Difference] = []
+    size = max(float(np.linalg.norm(first.gravity)), float(np.linalg.norm(second.gravity)))
+    if np.abs(first.gravity - second.gravity).max() > pairing.tolerance * size:
+        cause = causes.of_vector(first.gravity, second.gravity, np.eye(3), "gravity")
+        listed.append(
+            _vectors(
+                pairing, "gravity", "gravity", first.gravity, second.gravity, "m/s^2", cause, ("gravity", "gravity")
+            )
+        )
+    for i, j in pairing.pairs:
+        one, other = first.links[i], second.links[j]
+        if not pairing.same_parents(one, other):
+            mine, theirs = _name(first, one.parent), _name(second, other.parent)
+            keys = f"joints.{one.joint}.parent", f"joints.{other.joint}.parent"
+            listed.append(Difference(f"joints.{one.joint}", "parent", mine, theirs, "", _places(pairing, keys)))
+            pairing.aligned[i] = AT_ORIGIN
+            continue
+        if one.type != other.type:
+            keys = f"joints.{one.joint}.type", f"joints.{other.joint}.type"
+            listed.append(Difference(f"joints.{one.joint}", "type", one.type, other.type, "", _places(pairing, keys)))
+        listed += _placed(pairing, i, one, other)
+        listed += _weighed(pairing, i, one, other)
+        if one.type == other.type:
+            for item in _of_joint(pairing, one, other):
+                (late if item.quantity.partition("[")[0] in _LATE else listed).append(item)
+    listed += _loops(pairing)
+    return listed + late
+
+
+def _structure(pairing: Pairing) -> Iterator[Difference]:
+    """Yield the joints that only one description has."""
+    partners = set(pairing.partner.values())
+    for number, link in enumerate(pairing.first.links):
+        if number not in pairing.partner:
+            place = pairing.first.place(f"joints.{link.joint}")
+            yield Difference(f"joints.{link.joint}", "joint", link.type, None, "", (place, ""))
+    for number, link in enumerate(pairing.second.links):
+        if number not in partners:
+            place = pairing.second.place(f"joints.{link.joint}")
+            yield Difference(f"joints.{link.joint}", "joint", None, link.type, "", ("", place))
+
+
+def _name(machine: Machine, number: int) -> str:
+    return machine.links[number].body if number >= 0 else "base"
+
+
+def _places(pairing: Pairing, keys: tuple[str, str]) -> tuple[str, str]:
+    return pairing.first.place(keys[0]), pairing.second.place(keys[1])
+
+
+def _vectors(
+    pairing: Pairing,
+    element: str,
+    quantity: str,
+    one: Array,
+    other: Array,
+    unit: str,
+    cause: str,
+    keys: tuple[str, str],
+) -> Difference:
+    mine, theirs = (tuple(np.where(np.abs(item) < _ROUNDING, 0.0, item).tolist()) for item in (one, other))
+    return Difference(element, quantity, mine, theirs, unit, _places(pairing, keys), cause)
+
+
+def _placed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[Difference]:
+    """Yield differences of the place of a joint, and place the frames of the link."""
+    carrier = pairing.aligned[one.parent]
+    theirs = carrier.then(other.pose)
+    exact = one.pose.inverse().then(theirs)
+    element, keys = f"joints.{one.joint}", (f"joints.{one.joint}", f"joints.{other.joint}")
+    if pairing.near(exact, AT_ORIGIN):
+        pairing.aligned[number] = AT_ORIGIN
+        yield from _axes(pairing, one, other, AT_ORIGIN)
+        return
+    axis = one.pose.axes @ one.axis if one.axis is not None else None
+    apart = theirs.origin - one.pose.origin
+    if axis is not None and one.type in ("revolute", "cylindrical", "helical"):  # the same anywhere on the axis
+        apart = apart - axis * (axis @ apart)
+    moved = one.type not in ("free", "prismatic", "planar") and not pairing.near_points(apart, np.zeros(3))
+    tilted = axis is not None and other.axis is not None and not pairing.near_axes(axis, theirs.axes @ other.axis)
+    if tilted and axis is not None and other.axis is not None:
+        tilted = not pairing.near_axes(-axis, theirs.axes @ other.axis)
+    written, posed = (pairing.misses(one, other, number, place) for place in (AT_ORIGIN, exact))
+    if one.type == "free":  # zero is anywhere
+        pairing.aligned[number] = AT_ORIGIN if written < posed else exact
+        return
+    if written < posed or (written == posed and (moved or tilted)):
+        pairing.aligned[number] = AT_ORIGIN
+        if not pairing.near_axes(exact.axes, np.eye(3)):
+            cause = causes.of_rotation(one.pose.axes, theirs.axes)
+            values = one.pose.axes.ravel(), theirs.axes.ravel()
+            yield _vectors(pairing, element, "orientation", *values, "", cause, _of(keys, "orientation"))
+        if not pairing.near_points(theirs.origin, one.pose.origin):
+            cause = causes.of_vector(one.pose.origin, theirs.origin, one.pose.axes, "position")
+            yield _vectors(
+                pairing, element, "position", one.pose.origin, theirs.origin, "m", cause, _of(keys, "position")
+            )
+    else:
+        pairing.aligned[number] = exact
+        if moved:
+            cause = causes.of_vector(one.pose.origin, theirs.origin, one.pose.axes, "position")
+            yield _vectors(
+                pairing, element, "position", one.pose.origin, theirs.origin, "m", cause, _of(keys, "position")
+            )
+    yield from _axes(pairing, one, other, pairing.aligned[number])
+
+
+def _of(keys: tuple[str, str], quantity: str) -> tuple[str, str]:
+    return f"{keys[0]}.{quantity}", f"{keys[1]}.{quantity}"
+
+
+def _axes(pairing: Pairing, one: Link, other: Link, aligned: Placement) -> Iterator[Difference]:
+    """Yield differences of the axes of a joint, in the first's frame of the link."""
+    for name in ("axis", "second_axis"):
+        mine, theirs = getattr(one, name), getattr(other, name)
+        if one.type != other.type or mine is None or theirs is None:
+            continue
+        turned = aligned.axes @ theirs
+        if not pairing.near_axes(mine, turned):
+            keys = f"joints.{one.joint}.{name}", f"joints.{other.joint}.{name}"
+            cause = causes.of_vector(mine, turned, one.pose.axes, "axis")
+            yield _vectors(pairing, f"joints.{one.joint}", name, mine, turned, "", cause, keys)
+
+
+def _weighed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[Difference]:
+    """Yield differences of mass properties: body by body if both have the same bodies, else of the link."""
+    aligned = pairing.aligned[number]
+    carrying = {name for name, body in one.bodies.items() if _has_inertia(body.inertia)}
+    if carrying == {name for name, body in other.bodies.items() if _has_inertia(body.inertia)}:
+        for name in one.bodies:
+            if name in carrying:
+                yield from _of_body(pairing, name, one.bodies[name], other.bodies[name], aligned, one.pose.axes)
+        return
+    names = tuple(next(iter(carrying & set(link.bodies)), link.body) for link in (one, other))
+    moved = other.whole.moved(*aligned)
+    yield from _of_inertia(pairing, (names[0], names[1]), one.whole, moved, one.pose.axes)
+
+
+def _has_inertia(inertia: Inertia) -> bool:
+    return bool(inertia.mass) or bool(inertia.about_center.any())
+
+
+def _of_body(
+    pairing: Pairing, name: str, one: PlacedBody, other: PlacedBody, aligned: Placement, turned: Array
+) -> Iterator[Difference]:
+    mine, theirs = one.in_link, other.in_link.moved(*aligned)
+    if pairing.alike(mine, theirs):
+        return
+    place = aligned.then(other.place)
+    if one.joint and not pairing.near(one.place, place) and pairing.alike(one.inertia, other.inertia):
+        keys = f"joints.{one.joint}", f"joints.{other.joint or one.joint}"
+        if not pairing.near_axes(one.place.axes, place.axes):
+            cause = causes.of_rotation(one.place.axes, place.axes)
+            values = one.place.axes.ravel(), place.axes.ravel()
+            yield _vectors(pairing, keys[0], "orientation", *values, "", cause, _of(keys, "orientation"))
+        if not pairing.near_points(one.place.origin, place.origin):
+            cause = causes.of_vector(one.place.origin, place.origin, one.place.axes, "position")
+            yield _vectors(
+                pairing, keys[0], "position", one.place.origin, place.origin, "m", cause, _of(keys, "position")
+            )
+        return
+    back = one.place.inverse()
+    yield from _of_inertia(pairing, (name, name), one.inertia, theirs.moved(*back), turned)
+
+
+def _of_inertia(
+    pairing: Pairing, names: tuple[str, str], one: Inertia, other: Inertia, turned: Array
+) -> Iterator[Difference]:
+    """Yield differences of mass properties in the first's frame; ``turned``: axes of the frame to the parent's."""
+    element, keys = f"bodies.{names[0]}", (f"bodies.{names[0]}", f"bodies.{names[1]}")
+    if abs(one.mass - other.mass) > pairing.tolerance * max(one.mass, other.mass):
+        cause = causes.of_number(one.mass, other.mass, "mass")
+        yield Difference(element, "mass", one.mass, other.mass, "kg", _places(pairing, _of(keys, "mass")), cause)
+    if one.mass and other.mass and not pairing.near_points(one.center, other.center):
+        cause = causes.of_vector(one.center, other.center, turned, "position")
+        values = one.center, other.center
+        yield _vectors(pairing, element, "center_of_mass", *values, "m", cause, _of(keys, "center_of_mass"))
+    if not pairing.near_inertias(one, other):
+        cause = causes.of_inertia(one.about_center, other.about_center, one.mass, one.center, turned)
+        values = np.array(entries_of(one.about_center)), np.array(entries_of(other.about_center))
+        yield _vectors(pairing, element, "inertia", *values, "kg m^2", cause, _of(keys, "inertia"))
+
+
+def _of_joint(pairing: Pairing, one: Link, other: Link) -> Iterator[Difference]:
+    """Yield differences of the quantities of a joint that both readers know."""
+    for quantity in one.numbers:
+        if quantity not in other.numbers:
+            continue
+        mine, theirs = one.numbers[quantity], other.numbers[quantity]
+        if equal(mine, theirs, pairing.tolerance):
+            continue
+        name = quantity.partition("[")[0]
+        key = _KEYS.get(name, name)
+        places = _places(pairing, (f"joints.{one.joint}.{key}", f"joints.{other.joint}.{key}"))
+        cause = causes.of_number(mine, theirs, "limit" if name in ("lower", "upper") else name.replace("_", " "))
+        end = one.numbers.get(_opposite(quantity))
+        if name in ("lower", "upper") and isinstance(end, float) and theirs == -end:
+            cause = "the range of an opposite axis"
+        units = tuple(JOINTS[one.type].coordinates.values()) if one.type in JOINTS else ()
+        index = int(quantity.partition("[")[2].rstrip("]") or 0)
+        unit = _UNITS[name][units[index] == "m"] if name in _UNITS and index < len(units) else ""
+        yield Difference(f"joints.{one.joint}", quantity, _shown(mine), _shown(theirs), unit, places, cause)
+
+
+def _shown(value: float | str) -> float | str | None:
+    """Return a value for the report; None for an end without a limit."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _opposite(quantity: str) -> str:
+    return quantity.replace("lower", "upper") if "lower" in quantity else quantity.replace("upper", "lower")
+
+
+def equal(mine: float | str, theirs: float | str, tolerance: float) -> bool:
+    """Return whether two numbers are equal to a relative tolerance, or two texts are."""
+    if isinstance(mine, str) or isinstance(theirs, str):
+        return mine == theirs
+    return mine == theirs or abs(mine - theirs) <= tolerance * max(abs(mine), abs(theirs))
+
+
+def _loops(pairing: Pairing) -> Iterator[Difference]:
+    """Yield differences of constraints: by name, then by the joined links."""
+    rest = {loop.name: loop for loop in pairing.second.loops}
+    pairs: list[tuple[Loop, Loop | None]] = []
+    for loop in pairing.first.loops:
+        pairs.append((loop, rest.pop(loop.name, None)))
+    for place, (loop, partner) in enumerate(pairs):
+        if partner is None:
+            same = [name for name, other in rest.items() if _joins(pairing, loop) == _ends(other)]
+            pairs[place] = (loop, rest.pop(same[0]) if same else None)
+    for loop, partner in pairs:
+        element = f"constraints.{loop.name}"
+        if partner is None:
+            yield Difference(element, "constraint", loop.type, None, "", (pairing.first.place(element), ""))
+            continue
+        keys = element, f"constraints.{partner.name}"
+        if loop.type != partner.type:
+            yield Difference(element, "type", loop.type, partner.type, "", _places(pairing, _of(keys, "type")))
+            continue
+        yield from _loop(pairing, loop, partner, keys)
+    for loop in rest.values():
+        element = f"constraints.{loop.name}"
+        yield Difference(element, "constraint", None, loop.type, "", ("", pairing.second.place(element)))
+
+
+def _ends(loop: Loop) -> frozenset[int]:
+    return frozenset(end[0] for end in (loop.first, loop.second) if end is not None)
+
+
+def _joins(pairing: Pairing, loop: Loop) -> frozenset[int]:
+    """Return the links of the second machine that a constraint of the first joins."""
+    return frozenset(pairing.partner.get(number, -2) if number >= 0 else -1 for number in _ends(loop))
+
+
+def _loop(pairing: Pairing, loop: Loop, partner: Loop, keys: tuple[str, str]) -> Iterator[Difference]:
+    """Yield differences of two constraints of one type, in the frames of the first machine."""
+    if loop.first is not None and loop.second is not None and partner.first is not None and partner.second is not None:
+        theirs = [partner.first, partner.second]
+        expected = pairing.partner.get(loop.first[0], -1) if loop.first[0] >= 0 else -1
+        if theirs[0][0] != expected and theirs[1][0] == expected:
+            theirs.reverse()
+        for side, mine, other, uses in zip(
+            ("first", "second"), (loop.first, loop.second), theirs, loop.uses, strict=True
+        ):
+            number = pairing.partner.get(mine[0], -2) if mine[0] >= 0 else -1
+            places = _places(pairing, _of(keys, side))
+            if number != other[0]:
+                names = _name(pairing.first, mine[0]), _name(pairing.second, other[0])
+                yield Difference(keys[0], f"{side} body", *names, "", places)
+                continue
+            place = pairing.aligned.get(mine[0], AT_ORIGIN).then(other[1])
+            if not pairing.near_points(mine[1].origin, place.origin):
+                cause = causes.of_vector(mine[1].origin, place.origin, mine[1].axes, "position")
+                values = mine[1].origin, place.origin
+                yield _vectors(pairing, keys[0], f"{side} position", *values, "m", cause, _of(keys, side))
+            if uses in ("z", "x and z") and not pairing.near_axes(mine[1].axes[:, 2], place.axes[:, 2]):
+                cause = causes.of_vector(mine[1].axes[:, 2], place.axes[:, 2], mine[1].axes, "axis")
+                values = mine[1].axes[:, 2], place.axes[:, 2]
+                yield _vectors(pairing, keys[0], f"{side} axis", *values, "", cause, _of(keys, side))
+        if loop.type == "fixed":
+            mine_axes = loop.first[1].axes @ loop.second[1].axes.T
+            ends = [
+                pairing.aligned.get(loop_end[0], AT_ORIGIN).then(end[1]).axes
+                for loop_end, end in zip((loop.first, loop.second), theirs, strict=True)
+            ]
+            their_axes = ends[0] @ ends[1].T
+            if not pairing.near_axes(mine_axes, their_axes):
+                cause = causes.of_rotation(mine_axes, their_axes)
+                yield _vectors(pairing, keys[0], "orientation", mine_axes.ravel(), their_axes.ravel(), "", cause, keys)
+    for name in loop.numbers:
+        mine_value, their_value = loop.numbers[name], partner.numbers.get(name)
+        if their_value is not None and not equal(mine_value, their_value, pairing.tolerance):
+            cause = causes.of_number(mine_value, their_value, name)
+            yield Difference(keys[0], name, mine_value, their_value, "", _places(pairing, _of(keys, name)), cause)

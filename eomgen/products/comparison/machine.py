@@ -1,0 +1,446 @@
+"""A machine as numbers: links that joints move, with all fixed bodies; made of a Scene.
+
+Every reader of a description fills the same classes, so that a comparison knows no format.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field, fields, is_dataclass
+from eomgen.formula.evaluate import evaluate, symbols
+from eomgen.formula.nodes import Node, infix
+from eomgen.scene.inertia import NOTHING, Inertia, combined, tensor
+from eomgen.scene.joints.model import Joint
+from eomgen.symbolic.evaluate import Evaluation
+from eomgen.system.description import BASE, WORLD
+
+if TYPE_CHECKING:
+    from eomgen.scene.scene import Scene
+    from eomgen.system.system import System
+
+#: Fields of force elements, states and controllers that no equation follows from.
+_SAID = frozenset({"name", "label", "description", "unit"})
+
+
+class Placement(NamedTuple):
+    """Place of a frame in a second one: axes (3, 3), own to second axes, and origin (3,), m."""
+
+    axes: Array
+    origin: Array
+
+    def then(self, other: Placement) -> Placement:
+        """Return the place of a frame that is at ``other`` in this frame."""
+        return Placement(self.axes @ other.axes, self.axes @ other.origin + self.origin)
+
+    def inverse(self) -> Placement:
+        """Return the place of the second frame in the first."""
+        return Placement(self.axes.T, -self.axes.T @ self.origin)
+
+    def point(self, position: Array) -> Array:
+        """Return a place of the first frame in the second, m."""
+        return np.asarray(self.axes @ position + self.origin)
+
+
+AT_ORIGIN = Placement(np.eye(3), np.zeros(3))
+
+
+class PlacedBody(NamedTuple):
+    """A body of a link: mass properties in the body's frame, the place of this frame in the link, and the name of the
+    fixed joint; empty for the body on the link's joint."""
+
+    inertia: Inertia
+    place: Placement
+    joint: str
+
+    @property
+    def in_link(self) -> Inertia:
+        """Mass properties in the frame of the link."""
+        return self.inertia.moved(*self.place)
+
+
+@dataclass(frozen=True)
+class Link:
+    """All bodies that one joint moves together.
+
+    Attributes
+    ----------
+    joint, type : name and type of the joint
+    body : the body that the joint carries
+    parent : number of the parent's link, -1 for the base
+    pose : of the link's frame, which is the joint's frame, in the parent's with all coordinates at zero
+    axis, second_axis : (3,) unit vectors, in the link's frame; None if the type has none
+    bodies : each body of the link
+    whole : mass properties of all bodies together
+    numbers : quantities of the joint by name, SI; a quantity that a reader does not know is absent
+    held : whether the coordinates follow another joint, or time, and are not independent
+    """
+
+    joint: str
+    type: str
+    body: str
+    parent: int
+    pose: Placement
+    axis: Array | None
+    second_axis: Array | None
+    bodies: Mapping[str, PlacedBody]
+    whole: Inertia
+    numbers: Mapping[str, float | str]
+    held: bool = False
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A constraint between two frames, or an equation.
+
+    Attributes
+    ----------
+    first, second : number of the link, and the frame in the link
+    uses : axes of the frames that the equations use: by the words of ``Connection.uses``
+    numbers : further quantities, by name
+    """
+
+    name: str
+    type: str
+    first: tuple[int, Placement] | None
+    second: tuple[int, Placement] | None
+    uses: tuple[str, str]
+    numbers: Mapping[str, float | str]
+
+
+class Motion(NamedTuple):
+    """Coordinates at several states, link by link.
+
+    Attributes
+    ----------
+    q, v : (n, size) of each link, empty for held ones; quaternions (w, x, y, z) first, twists in the link's axes
+    inputs : (n,) of each input
+    """
+
+    q: Sequence[Array]
+    v: Sequence[Array]
+    inputs: Mapping[str, Array]
+
+
+class Forces(NamedTuple):
+    """Terms of the equations of motion at several states, in the order of the links' coordinates.
+
+    Attributes
+    ----------
+    mass : (n, nv, nv)
+    bias : (n, nv) inertial forces; None if the reader gives the sum alone
+    force : (n, nv) applied forces, as gravity; None likewise
+    total : (n, nv) bias less the applied forces
+    """
+
+    mass: Array
+    bias: Array | None
+    force: Array | None
+    total: Array
+
+
+@dataclass(frozen=True)
+class Machine:
+    """One description as numbers.
+
+    Attributes
+    ----------
+    name : of the description, for messages
+    gravity : (3,) m/s^2, in the axes of the base
+    links, loops : parents before children
+    parts : further parts by name: force elements, internal states, controllers, the motion of the base; None
+        if unknown to the reader
+    driven : the parts whose forces follow from inputs
+    inputs : names of inputs
+    place : from a key (``bodies.arm.mass``) to ``file:line``
+    forces : evaluates the equations of motion
+    notes : on parts that the reader left out
+    """
+
+    name: str
+    gravity: Array
+    links: tuple[Link, ...]
+    loops: tuple[Loop, ...]
+    inputs: tuple[str, ...]
+    place: Callable[[str], str]
+    forces: Callable[[Motion], Forces]
+    parts: Mapping[str, Mapping[str, float | str]] | None = field(default_factory=dict)
+    driven: frozenset[str] = frozenset()
+    notes: tuple[str, ...] = ()
+
+
+class Lumps:
+    """Links in the making: bodies are added to the carrying links."""
+
+    def __init__(self) -> None:
+        #: Number of the link, and the place in the link, of each body.
+        self.places: dict[str, tuple[int, Placement]] = {BASE: (-1, AT_ORIGIN), WORLD: (-1, AT_ORIGIN)}
+        self.bodies: list[dict[str, PlacedBody]] = []
+        self._joints: dict[str, str] = {}
+
+    def moved(self, body: str) -> int:
+        """Begin a link with a body; return the number of the link."""
+        self.places[body] = (len(self.bodies), AT_ORIGIN)
+        self.bodies.append({})
+        return len(self.bodies) - 1
+
+    def fixed(self, body: str, parent: str, pose: Placement, joint: str = "") -> None:
+        """Add a body that a joint fixes to another."""
+        number, place = self.places[parent]
+        self._joints[body] = joint
+        self.places[body] = (number, place.then(pose))
+
+    def weigh(self, body: str, inertia: Inertia) -> None:
+        """Add the mass properties of a body, in the frame of the body; bodies of the base are left out."""
+        number, place = self.places[body]
+        if number >= 0:
+            self.bodies[number][body] = PlacedBody(inertia, place, self._joints.get(body, ""))
+
+    def whole(self, number: int) -> Inertia:
+        """Return the mass properties of a link."""
+        return combined([body.in_link for body in self.bodies[number].values()] or [NOTHING])
+
+
+class _Values:
+    """Formulas of a scene as numbers, at the default parameters."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.parameters = {item.name: item.value for item in scene.parameters}
+
+    def number(self, formula: Any) -> float | str:
+        """Return the value of a formula of parameters, or the text of another formula."""
+        if all(symbol.kind == "parameter" for symbol in symbols(formula)):
+            try:
+                return evaluate(formula, lambda symbol: self.parameters[symbol.name])
+            except ArithmeticError:
+                pass
+        return infix(formula)
+
+    def vector(self, formulas: Sequence[Any]) -> Array:
+        return np.array([evaluate(item, lambda symbol: self.parameters[symbol.name]) for item in formulas])
+
+    def flat(self, value: Any, key: str = "") -> dict[str, float | str]:
+        """Return the numbers and texts in nested data by dotted keys."""
+        if isinstance(value, Node):
+            return {key: self.number(value)}
+        if value is None or isinstance(value, str):
+            return {key: value or ""}
+        if isinstance(value, bool | int | float):
+            return {key: float(value)}
+        result: dict[str, float | str] = {}
+        if isinstance(value, Mapping):
+            items = [(str(name), item) for name, item in value.items()]
+        elif isinstance(value, np.ndarray | tuple | list):
+            items = [(str(number), item) for number, item in enumerate(value)]
+        elif is_dataclass(value) and not isinstance(value, type):
+            names = [item.name for item in fields(value) if item.name not in _SAID]
+            items = [(name, getattr(value, name)) for name in names]
+        else:
+            return {key: repr(value)}
+        for name, item in items:
+            result |= self.flat(item, f"{key}.{name}" if key else name)
+        return result
+
+
+def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
+    """Return a Scene as numbers.
+
+    Parameters
+    ----------
+    system : System
+        With ``mass``, ``coupling``, ``force`` and, of a moving base, ``base_motion``.
+    file : str
+        Name of the file, the place of keys without a line.
+    """
+    values, lumps = _Values(scene), Lumps()
+    carried: list[tuple[Joint, int, Placement]] = []
+    for joint in scene.joints:
+        pose = Placement(np.array(joint.orientation), values.vector(joint.position))
+        if joint.kind.moves:
+            parent, place = lumps.places[joint.parent]
+            lumps.moved(joint.child)
+            carried.append((joint, parent, place.then(pose)))
+        else:
+            lumps.fixed(joint.child, joint.parent, pose, joint.name)
+    for body in scene.bodies:
+        inertia = Inertia(
+            values.vector([body.mass])[0],
+            values.vector(body.center_of_mass),
+            tensor(values.vector(body.inertia).tolist()),
+        )
+        lumps.weigh(body.name, inertia)
+    links = tuple(
+        _link(joint, parent, pose, lumps, number, values) for number, (joint, parent, pose) in enumerate(carried)
+    )
+    return Machine(
+        scene.name,
+        values.vector(scene.gravity),
+        links,
+        tuple(_loop(item, lumps, values) for item in scene.constraints),
+        tuple(item.name for item in scene.inputs),
+        lambda key: _place(scene.source, key) or file,
+        _Equations(system, links),
+        _parts(scene, values),
+        frozenset(f"{item.section}.{item.name}" for item in scene.elements if _driven(item)),
+        scene.notes,
+    )
+
+
+def _link(joint: Joint, parent: int, pose: Placement, lumps: Lumps, number: int, values: _Values) -> Link:
+    kind = joint.kind
+    turned = kind.turned_about or kind.travels
+    axis = np.array(joint.axis) if turned else None
+    second = np.array(joint.second_axis) if kind.second_key else None
+    return Link(
+        joint.name,
+        joint.type,
+        joint.child,
+        parent,
+        pose,
+        axis,
+        second,
+        lumps.bodies[number],
+        lumps.whole(number),
+        dict(_joint_numbers(joint, values)),
+        held=joint.mimic is not None or bool(joint.drive),
+    )
+
+
+def _joint_numbers(joint: Joint, values: _Values) -> dict[str, float | str]:
+    """Return the quantities of a joint by name."""
+    result: dict[str, float | str] = {"pitch": values.number(joint.pitch)} if joint.kind.has("screw") else {}
+    if joint.kind.coordinates:
+        for name in ("stiffness", "damping", "rest", "rotor_inertia"):
+            for index, formula in enumerate(joint.each(getattr(joint, name))):
+                result[_indexed(name, index, joint)] = values.number(formula)
+        springs = [result[_indexed("stiffness", index, joint)] for index in range(joint.kind.v_size)]
+        for index, stiffness in enumerate(springs):
+            if stiffness == 0.0:  # no force follows from the rest of a spring that is none
+                result[_indexed("rest", index, joint)] = 0.0
+        for index in range(joint.kind.v_size):
+            result |= {
+                _indexed("coulomb", index, joint): 0.0,
+                _indexed("lower", index, joint): -np.inf,
+                _indexed("upper", index, joint): np.inf,
+            }
+    for friction in joint.friction:
+        result[_indexed("coulomb", friction.index, joint)] = values.number(friction.coulomb)
+    for stop in joint.stops:
+        for name, end in (("lower", stop.lower), ("upper", stop.upper)):
+            if end is not None:
+                result[_indexed(name, stop.index, joint)] = values.number(end)
+    result["mimic"] = joint.mimic.joint if joint.mimic is not None else ""
+    if joint.mimic is not None:
+        result |= {"multiplier": values.number(joint.mimic.multiplier), "offset": values.number(joint.mimic.offset)}
+    result |= {f"drive.{index}": values.number(item) for index, item in enumerate(joint.drive)}
+    return result
+
+
+def _indexed(name: str, index: int, joint: Joint) -> str:
+    return name if joint.kind.v_size == 1 else f"{name}[{index}]"
+
+
+def _loop(item: Any, lumps: Lumps, values: _Values) -> Loop:
+    """Return a constraint of a Scene."""
+    ends: list[tuple[int, Placement] | None] = [None, None]
+    for side, frame in enumerate(item.frames):
+        number, place = lumps.places[frame.body]
+        ends[side] = number, place.then(Placement(np.array(frame.orientation), values.vector(frame.position)))
+    names = (
+        "drive",
+        "length",
+        "radius",
+        "pitch",
+        "shape",
+        "semi_axes",
+        "tube_radius",
+        "surface",
+        "equation",
+        "at_velocity",
+    )
+    numbers = values.flat({name: getattr(item, name) for name in names})
+    return Loop(item.name, item.type, ends[0], ends[1], item.kind.uses, numbers)
+
+
+def _parts(scene: Scene, values: _Values) -> dict[str, dict[str, float | str]]:
+    """Return further parts of a scene, by section and name."""
+    result = {f"{element.section}.{element.name}": values.flat(element) for element in scene.elements}
+    for section in ("states", "controllers"):
+        result |= {f"{section}.{item.name}": values.flat(item) for item in getattr(scene, section)}
+    if scene.base is not None:
+        result["base"] = values.flat(scene.base)
+    return result
+
+
+def _driven(element: Any) -> bool:
+    return any(symbol.kind == "input" for formula, _ in element.formulas() for symbol in symbols(formula))
+
+
+def _place(source: Mapping[str, str], key: str) -> str:
+    """Return ``file:line`` of a key, or of the nearest enclosing key; empty if none is known."""
+    parts = key.split(".")
+    while parts:
+        if (place := source.get(".".join(parts))) is not None:
+            return place
+        parts.pop()
+    return ""
+
+
+class _Equations:
+    """The functions of a System on arrays, in the order of a machine's links."""
+
+    def __init__(self, system: System, links: Sequence[Link]) -> None:
+        self.system = system
+        factors = {factor.name: factor for factor in system.factors}
+        self._factors = [None if link.held else factors[link.joint] for link in links]
+        self._columns = np.concatenate(
+            [np.arange(factor.v.start, factor.v.stop) for factor in self._factors if factor is not None]
+            or [np.zeros(0, int)]
+        ).astype(int)
+        self._evaluations = {
+            name: Evaluation(system.tape, function.refs)
+            for name, function in system.functions.items()
+            if name in ("mass", "coupling", "force", "base_motion", "base")
+        }
+
+    def __call__(self, motion: Motion) -> Forces:
+        system = self.system
+        count = next((len(q) for q in motion.q), 1)
+        blocks: dict[str, Array] = {
+            "q": np.tile(system.initial_q, (count, 1)),
+            "v": np.zeros((count, len(system.initial_v))),
+            "p": np.array([item.value for item in system.parameters]),
+            "z": np.array([item.value for item in system.states]),
+            "t": np.zeros(1),
+            "u": np.zeros((count, len(system.inputs))),
+        }
+        for factor, q, v in zip(self._factors, motion.q, motion.v, strict=True):
+            if factor is not None:
+                blocks["q"][:, factor.q], blocks["v"][:, factor.v] = q, v
+        for place, item in enumerate(system.inputs):
+            blocks["u"][:, place] = motion.inputs.get(item.name, 0.0)
+        if "base" in self._evaluations:
+            blocks["base"] = self._values("base", blocks)
+        columns, size = self._columns, len(system.initial_v)
+        mass = self._values("mass", blocks).reshape(-1, size, size)[:, columns[:, np.newaxis], columns]
+        bias = self._values("coupling", blocks)[:, columns]
+        if "base_motion" in self._evaluations:
+            bias = bias + self._values("base_motion", blocks)[:, columns]
+        force = self._values("force", blocks)[:, columns]
+        return Forces(mass, bias, force, bias - force)
+
+    def _values(self, name: str, blocks: Mapping[str, Array]) -> Array:
+        """Return the values of a function, (n, size); a function that the System has not is zero."""
+        count, size = blocks["q"].shape[0], blocks["v"].shape[1]
+        if name not in self._evaluations:
+            return np.zeros((count, size))
+        inputs = self.system.functions[name].inputs
+        values = self._evaluations[name].on_arrays({block: blocks[block] for block in inputs})
+        return np.broadcast_to(values, (count, values.shape[-1]))
+
+
+__all__ = ["AT_ORIGIN", "Forces", "Link", "Loop", "Lumps", "Machine", "Motion", "PlacedBody", "Placement", "of_scene"]

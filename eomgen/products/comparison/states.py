@@ -1,0 +1,149 @@
+"""Random states of two machines in the coordinates of each, and the equations of motion at these states."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.lie import numeric
+from eomgen.lie.groups import SE3, SO3
+from eomgen.products.comparison.differences import Pairing
+from eomgen.products.comparison.machine import Forces, Link, Motion, Placement
+from eomgen.products.comparison.report import Difference
+from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.rotations import quaternion_of_matrix
+from eomgen.system.description import component_names
+
+#: How far random coordinates without limits go, by unit.
+_REACH = {"rad": 1.5, "m": 0.5}
+
+
+def motions(pairing: Pairing, count: int, random: np.random.Generator) -> tuple[Motion, Motion]:
+    """Return equal random states in the coordinates of both machines."""
+    first, second = pairing.first, pairing.second
+    empty = np.zeros((count, 0))
+    q, v = [empty] * len(first.links), [empty] * len(first.links)
+    their_q, their_v = [empty] * len(second.links), [empty] * len(second.links)
+    for i, j in pairing.pairs:
+        one, other = first.links[i], second.links[j]
+        if one.held:
+            continue
+        q[i], v[i] = _drawn(one, other, count, random)
+        their_q[j], their_v[j] = _as_second(pairing, i, q[i], v[i])
+    inputs = {name: random.normal(size=count) for name in first.inputs if name in second.inputs}
+    return Motion(q, v, inputs), Motion(their_q, their_v, inputs)
+
+
+def _drawn(one: Link, other: Link, count: int, random: np.random.Generator) -> tuple[Array, Array]:
+    """Return random coordinates within the limits of both descriptions, and velocities."""
+    kind = JOINTS[one.type]
+    v = random.normal(size=(count, kind.v_size))
+    if kind.group == "SO3":
+        return numeric.exp(SO3, random.normal(size=(count, 3))), v
+    if kind.group == "SE3":
+        return numeric.exp(SE3, random.normal(size=(count, 6))), v
+    ends = []
+    for index, unit in enumerate(kind.units):
+        name = "" if kind.v_size == 1 else f"[{index}]"
+        low, high = -_REACH[unit], _REACH[unit]
+        for link in (one, other):
+            lower, upper = link.numbers.get(f"lower{name}", -math.inf), link.numbers.get(f"upper{name}", math.inf)
+            if isinstance(lower, float) and isinstance(upper, float) and max(low, lower) < min(high, upper):
+                low, high = max(low, lower), min(high, upper)
+        ends.append((low, high))
+    lows, highs = np.array(ends).reshape(-1, 2).T
+    return random.uniform(lows, highs, size=(count, len(ends))), v
+
+
+def _as_second(pairing: Pairing, number: int, q: Array, v: Array) -> tuple[Array, Array]:
+    """Return coordinates of a link in the frames of the second machine: coordinates of balls and free bodies depend on
+    the frames.
+
+    With X and X_p the second's frames of link and parent in the first's, and P the poses at zero, P q = X_p P' q' X^-1.
+    """
+    one, other = pairing.first.links[number], pairing.second.links[pairing.partner[number]]
+    group = {"SO3": SO3, "SE3": SE3}.get(JOINTS[one.type].group)
+    if group is None:
+        return q, v
+    zero = one.pose.inverse().then(pairing.aligned[one.parent]).then(other.pose)
+    own, of_zero = (_element(place, q.shape) for place in (pairing.aligned[number], zero))
+    moved = numeric.compose(group, numeric.compose(group, numeric.inverse(group, of_zero), q), own)
+    back = numeric.adjoint(group, numeric.inverse(group, own))
+    return moved, np.einsum("nij,nj->ni", back, v)
+
+
+def _element(place: Placement, shape: tuple[int, ...]) -> Array:
+    """Return a place as elements of the group with these many numbers, (n, 4) or (n, 7)."""
+    quaternion = np.array(quaternion_of_matrix(place.axes.tolist()))
+    return np.broadcast_to(np.concatenate([quaternion, place.origin])[: shape[1]], shape)
+
+
+def errors_of(pairing: Pairing, first: Forces, second: Forces) -> tuple[dict[str, float], list[Difference]]:
+    """Return the largest relative differences of the terms over all states, and the entry of each that differs most.
+
+    The second machine's terms are transformed into the coordinates of the first.
+    """
+    names, columns, transform = _order(pairing)
+    placed = transform[np.newaxis]
+    mass = np.transpose(placed, (0, 2, 1)) @ second.mass[:, columns[:, np.newaxis], columns] @ placed
+    errors: dict[str, float] = {}
+    worst: list[Difference] = []
+    if not names:
+        return errors, worst
+    diagonal = np.sqrt(np.abs(np.einsum("nii->ni", first.mass)))
+    scale = diagonal[:, :, np.newaxis] * diagonal[:, np.newaxis]
+    apart = np.abs(mass - first.mass) / np.where(scale > 0.0, scale, 1.0)
+    state, row, column = np.unravel_index(np.argmax(apart), apart.shape)
+    errors["mass matrix"] = float(apart[state, row, column])
+    element = f"M[{names[row]}, {names[column]}]"
+    worst.append(
+        Difference(element, "mass matrix", float(first.mass[state, row, column]), float(mass[state, row, column]))
+    )
+    both = first.bias is not None and second.bias is not None
+    terms = [("bias", first.bias, second.bias), ("force", first.force, second.force)] if both else []
+    for name, mine, theirs in terms or [("sum", first.total, second.total)]:
+        if mine is None or theirs is None:
+            continue
+        moved = theirs[:, columns] @ transform
+        size = np.abs(first.total).max(axis=0) + np.abs(mine).max(axis=0)
+        size = np.maximum(size, 1e-9 * max(float(size.max()), 1e-300))
+        relative = np.abs(moved - mine) / size
+        state, row = np.unravel_index(np.argmax(relative), relative.shape)
+        errors[name] = float(relative[state, row])
+        worst.append(Difference(f"v.{names[row]}", name, float(mine[state, row]), float(moved[state, row])))
+    return errors, worst
+
+
+def _order(pairing: Pairing) -> tuple[list[str], Array, Array]:
+    """Return names of the first's velocities, the second's columns in this order, and the matrix from velocities of the
+    first to velocities of the second."""
+    starts, start = {}, 0
+    for j, link in enumerate(pairing.second.links):
+        starts[j] = start
+        start += 0 if link.held else JOINTS[link.type].v_size
+    names: list[str] = []
+    columns: list[int] = []
+    blocks: list[Array] = []
+    for i, j in pairing.pairs:
+        link = pairing.first.links[i]
+        if link.held:
+            continue
+        size = JOINTS[link.type].v_size
+        names += component_names("", link.joint, size)
+        columns += range(starts[j], starts[j] + size)
+        blocks.append(_velocities(pairing, i, size))
+    transform = np.zeros((len(columns), len(columns)))
+    place = 0
+    for block in blocks:
+        transform[place : place + len(block), place : place + len(block)] = block
+        place += len(block)
+    return names, np.array(columns, dtype=int), transform
+
+
+def _velocities(pairing: Pairing, number: int, size: int) -> Array:
+    """Return the matrix from a link's velocities in the first machine to velocities in the second."""
+    kind = JOINTS[pairing.first.links[number].type]
+    neutral = np.eye(1, kind.q_size) if kind.group != "R" else np.zeros((1, kind.q_size))
+    return np.array([_as_second(pairing, number, neutral, unit[np.newaxis])[1][0] for unit in np.eye(size)]).T

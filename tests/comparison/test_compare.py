@@ -1,0 +1,124 @@
+"""Comparisons of descriptions with other frames, other formats and other readers; the command, and its refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import eomgen
+from eomgen.base.verbs import own
+from tests.comparison.test_planted_differences import MJCF, SCENE, URDF
+
+#: The arm's slide with its frame elsewhere: turned a quarter about the axis of the joint, and moved along it.
+TURNED = (
+    ('<origin xyz="0 0 0.05"/><mass value="0.5"/>', '<origin xyz="0 0 -0.05"/><mass value="0.5"/>'),
+    ('ixx="0.001" ixy="0" ixz="0" iyy="0.002"', 'ixx="0.002" ixy="0" ixz="0" iyy="0.001"'),
+    ('xyz="0 0.02 0.4" rpy="0 0.1 0"',
+     'xyz="0.009983341664682815 0.02 0.49950041652780257" rpy="0.1 0 1.5707963267948966"'),
+)  # fmt: skip  # pairs
+ALIKE = """<mujoco model="twin">
+  <compiler angle="radian"/>
+  <worldbody>
+    <body name="cart" pos="0 0 1">
+      <freejoint name="fly"/>
+      <inertial pos="0.1 0 0" mass="2" diaginertia="0.1 0.2 0.25"/>
+      <body name="rod" pos="0.3 0 0" euler="0.3 0 0">
+        <joint name="ball" type="ball"/>
+        <inertial pos="0 0 -0.2" mass="1" diaginertia="0.02 0.02 0.01"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def written(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def run(*arguments: object) -> tuple[int, str]:
+    """Return exit code and output of the command."""
+    verb = next(verb for verb in own() if verb.name == "compare")
+    command = verb.imported(verb.command, callable, "command")
+    result = CliRunner().invoke(command, [str(item) for item in arguments], standalone_mode=False)
+    assert result.exception is None, result.exception
+    return result.return_value, result.output
+
+
+def test_frames_of_bodies_may_differ(tmp_path: Path) -> None:
+    """A slide whose frame is turned about its axis and moved along it is the same slide."""
+    text = URDF
+    for old, new in TURNED:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    comparison = eomgen.compare(
+        written(tmp_path / "a.urdf", URDF), written(tmp_path / "b.urdf", text), states=3, tolerance=1e-10
+    )
+    assert comparison.equal, str(comparison)
+    assert max(comparison.errors.values()) < 1e-12
+
+
+def test_a_scene_equals_itself_as_data_and_as_scene(tmp_path: Path) -> None:
+    path = written(tmp_path / "four_bar.toml", SCENE)
+    comparison = eomgen.compare(path, eomgen.load(path), states=2)
+    assert comparison.equal
+    assert comparison.first is None
+    assert comparison.matched == 3
+    assert comparison.errors == {"mass matrix": 0.0, "bias": 0.0, "force": 0.0}
+    assert comparison.summary.startswith("four_bar and four_bar are equal in 3 joints")
+
+
+@pytest.mark.slow
+def test_other_programs_read_the_same_machine(tmp_path: Path) -> None:
+    """MuJoCo a URDF, an MJCF with springs, and free and ball joints; Pinocchio a URDF: to 1e-12 at ten states."""
+    pytest.importorskip("mujoco")
+    urdf, mjcf = written(tmp_path / "arm.urdf", URDF), written(tmp_path / "arm.xml", MJCF)
+    twin = written(tmp_path / "twin.xml", ALIKE)
+    for path, reader in ((urdf, "mujoco"), (urdf, "pinocchio"), (mjcf, "mujoco"), (twin, "mujoco")):
+        comparison = eomgen.compare(path, reader=reader, tolerance=1e-9)
+        assert comparison.equal, str(comparison)
+        assert max(comparison.errors.values()) < 1e-12, (path.name, reader)
+
+
+def test_joints_of_one_description_alone(tmp_path: Path) -> None:
+    """The missing joint is named first, and the equations are not compared."""
+    start, end = URDF.index('  <link name="slide">'), URDF.index('  <joint name="shoulder"')
+    shorter = URDF[:start] + URDF[end : URDF.index('  <joint name="wrist"')] + "</robot>"
+    comparison = eomgen.compare(written(tmp_path / "a.urdf", URDF), written(tmp_path / "b.urdf", shorter), states=2)
+    assert str(comparison.first) == "joints.wrist: joint is prismatic and absent (a.urdf:21)"
+    assert comparison.errors == {}
+    assert comparison.notes[-1] == "equations were not compared: the coordinates of the descriptions differ"
+
+
+def test_the_command_has_exit_codes_and_json(tmp_path: Path) -> None:
+    path = written(tmp_path / "four_bar.toml", SCENE)
+    changed = written(tmp_path / "other.toml", SCENE.replace("mass = 2.0", "mass = 2.5"))
+    code, output = run(path, changed, "--json")
+    data = json.loads(output)
+    assert code == 4
+    assert not data["equal"]
+    assert [data["differences"][0][key] for key in ("element", "quantity", "first", "second", "unit")] == [
+        *("bodies.coupler", "mass", 2.0, 2.5, "kg")
+    ]
+    assert data["differences"][0]["places"] == ["four_bar.toml:10", "other.toml:10"]
+    code, output = run(path, changed)
+    assert code == 4
+    assert "bodies.coupler" in output
+
+
+def test_refusals(tmp_path: Path) -> None:
+    path = written(tmp_path / "four_bar.toml", SCENE)
+    cases = (
+        (lambda: eomgen.compare(path), "one description has no second one to be compared with"),
+        (lambda: eomgen.compare(path, path, states=0), "0 states compare no equations"),
+        (lambda: eomgen.compare(path, path, tolerance=0.0), "0.0 would call rounding a difference"),
+        (lambda: eomgen.compare(path, eomgen.load(path), reader="mujoco"), "mujoco reads files, not Scene objects"),
+        (lambda: eomgen.compare(path, reader="bullet"), "there is no reader 'bullet'"),
+    )  # fmt: skip  # pairs
+    for call, text in cases:
+        with pytest.raises(eomgen.UsageError, match=text):
+            call()
