@@ -32,7 +32,8 @@ def arm(*, first: str = "", second: str = 'axis="0 1 0"', body: str = "", rest: 
           <site name="s" pos="0 0.1 0" euler="10 20 30"/></body>
       </body>
     </body>
-    <body name="f" pos="1 1 1" quat="0.6 0 0.8 0"><freejoint name="free"/><geom size="0.1" pos="0.01 0.02 0"/></body>
+    <body name="f" pos="1 1 1" quat="0.6 0 0.8 0"><freejoint name="free"/><geom size="0.1" pos="0.01 0.02 0"/>
+      <site name="c" pos="0.2 0 0.1"/></body>
   </worldbody>
   {rest}
 </mujoco>"""
@@ -45,6 +46,11 @@ def actuators(text: str) -> str:
 _TENDON = (
     '<tendon><fixed name="t" stiffness="3 1" damping="2 1" springlength="-0.3 0.2"><joint joint="a" coef="2"/>'
     '<joint joint="b" coef="-0.5"/></fixed></tendon>'
+)
+_PATH = (
+    '<tendon><spatial name="r" stiffness="30 4" damping="2 1" springlength="0.5 0.6"><site site="s"/>'
+    '<geom geom="o" sidesite="away"/><site site="p"/><pulley divisor="2"/><site site="p"/><site site="c"/>'
+    '<pulley divisor="3"/><site site="s"/><geom geom="o"/><site site="c"/></spatial></tendon>'
 )
 CASES = {
     "plain": arm(),
@@ -88,6 +94,20 @@ CASES = {
     "ball motor": arm(second='type="ball"', rest=actuators('<motor joint="b" gear="1 2 3 0 0 0"/>')),
     "limited sum": arm(
         first='actuatorfrcrange="-0.5 0.4"', rest=actuators('<motor joint="a"/><position joint="a" kp="7" kv="2"/>')
+    ),
+    "spatial tendon": arm(
+        body='><site name="p" pos="0.1 0.1 0.05"/><geom name="o" type="cylinder" size="0.06 0.1" zaxis="0.1 1 0"/'
+        '><site name="away" pos="0 0 0.3"/',
+        rest=_PATH + actuators('<motor tendon="r" gear="2"/><position tendon="r" kp="7" kv="2" forcerange="-3 3"/>'),
+    ),
+    "muscle": arm(
+        body='><site name="p" pos="0.1 0.1 0.05"/><geom name="o" type="sphere" size="0.06"/'
+        '><site name="away" pos="0 0 0.3"/',
+        rest=_PATH
+        + actuators(
+            '<muscle tendon="r" lengthrange="0.4 1.2" force="50" range="0.7 1.1" lmin="0.5" lmax="1.6" vmax="1.5"'
+            ' fpmax="1.3" fvmax="1.2" timeconst="0.01 0.04" tausmooth="5"/><muscle joint="a" lengthrange="-2 2"/>'
+        ),
     ),
     "tendon": arm(
         rest=_TENDON + actuators('<motor tendon="t" gear="2"/><position tendon="t" kp="7" kv="2" forcerange="-3 3"/>')

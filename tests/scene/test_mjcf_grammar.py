@@ -52,15 +52,19 @@ BASE = """<mujoco>
         <body name="w" pos="0 0.4 0"><joint name="d" type="ball" {ball}/><geom size="0.1"/></body>
       </body>
     </body>
-    <body name="f" pos="1 1 1"><freejoint name="free" {freejoint}/><geom size="0.1" pos="0.1 0 0"/></body>
+    <body name="f" pos="1 1 1"><freejoint name="free" {freejoint}/><geom size="0.1" pos="0.1 0 0"/>
+      <geom name="o" size="0.2" pos="-0.2 0 0"/><site name="e" pos="0.3 0.1 0"/></body><site name="h"/>
   </worldbody>
   <tendon><fixed name="t" stiffness="1" {tendon}><joint joint="a" coef="1"/>
-    <joint joint="b" coef="-2"/></fixed></tendon>
+    <joint joint="b" coef="-2"/></fixed>
+    <spatial name="r" stiffness="2" {spatial}><site site="s"/><geom geom="o"/><site site="e"/>
+    <pulley divisor="2"/><site site="e"/><site site="h"/></spatial></tendon>
   <actuator>
     <motor name="m" joint="a" {motor}/><position name="p" joint="b" {position}/>
     <velocity name="v" joint="c" {velocity}/>
     <general name="g" tendon="t" {general}/><motor name="z" site="s" gear="1 0 0 0 0 1"/>
     <intvelocity name="i" joint="a" actrange="-9 9" {intvelocity}/>
+    <muscle name="x" tendon="r" lengthrange="0.3 1.5" {muscle}/>
   </actuator>
 </mujoco>"""
 PLACES = {
@@ -79,7 +83,8 @@ PLACES = {
     "site": "body/site",
     "freejoint": "body/freejoint",
     "tendon": "tendon/fixed",
-    **{name: f"actuator/{name}" for name in ("motor", "position", "velocity", "general", "intvelocity")},
+    "spatial": "tendon/spatial",
+    **{name: f"actuator/{name}" for name in ("motor", "position", "velocity", "general", "intvelocity", "muscle")},
 }
 #: Values to try, the first that MuJoCo takes.
 _VALUES = (

@@ -9,6 +9,7 @@ import numpy as np
 from eomgen.scene.sources.mjcf.compiled import Place
 from eomgen.scene.sources.mjcf.draft import Draft, clipped, number, odd_power, polynomial, times, total
 from eomgen.scene.sources.mjcf.equalities import site_place
+from eomgen.scene.sources.mjcf.muscles import Muscle, activation_rate
 from eomgen.scene.sources.mjcf.tree import BALL, FREE, HINGE, SLIDE
 from eomgen.system.description import BASE
 
@@ -117,14 +118,17 @@ class _Actuator:
         kind = int(model.actuator_dyntype[self.index])
         if kind == kinds.mjDYN_NONE:
             return self.control()
-        if kind not in (kinds.mjDYN_INTEGRATOR, kinds.mjDYN_FILTER, kinds.mjDYN_FILTEREXACT):
+        muscle = kind == kinds.mjDYN_MUSCLE
+        if not muscle and kind not in (kinds.mjDYN_INTEGRATOR, kinds.mjDYN_FILTER, kinds.mjDYN_FILTEREXACT):
             word = kinds(kind).name.removeprefix("mjDYN_").lower()
             self.refuse(f"an actuator with dynamics of type {word} is not supported")
             return ""
         control = self.control()
         name = draft.name("signal", "", f"{self.name}_activation")
         rate = control
-        if kind != kinds.mjDYN_INTEGRATOR:
+        if muscle:
+            rate = activation_rate(f"({control})", name, model.actuator_dynprm[self.index])
+        elif kind != kinds.mjDYN_INTEGRATOR:
             time = max(float(model.actuator_dynprm[self.index][0]), 1e-15)
             rate = f"({control} - {name}) / {time!r}"
         if model.actuator_actlimited[self.index]:
@@ -143,6 +147,8 @@ class _Actuator:
         """Return the formula of the actuator's force; empty for a fault."""
         model, gains, biases = self.model, self.draft.mujoco.mjtGain, self.draft.mujoco.mjtBias
         gain_kind, bias_kind = int(model.actuator_gaintype[self.index]), int(model.actuator_biastype[self.index])
+        if gain_kind == gains.mjGAIN_MUSCLE and bias_kind == biases.mjBIAS_MUSCLE:
+            return self.muscle_force(length, rate)
         known = gain_kind in (gains.mjGAIN_FIXED, gains.mjGAIN_AFFINE)
         if not known or bias_kind not in (biases.mjBIAS_NONE, biases.mjBIAS_AFFINE):
             word = (gains(gain_kind) if not known else biases(bias_kind)).name.rpartition("_")[2].lower()
@@ -165,10 +171,34 @@ class _Actuator:
             terms.append(times(gain[0], driving))
         if any(bias):
             terms.append(_affine(bias, length, rate))
-        result = total(terms)
-        if model.actuator_forcelimited[self.index]:
-            result = clipped(result, *map(float, model.actuator_forcerange[self.index]))
-        return result
+        return self.limited(total(terms))
+
+    def limited(self, force: str) -> str:
+        """Return a force within the range of forces."""
+        model = self.model
+        if not model.actuator_forcelimited[self.index]:
+            return force
+        return clipped(force, *map(float, model.actuator_forcerange[self.index]))
+
+    def muscle_force(self, length: str, rate: str) -> str:
+        """Return the force of a muscle; empty for a fault."""
+        model, draft = self.model, self.draft
+        driving = self.driving()
+        if not driving:
+            return ""
+        low, high = (float(value) for value in model.actuator_lengthrange[self.index])
+        gain, passive = (
+            Muscle([float(value) for value in parameters[self.index][:9]], (low, high), self.acceleration)
+            for parameters in (model.actuator_gainprm, model.actuator_biasprm)
+        )
+        own, pace = (draft.name("signal", "", f"{self.name}_{word}") for word in ("length", "rate"))
+        draft.section("definitions")[own] = {"formula": gain.length(f"({length})")}
+        draft.section("definitions")[pace] = {"formula": gain.rate(f"({rate})")}
+        return self.limited(f"({gain.gain(own, pace)} * {driving} + {passive.passive(own)})")
+
+    @property
+    def acceleration(self) -> float:
+        return float(self.model.actuator_acc0[self.index])
 
     def plain_force(self, element: str) -> str:
         """Return the force of an actuator whose transmission has no length; empty for a fault."""
@@ -230,6 +260,9 @@ class _Actuator:
             return
         own = self.draft.name("signal", "", f"{self.name}_force")
         self.draft.section("definitions")[own] = {"formula": force}
+        if tendon in self.draft.branches:
+            self.draft.pulls[tendon].append(times(-gear, own))
+            return
         for joint, coefficient in self.draft.tendon_joints[tendon]:
             efforts.setdefault(joint, []).append(times(gear * coefficient, own))
 

@@ -19,6 +19,9 @@ _SECTIONS = {"actuator": "actuator", "equality": "equality", "tendon": "tendon",
 #: Elements below bodies, by the name of the kind.
 _OF_BODIES = {"body": "body", "joint": "joint", "freejoint": "joint", "site": "site", "geom": "geom"}
 _DEEPEST = 20
+_COMMENT = re.compile(r"(?<=<!--).*?(?=-->)", re.DOTALL)
+#: An attribute without a blank before the next attribute.
+_TIGHT = re.compile(r"""(=\s*(?:"[^"<>]*"|'[^'<>]*'))(?=[A-Za-z_])""")
 
 
 @dataclass(frozen=True)
@@ -63,13 +66,19 @@ class Elements:
 def elements_of(text: str, file: str, path: Path | None) -> Elements:
     """Return the elements of an MJCF text. Raises DescriptionError for a text that is not MJCF."""
     result = Elements()
-    root = read_xml(text, file)
+    root = read_xml(_strict(text), file)
     if root.tag != "mujoco":
         problem = Problem(f"{file}:{root.line}", f"the outermost element is {shown(root.tag)}, not 'mujoco'", "")
         raise DescriptionError(problem)
     folder = None if path is None else path.parent
     _walk(result, root, "", file, folder, 0)
     return result
+
+
+def _strict(text: str) -> str:
+    """Return a text without two liberties that MuJoCo's reader allows and XML does not: hyphens within comments, and
+    attributes without a blank between them. The lines are the same."""
+    return _TIGHT.sub(r"\1 ", _COMMENT.sub(lambda comment: comment[0].replace("-", "="), text))
 
 
 def _walk(result: Elements, element: Element, path: str, file: str, folder: Path | None, depth: int) -> None:
@@ -102,7 +111,7 @@ def _included(element: Element, folder: Path | None, depth: int) -> Iterator[tup
         return
     path = folder / element.get("file")
     try:
-        yield read_xml(read_text(path), shown_file(path)), shown_file(path)
+        yield read_xml(_strict(read_text(path)), shown_file(path)), shown_file(path)
     except EomgenError:
         return
 

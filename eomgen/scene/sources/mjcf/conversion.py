@@ -16,7 +16,7 @@ from eomgen.scene.sources.mjcf.compiled import Place, compiled, elements_of, muj
 from eomgen.scene.sources.mjcf.coverage import note_unknown_attributes
 from eomgen.scene.sources.mjcf.draft import Draft
 from eomgen.scene.sources.mjcf.equalities import convert_equalities, site_place
-from eomgen.scene.sources.mjcf.tendons import convert_tendons
+from eomgen.scene.sources.mjcf.tendons import add_pulls, convert_tendons
 from eomgen.scene.sources.mjcf.tree import convert_tree
 from eomgen.scene.sources.source import ConvertedScene, OptionError
 from eomgen.scene.sources.urdf.reading import legal_name
@@ -69,6 +69,7 @@ def mjcf_data(
     convert_tendons(draft)
     convert_equalities(draft)
     convert_actuators(draft)
+    add_pulls(draft)
     _drop_unused_definitions(data)
     _note_the_rest(draft)
     note_unknown_attributes(draft)

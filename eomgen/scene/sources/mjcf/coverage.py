@@ -108,13 +108,12 @@ _ROWS: tuple[tuple[str, Mapping[str, str]], ...] = (
     (
         "actuator/muscle",
         {
-            READ: "class name",
-            IDLE: "group lengthrange user",
-            REFUSED: (
-                "armature cranklength cranksite ctrllimited ctrlrange damping delay force forcelimited "
-                "forcerange fpmax fvmax gear interp joint jointinparent lmax lmin nsample range scale slidersite "
-                "tausmooth tendon timeconst vmax"
+            READ: (
+                "armature class ctrllimited ctrlrange damping force forcelimited forcerange fpmax fvmax gear joint "
+                "lengthrange lmax lmin name range scale tausmooth tendon timeconst vmax"
             ),
+            IDLE: "group interp nsample user",
+            REFUSED: "cranklength cranksite delay jointinparent slidersite",
         },
     ),
     (
@@ -629,15 +628,15 @@ _ROWS: tuple[tuple[str, Mapping[str, str]], ...] = (
     (
         "tendon/spatial",
         {
-            READ: "class name",
+            READ: "class damping name springlength stiffness",
             IDLE: ("group margin material rgba solimpfriction solimplimit solreffriction solreflimit user width"),
             NOTED: "frictionloss limited range",
-            REFUSED: "actuatorfrclimited actuatorfrcrange armature damping springlength springyield stiffness",
+            REFUSED: "actuatorfrclimited actuatorfrcrange armature springyield",
         },
     ),
-    ("tendon/spatial/geom", {REFUSED: "geom sidesite"}),
-    ("tendon/spatial/pulley", {REFUSED: "divisor"}),
-    ("tendon/spatial/site", {REFUSED: "site"}),
+    ("tendon/spatial/geom", {READ: "geom sidesite"}),
+    ("tendon/spatial/pulley", {READ: "divisor"}),
+    ("tendon/spatial/site", {READ: "site"}),
     (
         "visual/global",
         {

@@ -90,11 +90,14 @@ class Draft:
     notes : on names, frames and starts
     warnings : places and words of omissions
     taken : names that are taken, by kind
-    places, joints, tendons : of bodies their places, of joints their names, of fixed tendons the definitions of their
-        lengths, by number in the compiled model
+    places, joints, tendons : places of bodies, names of joints, and the definitions of the lengths of tendons,
+        by number in the compiled model
     qpos, qvel : MuJoCo's coordinates and velocities at the start
     key : number of the keyframe at the start; -1 for none
     tendon_joints : joints of fixed tendons with their coefficients
+    points : names of the points at sites
+    branches : of spatial tendons: names in the scene, and the divisors of their lengths
+    pulls : of spatial tendons: formulas of actuators that pull the ends together
     omitted : names of elements of which a property is left out, by the property
     """
 
@@ -114,6 +117,9 @@ class Draft:
     qvel: Array = field(default_factory=lambda: np.zeros(0))
     key: int = -1
     tendon_joints: dict[int, list[tuple[int, float]]] = field(default_factory=dict)
+    points: dict[int, str] = field(default_factory=dict)
+    branches: dict[int, list[tuple[str, float]]] = field(default_factory=dict)
+    pulls: dict[int, list[str]] = field(default_factory=dict)
     omitted: dict[str, list[str]] = field(default_factory=dict)
 
     def section(self, name: str) -> dict[str, Any]:

@@ -1,6 +1,11 @@
-"""Fixed tendons of MJCF: lengths that are sums of coordinates, with springs and dampers along them."""
+"""Tendons of MJCF: fixed ones, whose lengths are sums of coordinates, and spatial ones along paths of sites, which wrap
+around geoms; springs and dampers along both."""
 
 from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
 
 from eomgen.scene.sources.mjcf.draft import (
     Draft,
@@ -12,11 +17,17 @@ from eomgen.scene.sources.mjcf.draft import (
     times,
     total,
 )
+from eomgen.scene.sources.mjcf.equalities import site_place
 
 
 def convert_tendons(draft: Draft) -> None:
-    """Add the fixed tendons of a file as definitions of length and rate, and their forces as efforts."""
+    """Add the tendons of a file as definitions of length and rate, and their forces: of fixed ones as efforts."""
     model = draft.model
+    driven = {
+        int(target)
+        for kind, (target, *_) in zip(model.actuator_trntype, model.actuator_trnid, strict=True)
+        if kind == draft.mujoco.mjtTrn.mjTRN_TENDON
+    }
     wrap_joint = int(draft.mujoco.mjtWrap.mjWRAP_JOINT)
     for index in range(model.ntendon):
         place = draft.place("tendon", index, model.ntendon)
@@ -24,7 +35,10 @@ def convert_tendons(draft: Draft) -> None:
         first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
         wraps = range(first, first + count)
         if int(model.wrap_type[first]) != wrap_joint:
-            _left_or_refused(draft, index, written or f"tendon {index + 1}")
+            if _acts(draft, index) or index in driven or _is_equated(draft, index):
+                _spatial(draft, index, written)
+            else:
+                draft.leave_out(place, f"not modelled: the spatial tendon {written or index + 1}, which has no force")
             continue
         name = draft.name("signal", "", f"length_of_{written or f'tendon_{index + 1}'}")
         draft.taken["signal"].add(f"{name}_rate")
@@ -65,7 +79,9 @@ def _forces(draft: Draft, index: int, name: str) -> None:
         terms.append(polynomial(f"({name} - {slack})", stiffness, plain_power))
     if any(damping) and not draft.disabled("DAMPER"):
         terms.append(polynomial(f"{name}_rate", damping, odd_power))
-    if terms:
+    if index in draft.branches:
+        draft.pulls[index] = terms
+    elif terms:
         tension = draft.name("signal", "", name.replace("length_of_", "tension_of_", 1))
         draft.section("definitions")[tension] = {"formula": total(terms)}
         for joint, coefficient in draft.tendon_joints[index]:
@@ -76,13 +92,100 @@ def _forces(draft: Draft, index: int, name: str) -> None:
             }
 
 
-def _left_or_refused(draft: Draft, index: int, name: str) -> None:
-    """Refuse a spatial tendon with forces of its own; its actuators and equalities are refused by their sections."""
-    model, place = draft.model, draft.place("tendon", index, draft.model.ntendon)
-    spring = [model.tendon_stiffness[index], *model.tendon_stiffnesspoly[index]]
-    damper = [model.tendon_damping[index], *model.tendon_dampingpoly[index]]
-    if any(spring) or any(damper) or model.tendon_armature[index]:
-        fault = "a spatial tendon with stiffness, damping or armature is not supported"
-        draft.refuse(place, f"tendon {name}", fault, "springs of a scene that includes the file")
-    else:
-        draft.leave_out(place, f"not modelled: the spatial tendon {name}")
+def _acts(draft: Draft, index: int) -> bool:
+    """Return whether a tendon has a spring, a damper, inertia or dry friction of its own."""
+    model = draft.model
+    names = ("stiffness", "stiffnesspoly", "damping", "dampingpoly", "armature", "frictionloss", "limited")
+    return any(np.any(getattr(model, f"tendon_{name}")[index]) for name in names)
+
+
+def _is_equated(draft: Draft, index: int) -> bool:
+    model = draft.model
+    of_tendons = model.eq_type == int(draft.mujoco.mjtEq.mjEQ_TENDON)
+    return bool(np.any(of_tendons & ((model.eq_obj1id == index) | (model.eq_obj2id == index))))
+
+
+def _spatial(draft: Draft, index: int, written: str) -> None:
+    """Add the branches of a spatial tendon as tendons of the scene, and definitions of length and rate."""
+    model, kinds = draft.model, draft.mujoco.mjtWrap
+    place = draft.place("tendon", index, model.ntendon)
+    first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
+    title = written or f"tendon_{index + 1}"
+    name = draft.name("signal", "", f"length_of_{title}")
+    draft.taken["signal"].add(f"{name}_rate")
+    branches: list[tuple[dict[str, Any], float]] = []
+    divisor = 1.0
+    entry: dict[str, Any] = {"points": []}
+    for k in range(first, first + count):
+        kind, target = int(model.wrap_type[k]), int(model.wrap_objid[k])
+        if kind == kinds.mjWRAP_PULLEY:
+            branches.append((entry, divisor))
+            entry, divisor = {"points": []}, float(model.wrap_prm[k])
+        elif kind == kinds.mjWRAP_SITE:
+            entry["points"].append(_point(draft, target))
+        else:
+            wrap = _obstacle(draft, index, title, k)
+            if wrap is not None:
+                entry.setdefault("wraps", []).append({"after": entry["points"][-1], **wrap})
+    branches.append((entry, divisor))
+    kept = [(entry, divisor) for entry, divisor in branches if len(entry["points"]) > 1]
+    draft.branches[index] = []
+    for number_of_branch, (entry, divisor) in enumerate(kept, 1):
+        own = draft.name("tendon", "", title if len(kept) == 1 else f"{title}_branch_{number_of_branch}")
+        draft.section("tendons")[own] = entry
+        draft.lines[f"tendons.{own}"] = str(place)
+        draft.branches[index].append((own, divisor))
+    draft.tendons[index] = name
+    for own, word in ((name, "path_length"), (f"{name}_rate", "path_rate")):
+        terms = [times(1.0 / divisor, f"{word}.{branch}") for branch, divisor in draft.branches[index]]
+        draft.section("definitions")[own] = {"formula": total(terms)}
+        draft.lines[f"definitions.{own}"] = str(place)
+    _forces(draft, index, name)
+
+
+def _point(draft: Draft, site: int) -> str:
+    """Return the name of a point at a site, which is added."""
+    if site not in draft.points:
+        written = draft.written("site", site) or f"site_{site + 1}"
+        name = draft.name("point", "", f"at_{written}")
+        at = site_place(draft, site)
+        draft.section("points")[name] = {"body": at.body, "position": at.position.tolist()}
+        draft.points[site] = name
+    return draft.points[site]
+
+
+def _obstacle(draft: Draft, index: int, title: str, k: int) -> dict[str, Any] | None:
+    """Return the obstacle of a wrapping geom; None if the geom is too small, or for a fault."""
+    model = draft.model
+    geom, side = int(model.wrap_objid[k]), round(float(model.wrap_prm[k]))
+    at = draft.places[int(model.geom_bodyid[geom])].of(np.array(model.geom_pos[geom]), model.geom_quat[geom])
+    cylinder = int(model.wrap_type[k]) == int(draft.mujoco.mjtWrap.mjWRAP_CYLINDER)
+    center: dict[str, Any] = {"body": at.body, "position": at.position.tolist()}
+    if cylinder:
+        center |= {"axis": at.orientation[:, 2].tolist()}
+    radius = float(model.geom_size[geom][0])
+    entry: dict[str, Any] = {"shape": "cylinder" if cylinder else "sphere", "center": center, "radius": radius}
+    if side >= 0:
+        away = site_place(draft, side)
+        if away.body != at.body:
+            fault = f"the sidesite {draft.written('site', side)} is not on the body of its geom"
+            place = draft.place("tendon", index, model.ntendon)
+            draft.refuse(place, f"tendon {title}", fault, "a site on the body of the geom")
+            return None
+        offset = away.position - at.position
+        if float(np.linalg.norm(offset)) < radius:
+            entry["inside"] = True
+        entry["side"] = _point(draft, side)
+    return entry
+
+
+def add_pulls(draft: Draft) -> None:
+    """Add the forces of springs, dampers and actuators to the branches of spatial tendons."""
+    for index, branches in draft.branches.items():
+        terms = draft.pulls[index]
+        if not terms:
+            continue
+        tension = draft.name("signal", "", draft.tendons[index].replace("length_of_", "tension_of_", 1))
+        draft.section("definitions")[tension] = {"formula": total(terms)}
+        for branch, divisor in branches:
+            draft.section("tendons")[branch]["force"] = times(1.0 / divisor, tension)

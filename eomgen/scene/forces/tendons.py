@@ -1,0 +1,175 @@
+"""Tendons in scene files, keys, bounds and data: springs, dampers and actuators along a path of points, which may wrap
+around spheres and cylinders."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import ClassVar, Literal, Self
+
+from eomgen.base.data import dataclass, replace
+from eomgen.base.messages import key_of, listed
+from eomgen.formula.nodes import ZERO, Formula, Vector
+from eomgen.scene.forces.element import Attach, ForceElement
+from eomgen.scene.forces.element_section import ElementSection, Site
+from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
+from eomgen.scene.joints.frames import read_frame
+from eomgen.scene.joints.model import Frame
+from eomgen.scene.joints.schema import Frame as FrameEntry
+from eomgen.scene.reading.key_metadata import Table, key, optional
+from eomgen.scene.reading.kinds import Value
+from eomgen.scene.reading.requirements import above_zero, not_below_zero
+from eomgen.system.description import Line
+
+
+class WrapEntry(Table):
+    """A sphere or a cylinder around which a tendon wraps between two successive points."""
+
+    after: str = key("point of the path before the obstacle", refers="points")
+    shape: Literal["sphere", "cylinder"] = key("of the obstacle; a cylinder has no ends", "sphere")
+    center: FrameEntry = key("a frame; z is the axis of a cylinder", kind="frame, see [constraints](#constraints)")
+    radius: Value = key("of the obstacle", unit="m", names=PARAMETERS)
+    side: str | None = optional(
+        "point outside the obstacle, on the side on which the tendon passes; without one the shorter way",
+        refers="points",
+    )
+
+
+class TendonEntry(Table):
+    """A spring, damper or actuator along a path of points; the same tension acts along the whole path."""
+
+    points: tuple[str, ...] = key("the path, two points or more", refers="points", kind="list of points", strict=False)
+    wraps: tuple[WrapEntry, ...] = key(
+        "obstacles of the path", (), kind="list of tables, below", shown_default="`[]`", strict=False
+    )
+    stiffness: Value = key("tension by length beyond `length`", 0.0, unit="N/m", names=PARAMETERS)
+    damping: Value = key("tension by rate of length", 0.0, unit="N s/m", names=PARAMETERS)
+    length: Value = key("length at which the tendon is slack", 0.0, unit="m", names=PARAMETERS)
+    force: Value = key("an actuator in parallel", 0.0, unit="N", names=SPRING_FORCE)
+
+
+@dataclass(frozen=True)
+class Wrap:
+    """An obstacle of a tendon.
+
+    Attributes
+    ----------
+    after : index of the point of the path before the obstacle
+    cylinder : whether the obstacle is a cylinder about the z axis of ``frame``, not a sphere about the origin
+    side : point outside the obstacle, on the side on which the tendon passes; empty for the shorter way
+    """
+
+    after: int
+    cylinder: bool
+    frame: Frame
+    radius: Formula
+    side: str = ""
+
+
+@dataclass(frozen=True)
+class Tendon(ForceElement):
+    """Spring-damper along a path of points: tension = stiffness (l - length) + damping l' + force.
+
+    ``force`` is a formula of everything (an actuator in parallel), a tension: positive shortens the path. Stiffness,
+    damping and free length are formulas of parameters.
+    """
+
+    section: ClassVar[str] = "tendons"
+    law: ClassVar[str] = "eomgen.mechanics.forces.tendons:LAW"
+
+    points: tuple[str, ...]
+    wraps: tuple[Wrap, ...]
+    stiffness: Formula
+    damping: Formula
+    length: Formula
+    force: Formula = ZERO
+
+    def formulas(self) -> Iterator[tuple[Formula, int]]:
+        yield self.force, 0
+
+    def passive(self) -> Self:
+        return replace(self, force=ZERO)
+
+    def lengths(self) -> tuple[Formula, ...]:
+        return (self.length, *(wrap.radius for wrap in self.wraps))
+
+    def places(self) -> Iterator[tuple[tuple[str, ...], str, Vector]]:
+        for index, wrap in enumerate(self.wraps):
+            yield _place(index), wrap.frame.body, wrap.frame.position
+
+    def attached(self, at: Attach) -> Self:
+        wraps = []
+        for index, wrap in enumerate(self.wraps):
+            body, position = at(_place(index), wrap.frame.body, wrap.frame.position)
+            wraps.append(replace(wrap, frame=replace(wrap.frame, body=body, position=position)))
+        return replace(self, wraps=tuple(wraps))
+
+    def drawn(self) -> Line:
+        return Line(self.name, self.points[0], self.points[-1], False, self.length)
+
+
+def _place(index: int) -> tuple[str, ...]:
+    return (f"wraps[{index}]", "center", "position")
+
+
+def read_tendon(name: str, entry: TendonEntry, site: Site) -> Tendon:
+    """Return a checked tendon; faults go to the report of ``values``."""
+    key, values, report = key_of("tendons", name), site.values, site.values.report
+    for index, point in enumerate(entry.points):
+        values.point(f"{key}.points[{index}]", point)
+    if len(entry.points) < 2:
+        report.add(f"{key}.points", f"a path needs two points, not {len(entry.points)}", 'points = ["first", "second"]')
+    for point, following in pairwise(entry.points):
+        if point == following:
+            report.add(f"{key}.points", f"the path goes from the point {point} to itself", "another point")
+    wraps = [_wrap(f"{key}.wraps[{index}]", wrap, entry.points, site) for index, wrap in enumerate(entry.wraps)]
+    kept = sorted((wrap for wrap in wraps if wrap is not None), key=lambda wrap: wrap.after)
+    for wrap, following in pairwise(kept):
+        if wrap.after == following.after:
+            fault = f"two obstacles follow the point {entry.points[wrap.after]}"
+            report.add(f"{key}.wraps", fault, "a point of the path between the obstacles")
+    stiffness, damping, length = (
+        values.formula(f"{key}.{field}", getattr(entry, field), PARAMETERS)
+        for field in ("stiffness", "damping", "length")
+    )
+    force = values.formula(f"{key}.force", entry.force, SPRING_FORCE)
+    return Tendon(name, entry.points, tuple(kept), stiffness, damping, length, force)
+
+
+def _wrap(key: str, entry: WrapEntry, points: Sequence[str], site: Site) -> Wrap | None:
+    values, report = site.values, site.values.report
+    need = "any" if entry.shape == "sphere" else "z"
+    frame = read_frame(f"{key}.center", entry.shape, entry.center, need, site.bodies, site.points, values)
+    radius = values.formula(f"{key}.radius", entry.radius, PARAMETERS)
+    if entry.side is not None:
+        values.point(f"{key}.side", entry.side)
+    if entry.after not in points[:-1]:
+        fault = f"no point of the path follows a point {entry.after}"
+        report.add(f"{key}.after", fault, f"one of {listed(points[:-1])}")
+        return None
+    if points.count(entry.after) > 1:
+        fault = f"the path passes the point {entry.after} twice, so the place of the obstacle is not determined"
+        report.add(f"{key}.after", fault, "another point at the same place")
+        return None
+    return Wrap(points.index(entry.after), entry.shape == "cylinder", frame, radius, entry.side or "")
+
+
+SECTION = ElementSection(
+    key="tendons",
+    behind="torsion_springs",
+    entry=TendonEntry,
+    model=Tendon,
+    reader=read_tendon,
+    bounds={
+        **dict.fromkeys(("stiffness", "damping")),
+        "length": not_below_zero("the length of a tendon"),
+        "wraps.radius": above_zero("the radius of an obstacle"),
+        "wraps.center.position": None,
+    },
+    offers={"path_length": "element", "path_rate": "element", "path_tension": "tension"},
+    positional=("points",),
+    documentation="""
+    Add a spring, damper or actuator along a path of points; ``force`` is a tension.
+
+    Between two points the path may wrap around a sphere or a cylinder.""",
+)
