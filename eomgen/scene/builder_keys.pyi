@@ -372,6 +372,17 @@ class SectionMethods:
         first_index: int | None = ...,
         second_index: int | None = ...,
     ) -> Self: ...
+    def tendon(
+        self,
+        name: str,
+        points: Sequence[str],
+        *,
+        wraps: Sequence[Mapping[str, Any]] | None = ...,
+        stiffness: Value | None = ...,
+        damping: Value | None = ...,
+        length: Value | None = ...,
+        force: Value | None = ...,
+    ) -> Self: ...
     def bushing(
         self,
         name: str,

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from eomgen.scene.forces.bushings import Bushing
     from eomgen.scene.forces.forces import Effort, Force
     from eomgen.scene.forces.springs import Spring, TorsionSpring
+    from eomgen.scene.forces.tendons import Tendon
     from eomgen.scene.forces.tyres import Tyre
 
 
@@ -298,6 +299,7 @@ class Scene:
 
     springs: ClassVar[_Kind[Spring]] = _Kind()
     torsion_springs: ClassVar[_Kind[TorsionSpring]] = _Kind()
+    tendons: ClassVar[_Kind[Tendon]] = _Kind()
     bushings: ClassVar[_Kind[Bushing]] = _Kind()
     tyres: ClassVar[_Kind[Tyre]] = _Kind()
     forces: ClassVar[_Kind[Force]] = _Kind()

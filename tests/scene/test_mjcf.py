@@ -64,6 +64,7 @@ CASES = {
     "armature of free and ball": arm(option='<default><joint armature="0.5"/></default>').replace(
         '<freejoint name="free"/>', '<joint type="free" name="free"/>'
     ),
+    "medium": arm(option='<option density="1.2" viscosity="0.3" wind="1 -2 0.5"/>', second='type="ball"'),
     "gravcomp": arm(body='gravcomp="0.7"'),
     "no gravity": arm(first='damping="1"', option='<option><flag gravity="disable" damper="disable"/></option>'),
     "no springs": arm(first='stiffness="2"', option='<option gravity="1 2 3"><flag spring="disable"/></option>'),
@@ -128,6 +129,17 @@ def test_mass_and_forces_are_mujoco_s(name: str, file: Path) -> None:
     assert forces < TOLERANCE
 
 
+def test_a_path_through_a_ring_is_mujoco_s_to_its_tolerance(file: Path) -> None:
+    # MuJoCo ends the search for the point of contact at 1e-6 rad; the lengths of its path are exact to second order.
+    ring = CASES["spatial tendon"].replace('name="away" pos="0 0 0.3"', 'name="away" pos="0 0 0.001"')
+    file.write_text(ring, encoding="utf-8")
+    imported = Imported.of(file)
+    assert any(wrap.inside for tendon in imported.scene.tendons for wrap in tendon.wraps)
+    mass, forces = imported.errors()
+    assert mass < TOLERANCE
+    assert forces < 1e-6
+
+
 def test_a_difference_would_be_seen(file: Path) -> None:
     file.write_text(CASES["spring and damper"], encoding="utf-8")
     imported = Imported.of(file)
@@ -183,7 +195,7 @@ def test_names_frames_and_notes(file: Path) -> None:
     scene = load(file)
     assert [body.name for body in scene.bodies] == ["upper", "lower_b", "lower", "f"]
     assert [joint.name for joint in scene.joints] == ["a", "b", "lower_fixed", "free"]
-    assert [frame.name for frame in scene.frames] == ["tip_1", "s"]
+    assert [frame.name for frame in scene.frames] == ["tip_1", "s", "c"]
     assert scene.notes == (
         "the start is the configuration of the file; keyframe=... is one of bent",
         "body 'tip-1' of the file is called tip_1",
@@ -217,11 +229,13 @@ REFUSED = {
     arm(second='type="ball" armature="3"'): r"model\.xml:8 \(joints\.b\): a ball joint with armature on a body that"
     " moves is not supported",
     arm(first='stiffness="1" springyield="0.1"'): r"model\.xml:5 \(joints\.a\): springyield makes the spring plastic",
-    arm(option='<option density="1.2"/>'): r"model\.xml:2 \(option\): forces of the medium \(density and viscosity\)",
+    arm(option='<default><geom fluidshape="ellipsoid"/></default><option density="1.2"/>'): (
+        r"model\.xml:4 \(option\): forces of the medium on ellipsoids \(fluidshape\) are not supported: upper"
+    ),
     arm(
-        rest=actuators('\n<muscle name="m" joint="a" lengthrange="0 1"/>')
-    ): r"model\.xml:17 \(actuator m\): an actuator of type muscle",
-    arm(rest=actuators('\n<motor name="m" site="s" refsite="s"/>')): r"model\.xml:17 \(actuator m\): an actuator with a"
+        rest='<tendon>\n<spatial name="r" armature="1"><site site="s"/><site site="c"/></spatial></tendon>'
+    ): r"model\.xml:18 \(tendon length_of_r\): a tendon with armature",
+    arm(rest=actuators('\n<motor name="m" site="s" refsite="s"/>')): r"model\.xml:18 \(actuator m\): an actuator with a"
     " transmission of type site",
     "<robot/>": r"model\.xml",
     "<mujoco><worldbody>": r"model\.xml:1: this is not XML: no element found",

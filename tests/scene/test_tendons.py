@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 import eomgen
 from eomgen.errors import DescriptionError
@@ -83,7 +84,7 @@ def states(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray
 
 
 def test_keys_and_defaults() -> None:
-    (tendon,) = read().elements
+    (tendon,) = read().tendons
     assert tendon.points == ("origin", "guide", "end") and tendon.damping == Number(5.0)
     first, second = tendon.wraps
     assert (first.after, first.cylinder, first.side) == (0, False, "")
@@ -106,6 +107,7 @@ def test_keys_and_defaults() -> None:
             "passes the point guide twice",
         ),
         (ELBOW + ', radius = 1, side = "nowhere" }', "", "", "nowhere"),
+        (ELBOW + ', radius = 1, side = "away", inside = true }', "", "", "a path through a ring has no side"),
         (
             ELBOW.replace(", axis = [0.1, 1, 0]", "") + ", radius = 1 }",
             "",
@@ -214,6 +216,32 @@ def test_the_path_leaves_the_obstacle_smoothly() -> None:
         assert (length - direct > 1e-16) == (offset < 0.0) or abs(length - direct) < 1e-13
         forces.append(model.inverse_dynamics(q, np.zeros(6), np.zeros(6)))
     np.testing.assert_allclose(forces[0], forces[1], atol=1e-5)
+
+
+RING = BELT.replace(', side = "above"', ", inside = true")
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cylinder"])
+def test_a_path_through_a_ring_has_equal_angles_at_the_ring(shape: str) -> None:
+    center = '{ body = "base", axis = [0, 0, 1] }' if shape == "cylinder" else '{ body = "base" }'
+    model = eomgen.build(load_toml(RING.replace("SHAPE", shape).replace("CENTER", center)), profile="quick")
+    start, end = np.array([-2.0, -1.0]), np.array([1.5, -1.2])
+    q = np.array([1.0, 0.0, 0.0, 0.0, *end, 0.0])
+    length = float(model.outputs(q, np.zeros(6))["length"])
+
+    def by_way_of(angle: float) -> float:
+        point = 0.5 * np.array([np.cos(angle), np.sin(angle)])
+        return float(np.linalg.norm(point - start) + np.linalg.norm(end - point))
+
+    # From within, the ring holds the path at the shortest of all ways over its points.
+    shortest = minimize_scalar(by_way_of, bounds=(-np.pi, 0.0), method="bounded", options={"xatol": 1e-12})
+    assert length == pytest.approx(shortest.fun, rel=1e-13)
+    contact = 0.5 * np.array([np.cos(shortest.x), np.sin(shortest.x)])
+    pull = 40.0 * length * (contact - end) / np.linalg.norm(contact - end)
+    np.testing.assert_allclose(-model.inverse_dynamics(q, np.zeros(6), np.zeros(6))[3:5], pull, rtol=1e-6)
+    through = np.array([1.0, 0.0, 0.0, 0.0, 2.0, 0.9, 0.0])  # the straight line goes through the ring
+    direct = float(model.outputs(through, np.zeros(6))["length"])
+    assert direct == pytest.approx(np.hypot(4.0, 1.9), rel=1e-14)
 
 
 def test_a_spring_around_a_cylinder_keeps_its_energy() -> None:

@@ -1,15 +1,16 @@
 """Tendons: springs, dampers and actuators along a path of points that wraps around spheres and cylinders.
 
 Without friction the same tension acts along the whole path. A wrapped path is a geodesic of the obstacle, so that its
-length is stationary in the points of contact: forces and rates are those of straight lines from point to point, with
-the points of contact as points of the obstacle. On a cylinder the geodesic is a helix: a plane path about the axis, and
-a progress along the axis in proportion to the length of the plane path. The plane path consists of two tangents of a
-circle and the arc between them: Scholz, Sherman, Stavness, Delp and Kecskemethy, Multibody Syst. Dyn. 36 (2016) 195.
+length is stationary in the points of contact: forces and rates are equal to the ones of straight lines from point to
+point, with the points of contact as points of the obstacle. On a cylinder the geodesic is a helix: a plane path about
+the axis, and a progress along the axis in proportion to the length of the plane path. The plane path consists of two
+tangents of a circle and the arc between them: Scholz, Sherman, Stavness, Delp and Kecskemethy, Multibody Syst. Dyn. 36
+(2016) 195. A path through a ring touches the circle at one point, at which both lines have equal angles to the radius.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 from eomgen.base.data import dataclass
@@ -38,6 +39,12 @@ from eomgen.symbolic.scalar import (
 #: is undetermined.
 _PARALLEL = 1e-24
 Plane = tuple[Scalar, Scalar]
+#: Whether a path in the plane touches a circle (1 or 0), the points of contact, and the length of the arc between them.
+_Contacts = tuple[Scalar, tuple[Plane, Plane], Scalar]
+#: From the ends of a path in the plane, and the direction of the side.
+_OnCircle = Callable[[Sequence[Plane], Plane | None], _Contacts]
+#: Newton's steps for the angle at a ring, from a right angle: the last step is below rounding.
+_STEPS = 8
 
 
 @dataclass(frozen=True)
@@ -109,7 +116,13 @@ def _contacts(
     if wrap.side:
         side = apply(back, minus(_point(quantities, wrap.side).position, frame.origin))
     radius = quantities.formula(wrap.radius)
-    touches, contacts, arc = (_on_cylinder if wrap.cylinder else _on_sphere)(algebra, ends, side, radius)
+
+    def on_circle(plane: Sequence[Plane], direction: Plane | None) -> _Contacts:
+        return (
+            _through_ring(algebra, plane, radius) if wrap.inside else _around_circle(algebra, plane, direction, radius)
+        )
+
+    touches, contacts, arc = (_on_cylinder if wrap.cylinder else _on_sphere)(algebra, ends, side, on_circle)
     span = minus(ends[1], ends[0])
     third = algebra.call(Op.SQRT, dot(span, span)) / 3.0
     places = []
@@ -129,7 +142,7 @@ def _of_frame(quantities: Quantities, frame: FramePose, body: str, place: Vector
 
 
 def _on_sphere(
-    algebra: Algebra, ends: Sequence[Vector], side: Vector | None, radius: Scalar
+    algebra: Algebra, ends: Sequence[Vector], side: Vector | None, on_circle: _OnCircle
 ) -> tuple[Scalar, tuple[Vector, Vector], Scalar]:
     """Return whether the path wraps around a sphere about the origin, the points of contact, and the arc."""
     toward = _unit(algebra, ends[0])
@@ -140,17 +153,17 @@ def _on_sphere(
     across = cross(scaled(algebra.one / algebra.call(Op.SQRT, size), normal), toward)
     plane = [(dot(point, toward), dot(point, across)) for point in ends]
     on_side = None if side is None else (dot(side, toward), dot(side, across))
-    touches, contacts, arc = _around_circle(algebra, plane, on_side, radius)
+    touches, contacts, arc = on_circle(plane, on_side)
     first, second = (plus(scaled(x, toward), scaled(y, across)) for x, y in contacts)
     return touches, (first, second), arc
 
 
 def _on_cylinder(
-    algebra: Algebra, ends: Sequence[Vector], side: Vector | None, radius: Scalar
+    algebra: Algebra, ends: Sequence[Vector], side: Vector | None, on_circle: _OnCircle
 ) -> tuple[Scalar, tuple[Vector, Vector], Scalar]:
     """Return whether the path wraps around a cylinder about the z axis, the points of contact, and the helix."""
     plane = [(x, y) for x, y, _ in ends]
-    touches, contacts, arc = _around_circle(algebra, plane, None if side is None else (side[0], side[1]), radius)
+    touches, contacts, arc = on_circle(plane, None if side is None else (side[0], side[1]))
     before, behind = (_distance(algebra, end, contact) for end, contact in zip(plane, contacts, strict=True))
     rise = (ends[1][2] - ends[0][2]) / (before + arc + behind)
     heights = ends[0][2] + rise * before, ends[0][2] + rise * (before + arc)
@@ -158,9 +171,7 @@ def _on_cylinder(
     return touches, (first, second), algebra.call(Op.SQRT, arc * arc * (1.0 + rise * rise))
 
 
-def _around_circle(
-    algebra: Algebra, ends: Sequence[Plane], side: Plane | None, radius: Scalar
-) -> tuple[Scalar, tuple[Plane, Plane], Scalar]:
+def _around_circle(algebra: Algebra, ends: Sequence[Plane], side: Plane | None, radius: Scalar) -> _Contacts:
     """Return whether a path wraps around a circle about the origin, the points of contact, and the arc between them.
 
     The path does not cross the ray from the centre away from the side, or else goes the shorter way: so if the straight
@@ -189,6 +200,38 @@ def _around_circle(
     touches = outside * algebra.call(Op.MAX, long_way, _meets_circle(algebra, ends, radius))
     both = contacts[0], contacts[1]
     return touches, both, radius * _angle(algebra, both, turn)
+
+
+def _through_ring(algebra: Algebra, ends: Sequence[Plane], radius: Scalar) -> _Contacts:
+    """Return whether a path through a ring about the origin touches the ring, and the point of contact, twice.
+
+    The lines from both ends make the angle x with the radius at the point of contact, and by the law of sines the
+    angles a and b with the directions of the ends, sin a = radius / distance sin x; g = a + b - 2 x + G = 0 with the
+    angle G between the directions. g is concave and falls, so that Newton's method from x = pi / 2 does not overshoot.
+    """
+    (ax, ay), (bx, by) = ends
+    squares = [x * x + y * y for x, y in ends]
+    outside = _less(algebra, radius * radius, squares[0]) * _less(algebra, radius * radius, squares[1])
+    shares = [
+        radius / algebra.call(Op.SQRT, algebra.select(outside, square, 4.0 * radius * radius)) for square in squares
+    ]
+    turn = ax * by - ay * bx
+    between = algebra.call(Op.ATAN2, algebra.call(Op.ABS, turn), ax * bx + ay * by)
+    touches = outside * (1.0 - _meets_circle(algebra, ends, radius))
+    between = algebra.select(touches, between, algebra.one)
+    x = algebra.scalar(0.5 * _PI)
+    for _ in range(_STEPS):
+        sine, cosine = algebra.call(Op.SIN, x), algebra.call(Op.COS, x)
+        value, slope = between - 2.0 * x, algebra.scalar(-2.0)
+        for share in shares:
+            part = share * sine
+            value = value + algebra.call(Op.ASIN, part)
+            slope = slope + share * cosine / algebra.call(Op.SQRT, 1.0 - part * part)
+        x = x - value / slope
+    angle = algebra.call(Op.SIGN, turn) * (x - algebra.call(Op.ASIN, shares[0] * algebra.call(Op.SIN, x)))
+    cosine, sine = algebra.call(Op.COS, angle), algebra.call(Op.SIN, angle)
+    contact = shares[0] * (cosine * ax - sine * ay), shares[0] * (sine * ax + cosine * ay)
+    return touches, (contact, contact), algebra.zero
 
 
 def _crosses_ray(algebra: Algebra, ends: Sequence[Plane], ray: Plane) -> Scalar:

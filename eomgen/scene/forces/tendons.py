@@ -13,6 +13,7 @@ from eomgen.formula.nodes import ZERO, Formula, Vector
 from eomgen.scene.forces.element import Attach, ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
+from eomgen.scene.joint_types import Need
 from eomgen.scene.joints.frames import read_frame
 from eomgen.scene.joints.model import Frame
 from eomgen.scene.joints.schema import Frame as FrameEntry
@@ -27,12 +28,13 @@ class WrapEntry(Table):
 
     after: str = key("point of the path before the obstacle", refers="points")
     shape: Literal["sphere", "cylinder"] = key("of the obstacle; a cylinder has no ends", "sphere")
-    center: FrameEntry = key("a frame; z is the axis of a cylinder", kind="frame, see [constraints](#constraints)")
+    center: FrameEntry = key("a frame; z is the axis of a cylinder", kind="frame, see [constraints](constraints.md)")
     radius: Value = key("of the obstacle", unit="m", names=PARAMETERS)
     side: str | None = optional(
         "point outside the obstacle, on the side on which the tendon passes; without one the shorter way",
         refers="points",
     )
+    inside: bool = key("the path goes through a ring of this radius, and touches the obstacle from within", False)
 
 
 class TendonEntry(Table):
@@ -57,6 +59,7 @@ class Wrap:
     after : index of the point of the path before the obstacle
     cylinder : whether the obstacle is a cylinder about the z axis of ``frame``, not a sphere about the origin
     side : point outside the obstacle, on the side on which the tendon passes; empty for the shorter way
+    inside : whether the obstacle is a ring that the path goes through
     """
 
     after: int
@@ -64,6 +67,7 @@ class Wrap:
     frame: Frame
     radius: Formula
     side: str = ""
+    inside: bool = False
 
 
 @dataclass(frozen=True)
@@ -124,9 +128,9 @@ def read_tendon(name: str, entry: TendonEntry, site: Site) -> Tendon:
             report.add(f"{key}.points", f"the path goes from the point {point} to itself", "another point")
     wraps = [_wrap(f"{key}.wraps[{index}]", wrap, entry.points, site) for index, wrap in enumerate(entry.wraps)]
     kept = sorted((wrap for wrap in wraps if wrap is not None), key=lambda wrap: wrap.after)
-    for wrap, following in pairwise(kept):
-        if wrap.after == following.after:
-            fault = f"two obstacles follow the point {entry.points[wrap.after]}"
+    for before, behind in pairwise(kept):
+        if before.after == behind.after:
+            fault = f"two obstacles follow the point {entry.points[before.after]}"
             report.add(f"{key}.wraps", fault, "a point of the path between the obstacles")
     stiffness, damping, length = (
         values.formula(f"{key}.{field}", getattr(entry, field), PARAMETERS)
@@ -138,11 +142,13 @@ def read_tendon(name: str, entry: TendonEntry, site: Site) -> Tendon:
 
 def _wrap(key: str, entry: WrapEntry, points: Sequence[str], site: Site) -> Wrap | None:
     values, report = site.values, site.values.report
-    need = "any" if entry.shape == "sphere" else "z"
+    need: Need = "any" if entry.shape == "sphere" else "z"
     frame = read_frame(f"{key}.center", entry.shape, entry.center, need, site.bodies, site.points, values)
     radius = values.formula(f"{key}.radius", entry.radius, PARAMETERS)
     if entry.side is not None:
         values.point(f"{key}.side", entry.side)
+    if entry.side is not None and entry.inside:
+        report.add(f"{key}.side", "a path through a ring has no side", "no side, or inside = false")
     if entry.after not in points[:-1]:
         fault = f"no point of the path follows a point {entry.after}"
         report.add(f"{key}.after", fault, f"one of {listed(points[:-1])}")
@@ -151,7 +157,7 @@ def _wrap(key: str, entry: WrapEntry, points: Sequence[str], site: Site) -> Wrap
         fault = f"the path passes the point {entry.after} twice, so the place of the obstacle is not determined"
         report.add(f"{key}.after", fault, "another point at the same place")
         return None
-    return Wrap(points.index(entry.after), entry.shape == "cylinder", frame, radius, entry.side or "")
+    return Wrap(points.index(entry.after), entry.shape == "cylinder", frame, radius, entry.side or "", entry.inside)
 
 
 SECTION = ElementSection(

@@ -16,6 +16,7 @@ from eomgen.scene.sources.mjcf.compiled import Place, compiled, elements_of, muj
 from eomgen.scene.sources.mjcf.coverage import note_unknown_attributes
 from eomgen.scene.sources.mjcf.draft import Draft
 from eomgen.scene.sources.mjcf.equalities import convert_equalities, site_place
+from eomgen.scene.sources.mjcf.fluid import convert_fluid
 from eomgen.scene.sources.mjcf.tendons import add_pulls, convert_tendons
 from eomgen.scene.sources.mjcf.tree import convert_tree
 from eomgen.scene.sources.source import ConvertedScene, OptionError
@@ -70,6 +71,7 @@ def mjcf_data(
     convert_equalities(draft)
     convert_actuators(draft)
     add_pulls(draft)
+    convert_fluid(draft)
     _drop_unused_definitions(data)
     _note_the_rest(draft)
     note_unknown_attributes(draft)
@@ -105,9 +107,6 @@ def _keyframe(draft: Draft, wanted: str, file: str) -> int:
 def _refuse_other_physics(draft: Draft) -> None:
     """Report parts of MuJoCo's physics that no scene has, and that change the motion."""
     model, elements = draft.model, draft.elements
-    if float(model.opt.density) > 0.0 or float(model.opt.viscosity) > 0.0:
-        fault = "forces of the medium (density and viscosity) are not supported"
-        draft.refuse(elements.first("option", draft.report.file), "option", fault, "density 0 and viscosity 0")
     for count, tag, name in ((model.nflex, "flex", "flex (a soft body)"), (model.nplugin, "plugin", "plugin")):
         if count:
             place = elements.first(tag, draft.report.file)

@@ -518,13 +518,12 @@ _ROWS: tuple[tuple[str, Mapping[str, str]], ...] = (
     (
         "option",
         {
-            READ: "actuatorgroupdisable gravity",
+            READ: "actuatorgroupdisable density gravity viscosity wind",
             IDLE: (
                 "ccd_iterations ccd_tolerance cone impratio integrator iterations jacobian ls_iterations "
                 "ls_tolerance magnetic noslip_iterations noslip_tolerance o_friction o_margin o_solimp o_solref "
-                "sdf_initpoints sdf_iterations sleep_tolerance solver timestep tolerance wind"
+                "sdf_initpoints sdf_iterations sleep_tolerance solver timestep tolerance"
             ),
-            REFUSED: "density viscosity",
         },
     ),
     (

@@ -172,10 +172,10 @@ def _obstacle(draft: Draft, index: int, title: str, k: int) -> dict[str, Any] | 
             place = draft.place("tendon", index, model.ntendon)
             draft.refuse(place, f"tendon {title}", fault, "a site on the body of the geom")
             return None
-        offset = away.position - at.position
-        if float(np.linalg.norm(offset)) < radius:
+        if float(np.linalg.norm(away.position - at.position)) < radius:
             entry["inside"] = True
-        entry["side"] = _point(draft, side)
+        else:
+            entry["side"] = _point(draft, side)
     return entry
 
 
