@@ -105,8 +105,33 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux" or len(os.sched_getaffinity(0)) < 2, reason="figures are drawn there")
+def test_the_process_of_a_second_run_reads_and_draws_nothing(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
+    work = """
+import contextlib, io
+from eomgen.cli import main
+with contextlib.redirect_stdout(io.StringIO()):
+    main(["simulate", "scene.toml", "--out", "out", "--t-end", "0.01", "--profile", "quick"])
+"""
+    start(work, tmp_path / "cache")
+    check(start(work, tmp_path / "cache"), 209, 58, ["click", "csv", "zipfile"])
+
+
+@pytest.mark.slow
 def test_a_cached_model_with_notes_needs_no_scene(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(ARM_URDF, encoding="utf-8")
     work = 'model = eomgen.build("arm.urdf", profile="quick"); assert len(model.library.layout["notes"]) == 3'
     start(work, tmp_path / "cache")
     assert start(work, tmp_path / "cache")[2] == []
+
+
+def test_the_program_of_a_small_linkage_needs_no_scipy(tmp_path: Path) -> None:
+    """Its equations, samples of its matrices and the order of their elimination."""
+    work = f"""
+from eomgen.integrators.families.register import method_named
+from eomgen.integrators.stepper_data import method_data
+method = method_named("generalized_alpha")
+method_data(method, method.prepared(eomgen.derive({str(ROOT / "examples" / "four_bar" / "scene.toml")!r})), 1e-3)
+"""
+    assert {"scipy", "sympy", "jinja2"}.isdisjoint(start(work, tmp_path / "cache")[2])

@@ -587,7 +587,8 @@ def built_for_run(
     steps : of the only run, which may be stepped by the tape engine: if the library is not in the cache, the method
         does not choose its steps, and the run is expected to end on the engine before the compilers would end
     """
-    document, front_end = as_document(scene)
+    stored = record_of(scene)
+    document, front_end = as_document(stored.lean if stored else scene)
     described = front_end.describe(document)
     simulation = described.simulation
     if steps is not None:

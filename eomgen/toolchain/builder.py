@@ -69,9 +69,9 @@ def origin_of(content: bytes, profile: Profile, flags: Sequence[str], mode: str)
 
 def wrapper_key(compiler: Compiler, cdef: str, header: str, headers: Path) -> str:
     """Return the key of the extension module's object, made with the headers of Python in this folder."""
-    from importlib.metadata import version  # noqa: PLC0415  # only when something is built
+    from _cffi_backend import __version__ as version  # noqa: PLC0415  # cffi takes a backend of its own version alone
 
-    content = "\0".join((compiler.identity, cdef, header, version("cffi"), library_suffix(), str(headers)))
+    content = "\0".join((compiler.identity, cdef, header, version, library_suffix(), str(headers)))
     return hashlib.sha256(b"wrapper\0" + content.encode()).hexdigest()
 
 

@@ -10,7 +10,7 @@ import pytest
 import eomgen
 from eomgen.errors import ModelError
 from eomgen.integrators.families.register import method_named
-from eomgen.integrators.newton import elimination
+from eomgen.integrators.newton import elimination, sample_matrices
 from eomgen.integrators.newton.elimination import eliminate
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data
@@ -36,6 +36,15 @@ def test_a_singular_matrix_is_explained_by_what_it_can_have(constrained: bool, e
     with pytest.raises(ModelError) as caught:
         eliminate(2, samples, constrained=constrained)
     assert f"it is singular at the initial state: {expected}" in str(caught.value)
+
+
+def test_samples_of_a_linkage_are_the_same_by_sparse_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    system = method_named("generalized_alpha").prepared(eomgen.derive("examples/four_bar/scene.toml"))
+    dense = samples_of(system)
+    monkeypatch.setattr(sample_matrices, "_DENSE", 0)
+    sparse = samples_of(system)
+    assert len(dense.numbers) > 1  # states off the initial one
+    np.testing.assert_allclose(dense.numbers, sparse.numbers, rtol=1e-9, atol=1e-9)
 
 
 #: Units of length, mass and time of a scene: m-kg-s, km-t-h, mm-g-ms, Mm-Gt-d.

@@ -26,6 +26,8 @@ _CORRECTIONS = 6
 _NEAR = 1e-3
 #: Systems of more unknowns are sampled without multipliers: a dense solve costs more than multipliers improve samples.
 _SOLVED = 1000
+#: Entries of B up to which B is an array: the products of some thousand entries are as fast, without SciPy.
+_DENSE = 20_000
 
 
 @dataclass(frozen=True)
@@ -139,7 +141,7 @@ def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array, scale
     B_of, Phi_of = Evaluation(system.tape, refs["B"]), Evaluation(system.tape, refs.get("Phi", ()))
 
     def jacobians(rows: int) -> list[_ScaledRows]:
-        return [_ScaledRows(_sparse(system, values)[:rows], scale) for values in B_of.on_arrays(known | {"q": q})]
+        return [_ScaledRows(_rows_of(system, values)[:rows], scale) for values in B_of.on_arrays(known | {"q": q})]
 
     size = np.full(len(q), np.inf)
     for move in range(_MOVES + _CORRECTIONS):
@@ -158,14 +160,19 @@ def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array, scale
 
 
 class _ScaledRows:
-    """Rows of B whose columns are scaled by ``scale``, and whose largest entries ``rows`` brings to 1."""
+    """Rows of B, an array or a sparse array, whose columns are scaled by ``scale``, and whose largest entries ``rows``
+    brings to 1."""
 
     def __init__(self, B: Any, scale: Array) -> None:
-        self.scale = scale
-        scaled = B.multiply(scale[np.newaxis, :]).tocsr()
-        largest = np.asarray(abs(scaled).max(axis=1).todense()).ravel() if B.shape[0] else np.zeros(0)
+        self.scale, self.B, self.dense = scale, B, isinstance(B, np.ndarray)
+        scaled = B * scale if self.dense else B.multiply(scale[np.newaxis, :]).tocsr()
+        if self.dense:
+            largest = np.max(np.abs(scaled), axis=1, initial=0.0)
+        else:
+            largest = np.asarray(abs(scaled).max(axis=1).todense()).ravel() if B.shape[0] else np.zeros(0)
         self.rows = 1.0 / np.where(largest > 0.0, largest, 1.0)
-        self.B, self.matrix = B, scaled.multiply(self.rows[:, np.newaxis]).tocsr()
+        factors = self.rows[:, np.newaxis]
+        self.matrix = scaled * factors if self.dense else scaled.multiply(factors).tocsr()
 
     def of(self, x: Array) -> Array:
         return np.asarray(self.B @ x, float)
@@ -173,21 +180,33 @@ class _ScaledRows:
     def shortest(self, w: Array) -> Array:
         """Return approximately the x of least norm, in units of ``scale``, with B x = w; a small diagonal regularises
         a rank-deficient B. NaN if B is not finite: the state lies beyond the domain of a constraint."""
-        if not np.all(np.isfinite(self.matrix.data)):
+        if not np.all(np.isfinite(self.matrix if self.dense else self.matrix.data)):
             return np.full(len(self.scale), np.nan)
-        from scipy.sparse.linalg import splu  # noqa: PLC0415  # cached models are loaded without SciPy
+        product_of_rows = self.matrix @ self.matrix.T
+        diagonal = product_of_rows.diagonal() * (1.0 + 1e-9) + 1e-12
+        if self.dense:
+            np.fill_diagonal(product_of_rows, diagonal)
+            multipliers = np.linalg.solve(product_of_rows, self.rows * w)
+        else:
+            from scipy.sparse.linalg import splu  # noqa: PLC0415  # of many rows alone, since SciPy is slow to import
 
-        product_of_rows = (self.matrix @ self.matrix.T).tocsc()
-        product_of_rows.setdiag(product_of_rows.diagonal() * (1.0 + 1e-9) + 1e-12)
-        return np.asarray(self.scale * (self.matrix.T @ splu(product_of_rows).solve(self.rows * w)), float)
+            product_of_rows = product_of_rows.tocsc()
+            product_of_rows.setdiag(diagonal)
+            multipliers = splu(product_of_rows).solve(self.rows * w)
+        return np.asarray(self.scale * (self.matrix.T @ multipliers), float)
 
 
-def _sparse(system: Any, values: Any) -> Any:
-    """Return B from its nonzero entries."""
-    from scipy.sparse import csr_array  # noqa: PLC0415  # cached models are loaded without SciPy
-
+def _rows_of(system: Any, values: Any) -> Any:
+    """Return B from its nonzero entries; a sparse array if B is large."""
     rows, columns = np.array(system.patterns["B"]).T
-    return csr_array((np.asarray(values, float), (rows, columns)), shape=(len(system.multipliers), system.nv))
+    shape, numbers = (len(system.multipliers), system.nv), np.asarray(values, float)
+    if shape[0] * shape[1] > _DENSE:
+        from scipy.sparse import csr_array  # noqa: PLC0415  # as above
+
+        return csr_array((numbers, (rows, columns)), shape=shape)
+    B = np.zeros(shape)
+    B[rows, columns] = numbers
+    return B
 
 
 def _drivers(system: Any) -> dict[str, Any]:
