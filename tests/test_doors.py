@@ -226,6 +226,7 @@ DOORS: dict[str, set[str]] = {
     "products.comparison": {
         *("base", "cli", "errors", "formula", "lie", "pipeline", "scene", "symbolic", "system"),
     },
+    "products.sympy_mechanics": {"base", "errors", "formula", "lie", "pipeline", "symbolic", "system"},
     "products.testing": {
         "base",
         "compiled",
@@ -246,6 +247,7 @@ DOORS: dict[str, set[str]] = {
         "products.optimisers",
         "products.reliability",
         "products.studies",
+        "products.sympy_mechanics",
         "products.testing",
         "products.waves",
     },

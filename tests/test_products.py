@@ -59,6 +59,7 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("cli('live', 'pendulum.toml')", "eomgen: there is no verb 'live'"),
         ("cli('report', 'pendulum.toml')", "eomgen: there is no verb 'report'"),
     ),
+    "sympy_mechanics": (("eomgen.from_sympy", "module 'eomgen' has no attribute 'from_sympy'"),),
     "reliability": (
         ("eomgen.random_vibration", "module 'eomgen' has no attribute 'random_vibration'"),
         ("cli('random', 'pendulum.toml')", "eomgen: there is no verb 'random'"),

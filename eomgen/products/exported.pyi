@@ -19,6 +19,7 @@ from eomgen.products.studies.tuning.result import Tuned
 from eomgen.products.studies.tuning.tune import tune
 from eomgen.products.studies.work_precision.result import Tradeoff
 from eomgen.products.studies.work_precision.study import tradeoff
+from eomgen.products.sympy_mechanics.reading import from_sympy
 from eomgen.products.testing import contracts as testing
 from eomgen.products.waves import second_order as waves
 
@@ -35,6 +36,7 @@ __all__ = [
     "extremes",
     "fields",
     "fmu",
+    "from_sympy",
     "identify",
     "jax",
     "random_vibration",

@@ -28,6 +28,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
         "tradeoff",
         "tune",
     ),
+    "sympy_mechanics": ("from_sympy",),
     "testing": ("testing",),
     "waves": ("base.follow", "elevation", "hulls", "slope", "water_acceleration", "water_velocity", "waves"),
 }

@@ -1,0 +1,167 @@
+"""Expressions of SymPy on a tape: coordinates, speeds, rates, inputs and parameters by name; subexpressions once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import reduce
+from typing import Any
+
+import sympy
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import dynamicsymbols
+
+from eomgen.base.messages import shown
+from eomgen.errors import DescriptionError, Problem
+from eomgen.symbolic.operations import NAMES, Op
+from eomgen.symbolic.scalar import Algebra, Scalar
+
+#: Longest name of a quantity.
+_LONGEST = 60
+_FUNCTIONS: Mapping[type[Any], Op] = {
+    **{getattr(sympy, name): op for op, name in NAMES.items() if name != "sqrt"},  # which is a Pow
+    sympy.Abs: Op.ABS,
+    sympy.sign: Op.SIGN,
+}
+_PAIRS: Mapping[type[Any], Op] = {sympy.atan2: Op.ATAN2, sympy.Min: Op.MIN, sympy.Max: Op.MAX}
+#: Comparisons, and whether the operands change places.
+_COMPARISONS: Mapping[type[Any], tuple[Op, bool]] = {
+    sympy.StrictLessThan: (Op.LT, False),
+    sympy.LessThan: (Op.LE, False),
+    sympy.StrictGreaterThan: (Op.LT, True),
+    sympy.GreaterThan: (Op.LE, True),
+}
+
+
+def name_of(symbol: Any) -> str:
+    """Return a legal name of a symbol of SymPy: letters, digits and underscores of its own name."""
+    text = str(symbol.func) if isinstance(symbol, AppliedUndef) else str(symbol.name)
+    kept = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in text).strip("_")
+    return (kept if kept[:1].isalpha() else f"s_{kept}")[:_LONGEST]
+
+
+class Expressions:
+    """Records expressions of SymPy.
+
+    Parameters
+    ----------
+    algebra : Algebra
+    name : str
+        Of the system, for messages.
+    known : mapping
+        Scalars of coordinates, speeds and rates, by expression.
+    absent : set of str
+        Names of parameters and inputs without an effect, which any number may stand for.
+    """
+
+    def __init__(
+        self, algebra: Algebra, name: str, known: Mapping[Any, Scalar], absent: frozenset[str] = frozenset()
+    ) -> None:
+        self.absent = absent
+        self.algebra, self.name = algebra, name
+        self.known: dict[Any, Scalar] = dict(known)
+        #: Symbols met on the way, by name, in the order of the blocks ``p`` and ``u``.
+        self.parameters: dict[str, Any] = {}
+        self.inputs: dict[str, Any] = {}
+        self.time = dynamicsymbols._t
+
+    def declare(self, expressions: Iterable[Any]) -> None:
+        """Make parameters of the free symbols of expressions and inputs of functions of time, in alphabetical order."""
+        symbols: set[Any] = set()
+        functions: set[Any] = set()
+        for expression in map(sympy.sympify, expressions):
+            symbols |= expression.atoms(sympy.Symbol)
+            functions |= expression.atoms(AppliedUndef)
+        places = {"p": self.parameters, "u": self.inputs}
+        for block, items in (("p", symbols - {self.time}), ("u", functions)):
+            for item in sorted(items - self.known.keys(), key=str):
+                name = name_of(item)
+                if name in self.absent:
+                    self.known[item] = self.algebra.one
+                    continue
+                if name in self.parameters or name in self.inputs:
+                    fault = f"two symbols have the name {shown(name)}"
+                    raise DescriptionError(Problem(self.name, fault, "other names of the symbols"))
+                places[block][name] = item
+        for block, names in places.items():
+            scalars = self.algebra.block(block, len(names))
+            self.known |= dict(zip(names.values(), scalars, strict=True))
+        self.known[self.time] = self.algebra.block("t", 1)[0]
+
+    def __call__(self, expression: Any) -> Scalar:
+        """Return an expression on the tape. Raises DescriptionError for functions that no tape holds."""
+        pending = [sympy.sympify(expression)]
+        root = pending[0]
+        while pending:
+            node = pending[-1]
+            if node in self.known:
+                pending.pop()
+                continue
+            operands = self._operands(node)
+            missing = [operand for operand in operands if operand not in self.known]
+            if missing:
+                pending += missing
+                continue
+            self.known[node] = self._recorded(node, [self.known[operand] for operand in operands])
+            pending.pop()
+        return self.known[root]
+
+    def _operands(self, node: Any) -> Sequence[Any]:
+        if isinstance(node, sympy.Derivative):
+            raise self._refused(f"the rate {node}", "rates of coordinates alone; an input of its own for the rate")
+        if isinstance(node, sympy.Pow) and isinstance(node.exp, sympy.Rational) and abs(node.exp.p) < 1000:
+            return [node.base]
+        if isinstance(node, sympy.Piecewise):
+            return [part for pair in node.args for part in pair.args if part not in (sympy.true, sympy.false)]
+        return node.args
+
+    def _recorded(self, node: Any, operands: Sequence[Scalar]) -> Scalar:
+        algebra, kind = self.algebra, type(node)
+        if isinstance(node, sympy.Number | sympy.NumberSymbol):
+            return algebra.scalar(float(node))
+        if kind is sympy.Add:
+            return reduce(lambda x, y: x + y, operands)
+        if kind is sympy.Mul:
+            return reduce(lambda x, y: x * y, operands)
+        if isinstance(node, sympy.Pow):
+            return self._power(node, operands)
+        if kind in _FUNCTIONS:
+            return algebra.call(_FUNCTIONS[kind], operands[0])
+        if kind in _PAIRS:
+            return reduce(lambda x, y: algebra.call(_PAIRS[kind], x, y), operands)
+        if kind in _COMPARISONS:
+            op, swapped = _COMPARISONS[kind]
+            first, second = reversed(operands) if swapped else operands
+            return algebra.call(op, first, second)
+        if isinstance(node, sympy.Piecewise):
+            return self._pieces(node)
+        raise self._refused(f"the function {kind.__name__}", f"one of {', '.join(sorted(NAMES.values()))}, Piecewise")
+
+    def _power(self, node: Any, operands: Sequence[Scalar]) -> Scalar:
+        algebra, base = self.algebra, operands[0]
+        if len(operands) == 2:
+            return algebra.call(Op.POW, base, operands[1])
+        exponent = node.exp
+        whole, half = int(abs(exponent)), abs(exponent) % 1
+        if half not in (0, sympy.Rational(1, 2)):
+            return algebra.call(Op.POW, base, algebra.scalar(float(exponent)))
+        result = Scalar(algebra.tape, algebra.tape.power(base.ref, whole)) if whole else algebra.one
+        if half:
+            result = result * algebra.call(Op.SQRT, base)
+        return algebra.one / result if exponent < 0 else result
+
+    def _pieces(self, node: Any) -> Scalar:
+        result: Scalar | None = None
+        for value, condition in reversed([pair.args for pair in node.args]):
+            if condition is sympy.true or result is None:
+                if condition is not sympy.true:
+                    raise self._refused("a Piecewise without a last case", "a last case with the condition True")
+                result = self.known[value]
+            else:
+                result = self.algebra.select(self.known[condition], self.known[value], result)
+        return result if result is not None else self.algebra.zero
+
+    def _refused(self, fault: str, remedy: str) -> DescriptionError:
+        return DescriptionError(Problem(self.name, f"{fault} has no counterpart", remedy))
+
+
+Record = Callable[[Any], Scalar]

@@ -1,0 +1,167 @@
+"""Kane's equations on a tape: velocities of bodies from SymPy's frames and points, differentiated operation by
+operation.
+
+With J the partial velocities of a body, M = sum J^T m J and h = sum J^T (m a + ...) at vdot = 0: Kane and Levinson,
+Dynamics: Theory and Applications (1985), sections 2.14 and 6.1. Directions and positions are composed on the tape, so
+no expression of SymPy grows with the length of a chain.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from sympy.physics.mechanics import Particle, ReferenceFrame
+
+from eomgen.errors import DescriptionError, Problem
+from eomgen.products.sympy_mechanics.expressions import Expressions
+from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, dot, multiply, plus, transpose
+from eomgen.symbolic.tape import ONE, Ref
+
+
+class Terms(NamedTuple):
+    """M, (n, n) row by row; h and Q, (n,)."""
+
+    mass: list[Scalar]
+    coupling: list[Scalar]
+    force: list[Scalar]
+
+
+class Kinematics:
+    """Directions, velocities and partial velocities in an inertial frame.
+
+    Parameters
+    ----------
+    expressions : Expressions
+        Knows coordinates, speeds and rates as scalars of q and v.
+    inertial : ReferenceFrame
+    q, v : lists of Scalar
+        Blocks of the coordinates and of their rates.
+    """
+
+    def __init__(self, expressions: Expressions, inertial: Any, q: Sequence[Scalar], v: Sequence[Scalar]) -> None:
+        self.expressions, self.inertial = expressions, inertial
+        self.algebra, self.tape = expressions.algebra, expressions.algebra.tape
+        self._v = v
+        self._seeds = {item.ref: {place: ONE} for place, item in enumerate(v)}
+        self._along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip(q, v, strict=True)}
+        self._along[self.expressions.known[expressions.time].ref] = ONE
+        self._axes: dict[Any, Matrix] = {inertial: self.algebra.identity}
+
+    def axes(self, frame: Any) -> Matrix:
+        """Return the rotation of a frame, own axes to inertial ones."""
+        if frame not in self._axes:
+            path = self._path(frame, 0)
+            turned = self.algebra.matrix(
+                [[self.expressions(entry) for entry in row] for row in path[1].dcm(frame).tolist()]
+            )
+            self._axes[frame] = multiply(self.axes(path[1]), turned)
+        return self._axes[frame]
+
+    def _path(self, frame: Any, kind: int) -> Sequence[Any]:
+        try:
+            path: Sequence[Any] = frame._dict_list(self.inertial, kind)
+        except ValueError:
+            word = "orientation" if kind == 0 else "angular velocity"
+            fault = f"the frame {frame.name} has no {word} in {self.inertial.name}"
+            raise DescriptionError(Problem(self.expressions.name, fault, f"{frame.name}.orient_axis")) from None
+        return path
+
+    def vector(self, vector: Any) -> Vector:
+        """Return a vector of SymPy in inertial axes."""
+        result = self.algebra.zero_vector
+        for components, frame in getattr(vector, "args", ()):
+            own = self.algebra.vector([self.expressions(item) for item in components])
+            result = plus(result, apply(self.axes(frame), own))
+        return result
+
+    def angular_velocity(self, frame: Any) -> Vector:
+        """Return the angular velocity of a frame in inertial axes."""
+        path = self._path(frame, 1)
+        result = self.algebra.zero_vector
+        for one, other in pairwise(path):
+            result = plus(result, self.vector(one._ang_vel_dict[other]))
+        return result
+
+    def velocity(self, point: Any) -> Vector:
+        """Return the velocity of a point: the given one, or the one of the nearest point with a given one and the rate
+        of the way from there."""
+        ways: dict[Any, Vector] = {point: self.algebra.zero_vector}
+        waiting = deque([point])
+        while waiting:
+            here = waiting.popleft()
+            if self.inertial in here._vel_dict:
+                way = ways[here]
+                return plus(self.vector(here._vel_dict[self.inertial]), self.rate(way))
+            for other in here._pos_dict:
+                if other not in ways:
+                    ways[other] = plus(ways[here], self.vector(here.pos_from(other)))
+                    waiting.append(other)
+        fault = f"the velocity of the point {point.name} in {self.inertial.name} is not known"
+        raise DescriptionError(
+            Problem(self.expressions.name, fault, f"{point.name}.set_vel, or its place from one that has it")
+        )
+
+    def rate(self, vector: Vector) -> Vector:
+        """Return the time derivative of components along the motion, at constant v."""
+        refs = [item.ref for item in vector]
+        if any(symbol.block == "u" for symbol in self.tape.depends_on(refs)):
+            fault = "a place depends on an input, whose rate is unknown"
+            raise DescriptionError(Problem(self.expressions.name, fault, "a coordinate, or a formula of time"))
+        return self.algebra.vector([Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, refs, self._along)])
+
+    def partials(self, vector: Vector) -> list[Vector]:
+        """Return the partial velocities: partials of a velocity in each component of v."""
+        rows = forward_partials(self.tape, [item.ref for item in vector], self._seeds)
+        zero = self.algebra.zero
+        return [
+            self.algebra.vector([Scalar(self.tape, row[place]) if place in row else zero for row in rows])
+            for place in range(len(self._v))
+        ]
+
+
+def kane(kinematics: Kinematics, bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]]) -> Terms:
+    """Return the terms of Kane's equations, projected onto the rates of the coordinates."""
+    algebra, count = kinematics.algebra, len(kinematics._v)
+    terms = Terms([algebra.zero] * count**2, [algebra.zero] * count, [algebra.zero] * count)
+    for body in bodies:
+        _add_body(kinematics, body, terms)
+    for place, load in loads:
+        velocity = (kinematics.angular_velocity if isinstance(place, ReferenceFrame) else kinematics.velocity)(place)
+        value = kinematics.vector(load)
+        for number, partial in enumerate(kinematics.partials(velocity)):
+            terms.force[number] = terms.force[number] + dot(partial, value)
+    return terms
+
+
+def _add_body(kinematics: Kinematics, body: Any, terms: Terms) -> None:
+    """Add the inertia of a body."""
+    record, count = kinematics.expressions, len(terms.coupling)
+    center = body.point if isinstance(body, Particle) else body.masscenter
+    mass, velocity = record(body.mass), kinematics.velocity(center)
+    pairs = [(kinematics.partials(velocity), lambda x: (mass * x[0], mass * x[1], mass * x[2]))]
+    inertial: list[Vector] = [pairs[0][1](kinematics.rate(velocity))]
+    if not isinstance(body, Particle):
+        turned = transpose(kinematics.axes(body.frame))
+        omega = apply(turned, kinematics.angular_velocity(body.frame))
+        inertia = kinematics.algebra.matrix(
+            [[record(entry) for entry in row] for row in body.central_inertia.to_matrix(body.frame).tolist()]
+        )
+        pairs.append((kinematics.partials(omega), lambda x: apply(inertia, x)))
+        inertial.append(plus(apply(inertia, kinematics.rate(omega)), cross(omega, apply(inertia, omega))))
+    for (partials, weighted), bias in zip(pairs, inertial, strict=True):
+        moving = [k for k, partial in enumerate(partials) if any(not item.is_zero for item in partial)]
+        for i in moving:
+            terms.coupling[i] = terms.coupling[i] + dot(partials[i], bias)
+            for j in (j for j in moving if j <= i):
+                entry = dot(partials[i], weighted(partials[j]))
+                terms.mass[i * count + j] = terms.mass[i * count + j] + entry
+                if i != j:
+                    terms.mass[j * count + i] = terms.mass[j * count + i] + entry
+
+
+__all__ = ["Kinematics", "Terms", "kane"]

@@ -1,0 +1,241 @@
+"""Systems of SymPy as models: accelerations against SymPy's own mass matrix and forcing; runs, C, refusals."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import sympy
+from sympy.physics import mechanics as me
+from sympy.physics.mechanics import dynamicsymbols
+
+import eomgen
+from eomgen.symbolic.evaluate import evaluate
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+T = dynamicsymbols._t
+
+
+class Case(NamedTuple):
+    """A description, and SymPy's M and f of M udot = f with the rates of coordinates by the speeds."""
+
+    system: Any
+    mass: Any
+    force: Any
+    q: list[Any]
+    u: list[Any]
+    rates: dict[Any, Any]
+    inputs: tuple[Any, ...] = ()
+
+
+def oscillator() -> Case:
+    """Of LagrangesMethod, with a force and a potential that varies over time."""
+    q, force = dynamicsymbols("q f")
+    m, k, w = sympy.symbols("m k omega")
+    frame, point = me.ReferenceFrame("N"), me.Point("P")
+    point.set_vel(frame, q.diff(T) * frame.x)
+    lagrangian = m * q.diff(T) ** 2 / 2 - k * (q - sympy.sin(w * T)) ** 4 / 4
+    system = me.LagrangesMethod(lagrangian, [q], forcelist=[(point, force * frame.x)], frame=frame)
+    system.form_lagranges_equations()
+    return Case(system, system.mass_matrix, system.forcing, [q], [q.diff(T)], {q.diff(T): q.diff(T)}, (force,))
+
+
+def disc() -> Case:
+    """A rolling disc with components of the angular velocity as speeds: the centre has a velocity and no place."""
+    q, u = list(dynamicsymbols("q1:4")), list(dynamicsymbols("u1:4"))
+    r, m, g = sympy.symbols("r m g")
+    ground = me.ReferenceFrame("N")
+    yaw = ground.orientnew("Y", "Axis", [q[0], ground.z])
+    lean = yaw.orientnew("L", "Axis", [q[1], yaw.x])
+    wheel = lean.orientnew("R", "Axis", [q[2], lean.y])
+    turned = wheel.ang_vel_in(ground)
+    wheel.set_ang_vel(ground, u[0] * lean.x + u[1] * lean.y + u[2] * lean.z)
+    contact = me.Point("C")
+    contact.set_vel(ground, 0)
+    center = contact.locatenew("D", r * lean.z)
+    center.v2pt_theory(contact, ground, wheel)
+    inertia = me.inertia(lean, m * r**2 / 4, m * r**2 / 2, m * r**2 / 4)
+    body = me.RigidBody("disc", center, wheel, m, (inertia, center))
+    apart = turned - u[0] * lean.x - u[1] * lean.y - u[2] * lean.z
+    system = me.KanesMethod(
+        ground,
+        q_ind=q,
+        u_ind=u,
+        kd_eqs=[apart.dot(axis) for axis in lean],
+        bodies=[body],
+        forcelist=[(center, -m * g * yaw.z)],
+    )
+    system.kanes_equations()
+    return Case(system, system.mass_matrix, system.forcing, q, u, system.kindiffdict())
+
+
+def cart() -> Case:
+    """A System of joints with gravity, a spring along a path, a damper, and a cable around a cylinder."""
+    length, m, g, k, c, r = sympy.symbols("l m g k c r")
+    rail, wagon, bob = me.RigidBody("rail"), me.RigidBody("wagon"), me.RigidBody("bob", mass=m)
+    system = me.System.from_newtonian(rail)
+    slider = me.PrismaticJoint("slider", rail, wagon, joint_axis=rail.x)
+    pin = me.PinJoint("pin", wagon, bob, joint_axis=wagon.z, child_point=length * bob.y)
+    system.add_joints(slider, pin)
+    system.apply_uniform_gravity(-g * rail.y)
+    force = dynamicsymbols("F")
+    system.add_loads(me.Force(wagon.masscenter, force * rail.x))
+    hook = bob.masscenter.locatenew("hook", r * bob.x)
+    winch = wagon.masscenter.locatenew("winch", r * wagon.y)
+    drum = me.WrappingCylinder(r, wagon.masscenter, wagon.z)
+    rim = wagon.masscenter.locatenew("rim", r * wagon.frame.x)
+    rim.set_vel(rail.frame, rim.vel(rail.frame))
+    winch.set_vel(rail.frame, winch.vel(rail.frame))
+    system.add_actuators(
+        me.LinearSpring(k, me.LinearPathway(hook, rail.masscenter), length / 2),
+        me.TorqueActuator(-c * pin.speeds[0], wagon.z, bob, wagon),
+        me.ForceActuator(k, me.WrappingPathway(winch, rim, drum)),
+    )
+    system.form_eoms()
+    return Case(
+        system,
+        system.mass_matrix,
+        system.forcing,
+        list(system.q),
+        list(system.u),
+        system.eom_method.kindiffdict(),
+        (force,),
+    )
+
+
+def matrices() -> Case:
+    """Plain M(q) and f(q, v, t) with a Piecewise, roots and powers."""
+    q = list(dynamicsymbols("x y"))
+    v = [item.diff(T) for item in q]
+    a, b = sympy.symbols("a b")
+    mass = sympy.Matrix([[a + q[1] ** 2, b / 4], [b / 4, a * sympy.sqrt(1 + q[0] ** 2)]])
+    stop = sympy.Piecewise((q[0] ** 3, q[0] > 0.5), (sympy.Abs(q[0]), True))
+    force = sympy.Matrix([-stop * v[1], sympy.exp(-q[1]) / (a + sympy.cos(T)) - b * v[0] ** sympy.Rational(2)])
+    return Case((mass, force), mass, force, q, v, {item: item for item in v})
+
+
+CASES: dict[str, Callable[[], Case]] = {
+    "oscillator": oscillator, "disc": disc, "cart": cart, "matrices": matrices,
+}  # fmt: skip  # a table
+
+
+def taken(case: Case, name: str = "taken") -> tuple[Any, dict[str, float]]:
+    """Return the document with values of all free symbols."""
+    symbols = sorted((case.mass.free_symbols | case.force.free_symbols) - {T}, key=str)
+    values = {str(item): 1.0 + 0.1 * place for place, item in enumerate(symbols)}
+    options = {"q": case.q} if isinstance(case.system, tuple) else {}
+    return eomgen.from_sympy(case.system, parameters=values, name=name, **options), values
+
+
+def largest_error(case: Case, states: int = 5) -> float:
+    """Return the largest relative difference of accelerations, and of speeds, from SymPy's own at random states."""
+    document, values = taken(case)
+    system = eomgen.derive(document, ["forward_dynamics", "outputs"])
+    speeds = [sympy.Dummy() for _ in case.u]
+    coordinates = [sympy.Dummy() for _ in case.q]
+    given = [sympy.Dummy() for _ in case.inputs]
+    names = list(values)
+    own = dict(zip((*case.u, *case.q, *case.inputs), (*speeds, *coordinates, *given), strict=True))
+    arguments = [T, coordinates, speeds, sympy.symbols(names), given]
+    rates = sympy.Matrix([case.rates[item.diff(T)] for item in case.q])
+    accelerations = [sympy.Dummy() for _ in case.u]
+    change = (
+        rates.jacobian(case.u) * sympy.Matrix(accelerations) + rates.jacobian(case.q) * rates
+        if not isinstance(case.u[0], sympy.Derivative)
+        else sympy.Matrix(accelerations)
+    )
+    terms = [sympy.Matrix(item).subs(case.rates).xreplace(own) for item in (case.mass, case.force, rates)]
+    of_motion = sympy.lambdify(arguments, terms, cse=True)
+    of_change = sympy.lambdify([*arguments, accelerations], change.xreplace(own), cse=True)
+    random, worst = np.random.default_rng(1), 0.0
+    for _ in range(states):
+        q, u = random.uniform(0.2, 1.0, len(case.q)), random.uniform(-1.0, 1.0, len(case.u))
+        inputs, p = random.normal(size=len(case.inputs)), list(values.values())
+        state: Sequence[Any] = (0.37, q, u, p, inputs)
+        mass, force, v = (np.array(item, dtype=float) for item in of_motion(*state))
+        expected = np.array(of_change(*state, np.linalg.solve(mass, force).ravel()), dtype=float).ravel()
+        blocks = {"q": q, "v": v.ravel(), "u": inputs, "t": [0.37], "p": [values[name] for name in document.parameters]}
+        for name, wanted in (("forward_dynamics", expected), ("outputs", u)):
+            if name in system.functions:
+                function = system.functions[name]
+                result = evaluate(system.tape, function.refs, {block: blocks[block] for block in function.inputs})
+                worst = max(worst, float(np.abs(result - wanted).max() / np.abs(wanted).max()))
+    return worst
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.slow_except("oscillator", "disc")
+def test_accelerations_and_speeds_are_those_of_sympy(name: str) -> None:
+    assert largest_error(CASES[name]()) < 1e-12
+
+
+def test_symbols_without_an_effect_are_no_parameters() -> None:
+    """The mass of a lone disc cancels in no term, but r of a point does."""
+    document, _ = taken(disc())
+    assert document.parameters == ("g", "m", "r")
+    assert document.coordinates == ("q1", "q2", "q3")
+    assert document.speeds == ("u1", "u2", "u3")
+    q, (m, k, free) = dynamicsymbols("q"), sympy.symbols("m k free")
+    lagrangian = m * q.diff(T) ** 2 / 2 - k * q**2 / 2 + free
+    document = eomgen.from_sympy(me.LagrangesMethod(lagrangian, [q]), parameters={m: 1, "k": 2, free: 3})
+    assert document.parameters == ("k", "m")
+    assert document.values == (2.0, 1.0)
+
+
+@pytest.mark.slow
+def test_it_runs_is_linear_and_is_written_as_c(tmp_path: Path) -> None:
+    """An oscillator about rest and its C, which needs no library."""
+    q, (m, k) = dynamicsymbols("q"), sympy.symbols("m k")
+    system = me.LagrangesMethod(m * q.diff(T) ** 2 / 2 - k * q**2 / 2, [q])
+    document = eomgen.from_sympy(system, parameters={m: 2.0, k: 8.0}, initial={q: 1.0}, name="oscillator")
+    model = eomgen.build(document, profile="quick")
+    for method in ("rk4", "generalized_alpha"):
+        run = model.simulate(1.0, 1e-3, method=method)
+        assert run.success
+        np.testing.assert_allclose(run.q[-1], np.cos(2.0), atol=1e-5)
+    run = model.simulate(1.0, 1e-3, method="rk4", parameters={"k": 2.0})
+    np.testing.assert_allclose(run.q[-1], np.cos(1.0), atol=1e-10)
+    np.testing.assert_allclose(np.abs(model.linearize().modes().eigenvalues), 2.0)
+    eomgen.generate(document, tmp_path, method="rk4")
+    command = "cc -std=c99 -Wall -Wextra -Wpedantic -Werror *.c -lm -o program && ./program"
+    done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, check=True)
+    last = [float(item) for item in done.stdout.splitlines()[-1].split(",")]
+    np.testing.assert_allclose(last[1], np.cos(2.0 * last[0]), atol=1e-9)
+
+
+def test_refusals() -> None:
+    q, r = dynamicsymbols("q r")
+    m, k = sympy.symbols("m k")
+    free = m * q.diff(T) ** 2 / 2
+    bound = me.LagrangesMethod(free, [q], hol_coneqs=[q - k])
+    odd = me.LagrangesMethod(free - sympy.gamma(q), [q])
+    rated = me.LagrangesMethod(free + q * r.diff(T), [q])
+    cases: tuple[tuple[Any, type[Exception], str], ...] = (
+        (lambda: eomgen.from_sympy(me.LagrangesMethod(free, [q])), eomgen.UsageError, r"no values for m"),
+        (lambda: eomgen.from_sympy(3), eomgen.UsageError, "int is none of SymPy's descriptions"),
+        (lambda: eomgen.from_sympy(bound, parameters={m: 1}), eomgen.DescriptionError, "1 constraint of a Lagrange"),
+        (lambda: eomgen.from_sympy(odd, parameters={m: 1}), eomgen.DescriptionError, "the function gamma has no"),
+        (lambda: eomgen.from_sympy(rated, parameters={m: 1}), eomgen.DescriptionError, r"the rate Derivative\(r"),
+        (
+            lambda: eomgen.from_sympy(me.LagrangesMethod(free, [q]), parameters={m: 1, k: 1}),
+            eomgen.UsageError,
+            "k is no free symbol of the system",
+        ),
+        (
+            lambda: eomgen.from_sympy(me.LagrangesMethod(free, [q]), parameters={m: 1}, initial={r: 1}),
+            eomgen.UsageError,
+            "r is no coordinate",
+        ),
+        (lambda: eomgen.from_sympy((sympy.eye(1), [0])), eomgen.UsageError, "matrices have no coordinates"),
+        (lambda: eomgen.from_sympy((sympy.eye(2), [0]), q=[q]), eomgen.DescriptionError, "M is 2 x 2 and f has 1"),
+        (lambda: eomgen.from_sympy(3, name="1 a"), eomgen.UsageError, "'1 a' is not a name"),
+    )  # fmt: skip  # pairs
+    for call, kind, text in cases:
+        with pytest.raises(kind, match=text):
+            call()
