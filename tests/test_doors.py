@@ -518,7 +518,7 @@ LATE: dict[str, dict[str, str]] = {
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
     "toolchain.library": {"toolchain.python_functions": "few models call functions in Python"},
 }
-SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.waves"}
+SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.sympy_mechanics", "products.waves"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
 
 
@@ -811,6 +811,12 @@ def test_nothing_is_evaluated_or_unpickled() -> None:
 
 #: Private names that Python offers.
 _OFFERED = {"_replace", "_asdict", "_getframe", "_exit"}
+#: Private names of SymPy's mechanics, which has no public names for neighbours of frames and points, for the Lagrangian
+#: and for the parts of KanesMethod.
+_OF_SYMPY = {
+    *("_t", "_dict_list", "_dcm_dict", "_ang_vel_dict", "_vel_dict", "_pos_dict"),
+    *("_L", "_f_h", "_f_nh", "_inertial", "_uaux"),
+}
 
 
 def _foreign(nodes: Sequence[ast.AST]) -> Iterator[str]:
@@ -819,7 +825,7 @@ def _foreign(nodes: Sequence[ast.AST]) -> Iterator[str]:
     own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     own |= {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
     slots = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
-    known = own | slots | _OFFERED
+    known = own | slots | _OFFERED | _OF_SYMPY
     for node in nodes:
         if isinstance(node, ast.Attribute) and _is_private(node.attr) and node.attr not in known:
             yield f":{node.lineno} uses {node.attr}"

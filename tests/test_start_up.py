@@ -99,7 +99,7 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
     step = f"{work}; model.simulate(1e-3, 1e-3)"
     start(step, tmp_path / "cache")
     check(start(work, tmp_path / "cache"), 118, 19, [])
-    check(start(step, tmp_path / "cache"), 158, 39, [])
+    check(start(step, tmp_path / "cache"), 159, 39, [])
     loaded = step.replace('build("scene.toml"', 'build(eomgen.load("scene.toml")')
     check(start(loaded, tmp_path / "cache"), 166, 40, [])
 

@@ -96,6 +96,7 @@ def test_there_is_something_to_test() -> None:
         "python",
         "random_vibration.md",
         "scene",
+        "sympy.md",
         "urdf_robots.md",
         "waves.md",
     }

@@ -40,8 +40,7 @@ class SymbolicEquations:
     coordinates : tuple of str
         Names of q; the rates have the same names.
     parameters, inputs, speeds : tuples of str
-        Names of the free symbols, of functions of time that are no coordinates, and of the user's speeds, which are
-        outputs.
+        Names of the free symbols, of functions of time besides coordinates, and of the user's speeds, the outputs.
     values : (np,) tuple
         Values of the parameters.
     initial_q, initial_v : (n,) tuples
@@ -142,7 +141,7 @@ def _system(document: SymbolicEquations, recorder: _Recorder, made: Mapping[str,
 
 
 class _Recorder:
-    """Terms of one document, on a copy of its tape."""
+    """Terms of a document, on a copy of the tape."""
 
     def __init__(self, document: SymbolicEquations) -> None:
         self.document, self.count = document, len(document.coordinates)

@@ -32,8 +32,13 @@ _COMPARISONS: Mapping[type[Any], tuple[Op, bool]] = {
 }
 
 
+def basic(value: Any) -> Any:
+    """Return an expression of SymPy unchanged, and a number as such an expression; no text is read."""
+    return value if isinstance(value, sympy.Basic) else sympy.Number(value)
+
+
 def name_of(symbol: Any) -> str:
-    """Return a legal name of a symbol of SymPy: letters, digits and underscores of its own name."""
+    """Return a legal name of a symbol of SymPy: letters, digits and underscores of the printed name."""
     text = str(symbol.func) if isinstance(symbol, AppliedUndef) else str(symbol.name)
     kept = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in text).strip("_")
     return (kept if kept[:1].isalpha() else f"s_{kept}")[:_LONGEST]
@@ -68,7 +73,7 @@ class Expressions:
         """Make parameters of the free symbols of expressions and inputs of functions of time, in alphabetical order."""
         symbols: set[Any] = set()
         functions: set[Any] = set()
-        for expression in map(sympy.sympify, expressions):
+        for expression in map(basic, expressions):
             symbols |= expression.atoms(sympy.Symbol)
             functions |= expression.atoms(AppliedUndef)
         places = {"p": self.parameters, "u": self.inputs}
@@ -89,8 +94,8 @@ class Expressions:
 
     def __call__(self, expression: Any) -> Scalar:
         """Return an expression on the tape. Raises DescriptionError for functions that no tape holds."""
-        pending = [sympy.sympify(expression)]
-        root = pending[0]
+        root = basic(expression)
+        pending = [root]
         while pending:
             node = pending[-1]
             if node in self.known:
@@ -107,12 +112,13 @@ class Expressions:
 
     def _operands(self, node: Any) -> Sequence[Any]:
         if isinstance(node, sympy.Derivative):
-            raise self._refused(f"the rate {node}", "rates of coordinates alone; an input of its own for the rate")
+            raise self._refused(f"the rate {node}", "rates of coordinates alone; a further input for the rate")
         if isinstance(node, sympy.Pow) and isinstance(node.exp, sympy.Rational) and abs(node.exp.p) < 1000:
             return [node.base]
         if isinstance(node, sympy.Piecewise):
             return [part for pair in node.args for part in pair.args if part not in (sympy.true, sympy.false)]
-        return node.args
+        operands: Sequence[Any] = node.args
+        return operands
 
     def _recorded(self, node: Any, operands: Sequence[Scalar]) -> Scalar:
         algebra, kind = self.algebra, type(node)

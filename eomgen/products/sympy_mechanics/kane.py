@@ -9,7 +9,7 @@ no expression of SymPy grows with the length of a chain.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ from eomgen.errors import DescriptionError, Problem
 from eomgen.products.sympy_mechanics.expressions import Expressions
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
-from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, dot, multiply, plus, transpose
+from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, dot, multiply, plus, scaled, transpose
 from eomgen.symbolic.tape import ONE, Ref
 
 
@@ -40,14 +40,14 @@ class Kinematics:
         Knows coordinates, speeds and rates as scalars of q and v.
     inertial : ReferenceFrame
     q, v : lists of Scalar
-        Blocks of the coordinates and of their rates.
+        Blocks of the coordinates and of the rates.
     """
 
     def __init__(self, expressions: Expressions, inertial: Any, q: Sequence[Scalar], v: Sequence[Scalar]) -> None:
         self.expressions, self.inertial = expressions, inertial
         self.algebra, self.tape = expressions.algebra, expressions.algebra.tape
-        self._v = v
-        self._seeds = {item.ref: {place: ONE} for place, item in enumerate(v)}
+        self.count = len(v)
+        self._seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {item.ref: {place: ONE} for place, item in enumerate(v)}
         self._along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip(q, v, strict=True)}
         self._along[self.expressions.known[expressions.time].ref] = ONE
         self._axes: dict[Any, Matrix] = {inertial: self.algebra.identity}
@@ -88,8 +88,8 @@ class Kinematics:
         return result
 
     def velocity(self, point: Any) -> Vector:
-        """Return the velocity of a point: the given one, or the one of the nearest point with a given one and the rate
-        of the way from there."""
+        """Return the velocity of a point: given, or by the nearest point with a given velocity and the rate of the way
+        from there."""
         ways: dict[Any, Vector] = {point: self.algebra.zero_vector}
         waiting = deque([point])
         while waiting:
@@ -103,7 +103,9 @@ class Kinematics:
                     waiting.append(other)
         fault = f"the velocity of the point {point.name} in {self.inertial.name} is not known"
         raise DescriptionError(
-            Problem(self.expressions.name, fault, f"{point.name}.set_vel, or its place from one that has it")
+            Problem(
+                self.expressions.name, fault, f"{point.name}.set_vel, or a place relative to a point with a velocity"
+            )
         )
 
     def rate(self, vector: Vector) -> Vector:
@@ -120,13 +122,13 @@ class Kinematics:
         zero = self.algebra.zero
         return [
             self.algebra.vector([Scalar(self.tape, row[place]) if place in row else zero for row in rows])
-            for place in range(len(self._v))
+            for place in range(self.count)
         ]
 
 
 def kane(kinematics: Kinematics, bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]]) -> Terms:
     """Return the terms of Kane's equations, projected onto the rates of the coordinates."""
-    algebra, count = kinematics.algebra, len(kinematics._v)
+    algebra, count = kinematics.algebra, kinematics.count
     terms = Terms([algebra.zero] * count**2, [algebra.zero] * count, [algebra.zero] * count)
     for body in bodies:
         _add_body(kinematics, body, terms)
@@ -143,17 +145,18 @@ def _add_body(kinematics: Kinematics, body: Any, terms: Terms) -> None:
     record, count = kinematics.expressions, len(terms.coupling)
     center = body.point if isinstance(body, Particle) else body.masscenter
     mass, velocity = record(body.mass), kinematics.velocity(center)
-    pairs = [(kinematics.partials(velocity), lambda x: (mass * x[0], mass * x[1], mass * x[2]))]
-    inertial: list[Vector] = [pairs[0][1](kinematics.rate(velocity))]
+    parts: list[tuple[list[Vector], Callable[[Vector], Vector], Vector]] = [
+        (kinematics.partials(velocity), lambda x: scaled(mass, x), scaled(mass, kinematics.rate(velocity)))
+    ]
     if not isinstance(body, Particle):
         turned = transpose(kinematics.axes(body.frame))
         omega = apply(turned, kinematics.angular_velocity(body.frame))
         inertia = kinematics.algebra.matrix(
             [[record(entry) for entry in row] for row in body.central_inertia.to_matrix(body.frame).tolist()]
         )
-        pairs.append((kinematics.partials(omega), lambda x: apply(inertia, x)))
-        inertial.append(plus(apply(inertia, kinematics.rate(omega)), cross(omega, apply(inertia, omega))))
-    for (partials, weighted), bias in zip(pairs, inertial, strict=True):
+        gyroscopic = plus(apply(inertia, kinematics.rate(omega)), cross(omega, apply(inertia, omega)))
+        parts.append((kinematics.partials(omega), lambda x: apply(inertia, x), gyroscopic))
+    for partials, weighted, bias in parts:
         moving = [k for k, partial in enumerate(partials) if any(not item.is_zero for item in partial)]
         for i in moving:
             terms.coupling[i] = terms.coupling[i] + dot(partials[i], bias)

@@ -22,6 +22,8 @@ from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, Ref, Tape
 
+#: Most parameters without a value in a hint.
+_LISTED = 6
 #: Seed of the state at which pivots are chosen.
 _SEED = 1
 
@@ -39,7 +41,7 @@ def from_sympy(
 
     Velocities and accelerations are composed and differentiated on the tape, so neither ``form_eoms`` nor
     ``kanes_equations`` nor ``form_lagranges_equations`` is called or needed. Free symbols become tunable parameters,
-    and functions of time that are no coordinates become inputs. The velocities v are the rates of the coordinates;
+    and functions of time besides coordinates become inputs. The velocities v are the rates of the coordinates;
     other speeds become outputs.
 
     Parameters
@@ -63,7 +65,7 @@ def from_sympy(
     Raises
     ------
     DescriptionError
-        For a part that has no counterpart, with its name and a remedy.
+        For a part without a counterpart, with name and remedy.
     UsageError
         For symbols without a value.
 
@@ -88,7 +90,7 @@ def from_sympy(
 
 
 class _Reading:
-    """One description of SymPy with its parts under common names."""
+    """A description of SymPy with the parts under common names."""
 
     def __init__(self, name: str, system: Any, q: Sequence[Any], absent: frozenset[str] = frozenset()) -> None:
         self.name, self.system = name, system
@@ -121,7 +123,7 @@ class _Reading:
         elif isinstance(system, tuple | list) and len(system) == 2:
             self.q, self.u, self.kdes, self.loads, self.bodies, self.inertial = list(q), [], [], [], [], None
             if not self.q:
-                raise UsageError(Problem("q", "matrices have no coordinates of their own", "q=[theta, x]"))
+                raise UsageError(Problem("q", "matrices alone have no coordinates", "q=[theta, x]"))
         else:
             hint = "System, KanesMethod, LagrangesMethod, or (M, f) with q"
             raise UsageError(Problem("system", f"{type(system).__name__} is none of SymPy's descriptions", hint))
@@ -165,7 +167,7 @@ class _Reading:
             result += [entry for item in self.system for entry in sympy.Matrix(item)]
         frames, points = _reached(self.bodies, self.loads, self.inertial)
         for body in self.bodies:
-            result.append(sympy.sympify(body.mass))
+            result.append(body.mass)
             if hasattr(body, "central_inertia"):
                 result += body.central_inertia.to_matrix(body.frame)
         vectors = [vector for _, vector in self.loads]
@@ -241,20 +243,10 @@ class _Reading:
     ) -> SymbolicEquations:
         """Return the document with values of parameters and the initial state."""
         record = self.expressions
-        given = {_key(key): float(value) for key, value in parameters.items()}
-        missing = [item for item in record.parameters if item not in given]
-        if missing:
-            hint = f"parameters={{{', '.join(f'{item}: 1.0' for item in missing[:6])}}}"
-            raise UsageError(Problem("parameters", f"no values for {', '.join(missing)}", hint))
-        if unknown := sorted(given.keys() - record.parameters.keys() - record.absent):
-            hint = f"one of {', '.join(record.parameters) or 'none: there are no free symbols'}"
-            raise UsageError(Problem("parameters", f"{unknown[0]} is no free symbol of the system", hint))
         names = [name_of(item) for item in self.q]
-        start = {_key(key): float(value) for key, value in initial.items()}
-        if unknown := sorted(start.keys() - {*names, *(f"v.{item}" for item in names)}):
-            hint = f"one of {', '.join(names)}, or a rate by q.diff()"
-            raise UsageError(Problem("initial", f"{unknown[0]} is no coordinate", hint))
+        given, start = self._values(parameters), self._start(names, initial)
         speeds = [item for item in self.speeds if name_of(item) not in names]
+        mass, coupling, force = (tuple(item.ref for item in part) for part in terms)
         return SymbolicEquations(
             self.name,
             tuple(names),
@@ -265,9 +257,31 @@ class _Reading:
             tuple(start.get(item, 0.0) for item in names),
             tuple(start.get(f"v.{item}", 0.0) for item in names),
             self.algebra.tape,
-            *(tuple(item.ref for item in part) for part in terms),
+            mass,
+            coupling,
+            force,
             tuple(record(item).ref for item in speeds),
         )
+
+    def _values(self, parameters: Mapping[Any, float]) -> dict[str, float]:
+        """Return values of all parameters by name."""
+        names = self.expressions.parameters
+        given = {_key(key): float(value) for key, value in parameters.items()}
+        if missing := [item for item in names if item not in given]:
+            hint = f"parameters={{{', '.join(f'{item}: 1.0' for item in missing[:_LISTED])}}}"
+            raise UsageError(Problem("parameters", f"no values for {', '.join(missing)}", hint))
+        if unknown := sorted(given.keys() - names.keys() - self.expressions.absent):
+            hint = f"one of {', '.join(names)}" if names else "no parameters"
+            raise UsageError(Problem("parameters", f"the system has no free symbol {unknown[0]}", hint))
+        return given
+
+    def _start(self, names: Sequence[str], initial: Mapping[Any, float]) -> dict[str, float]:
+        """Return initial values by the names of coordinates, ``v.NAME`` of rates."""
+        start = {_key(key): float(value) for key, value in initial.items()}
+        if unknown := sorted(start.keys() - {*names, *(f"v.{item}" for item in names)}):
+            hint = f"one of {', '.join(names)}, or a rate by q.diff()"
+            raise UsageError(Problem("initial", f"there is no coordinate {unknown[0]}", hint))
+        return start
 
 
 def _key(key: Any) -> str:
@@ -278,7 +292,7 @@ def _key(key: Any) -> str:
 
 
 def _components(vector: Any) -> list[Any]:
-    """Return the components of a vector of SymPy in all its frames."""
+    """Return the components of a vector of SymPy in all frames."""
     return [entry for components, _ in getattr(vector, "args", ()) for entry in components]
 
 
