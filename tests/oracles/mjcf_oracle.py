@@ -73,14 +73,18 @@ class Imported:
         mujoco.mj_fwdActuation(self.model, self.data)
         M = np.zeros((self.system.nv, self.system.nv))
         mujoco.mj_fullM(self.model, self.data, M)
-        drift = np.zeros(self.system.nv)  # dA/dt v
+        parts = [self.data.qfrc_bias, M @ self._drift(q, v), -self.data.qfrc_passive, -self.data.qfrc_actuator]
+        return A.T @ M @ A, A.T @ sum(parts), np.sum([np.abs(A.T @ part) for part in parts], axis=0)
+
+    def _drift(self, q: Array, v: Array) -> Array:
+        """Return dA/dt v, the part of MuJoCo's accelerations that velocities alone give."""
+        drift = np.zeros(self.system.nv)
         for factor in self.system.factors:
             if factor.group == "SE3":
                 omega, speed = v[factor.v_start : factor.v_start + 3], v[factor.v_start + 3 : factor.v_start + 6]
                 turned = rotation_of(q[factor.q_start : factor.q_start + 4]) @ np.cross(omega, speed)
                 drift[factor.v_start : factor.v_start + 3] = turned
-        parts = [self.data.qfrc_bias, M @ drift, -self.data.qfrc_passive, -self.data.qfrc_actuator]
-        return A.T @ M @ A, A.T @ sum(parts), np.sum([np.abs(A.T @ part) for part in parts], axis=0)
+        return drift
 
     def errors(
         self, *, control: float = 1.0, spread: float = 1.0, seed: int = 0, states: int = STATES
@@ -98,6 +102,33 @@ class Imported:
                 np.linalg.norm(r[:, : self.system.nv] - bias, axis=1) / np.maximum(np.linalg.norm(sizes, axis=1), floor)
             )
         )
+
+    def sensors(self, *, seed: int = 0, states: int = STATES) -> dict[str, tuple[Array, Array]]:
+        """Return by name the outputs of sensors at random states and accelerations, and MuJoCo's values."""
+        state = self.states(1.0, 1.0, seed, states)
+        state["a"] = np.random.default_rng(seed + 1).standard_normal(state["v"].shape)
+        values = tape_evaluator(self.system)("outputs", state)["y"]
+        starts = np.cumsum([0, *(len(output.values) for output in self.scene.outputs)])
+        own = {
+            output.name: values[:, a:b] for output, a, b in zip(self.scene.outputs, starts, starts[1:], strict=False)
+        }
+        expected = []
+        for k in range(states):
+            self.equations(*(state[name][k] for name in ("q", "v", "u", "z")))
+            A, drift = self.place(state["q"][k], state["v"][k]), self._drift(state["q"][k], state["v"][k])
+            self.data.qacc[:], self.data.time = A @ state["a"][k] + drift, float(np.ravel(state["t"][k])[0])
+            mujoco.mj_rnePostConstraint(self.model, self.data)
+            for stage in (mujoco.mj_sensorPos, mujoco.mj_sensorVel, mujoco.mj_sensorAcc):
+                stage(self.model, self.data)
+            expected.append(self.data.sensordata.copy())
+        theirs = np.array(expected)
+        result = {}
+        for index in range(self.model.nsensor):
+            name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_SENSOR, index)
+            start, size = self.model.sensor_adr[index], self.model.sensor_dim[index]
+            if name in own:
+                result[name] = own[name], theirs[:, start : start + size]
+        return result
 
     def constraints(self, q: Array) -> tuple[Array, Array]:
         """Return matrix and violation of the constraints at a configuration, which MuJoCo's data takes too."""

@@ -58,6 +58,8 @@ CASES = {
     "polynomials": arm(first='damping="0.3 0.2 0.1" stiffness="2 3 4" springref="20"'),
     "slide": arm(second='type="slide" axis="1 1 0" ref="0.4" armature="0.3" damping="2" stiffness="4"'),
     "ball": arm(second='type="ball" damping="0.7"'),
+    "ball spring": arm(second='type="ball" stiffness="3" damping="0.2"'),
+    "free spring": arm().replace('<freejoint name="free"/>', '<joint type="free" name="free" stiffness="4"/>'),
     "several joints": arm(
         first='/><joint name="c" pos="0 0.1 0" type="slide"/><joint name="d" axis="1 0 0" pos="0 1 0"'
     ),
@@ -127,6 +129,31 @@ def test_mass_and_forces_are_mujoco_s(name: str, file: Path) -> None:
     mass, forces = Imported.of(file).errors()
     assert mass < TOLERANCE
     assert forces < TOLERANCE
+
+
+_SENSORS = """<sensor>
+  <jointpos name="jp" joint="a"/><jointvel name="jv" joint="b"/><tendonpos name="tp" tendon="r"/>
+  <tendonvel name="tv" tendon="r"/><actuatorpos name="ap" actuator="m"/><actuatorvel name="av" actuator="n"/>
+  <actuatorfrc name="af" actuator="m" cutoff="0.7"/><framepos name="fp" objtype="site" objname="s"/>
+  <framexaxis name="fx" objtype="geom" objname="o"/><framezaxis name="fz" objtype="body" objname="lower"/>
+  <framelinvel name="fl" objtype="body" objname="upper"/><frameangvel name="fa" objtype="xbody" objname="f"/>
+  <framelinacc name="fc" objtype="site" objname="s"/><accelerometer name="ac" site="s"/><gyro name="gy" site="s"/>
+  <velocimeter name="ve" site="s" cutoff="0.9"/><magnetometer name="ma" site="s"/>
+  <subtreecom name="sc" body="upper"/><subtreelinvel name="sl" body="upper"/><clock name="cl"/>
+  <framequat name="absent" objtype="site" objname="s"/><gyro name="late" site="s" delay="0.01" nsample="3"/>
+</sensor>"""
+
+
+def test_sensors_are_outputs_with_mujoco_s_values(file: Path) -> None:
+    acts = '<motor name="m" tendon="r" gear="2"/><position name="n" joint="a" kp="3"/>'
+    body = '><site name="p" pos="0.1 0.1 0.05"/><geom name="o" size="0.06"/><site name="away" pos="0 0 0.3"/'
+    file.write_text(arm(body=body, rest=_PATH + actuators(acts) + _SENSORS), encoding="utf-8")
+    imported = Imported.of(file, terms=("outputs",))
+    sensors = imported.sensors()
+    assert len(sensors) == 20
+    for name, (values, theirs) in sensors.items():
+        np.testing.assert_allclose(values, theirs, rtol=1e-12, atol=1e-12, err_msg=name)
+    assert any(note.startswith("not modelled: sensors (2: absent, late)") for note in imported.scene.notes)
 
 
 def test_a_path_through_a_ring_is_mujoco_s_to_its_tolerance(file: Path) -> None:
@@ -224,8 +251,8 @@ REFUSED = {
         first='axes="1 0 0"'
     ): r"model\.xml:5: MuJoCo refuses the file: Schema violation: unrecognized attribute: 'axes'",
     arm(
-        second='type="ball" stiffness="3"'
-    ): r"model\.xml:8 \(joints\.b\): a ball joint with stiffness is not supported",
+        second='type="ball" stiffness="3 4"'
+    ): r"model\.xml:8 \(joints\.b\): a ball joint with stiffness of higher order is not supported",
     arm(second='type="ball" armature="3"'): r"model\.xml:8 \(joints\.b\): a ball joint with armature on a body that"
     " moves is not supported",
     arm(first='stiffness="1" springyield="0.1"'): r"model\.xml:5 \(joints\.a\): springyield makes the spring plastic",
@@ -259,7 +286,7 @@ def test_the_outermost_element_decides(file: Path) -> None:
 
 def test_included_files_and_meshes_are_looked_for_beside_the_file(tmp_path: Path) -> None:
     (tmp_path / "part.xml").write_text(
-        '<mujoco>\n<worldbody>\n<body name="p"><joint name="j" type="ball" stiffness="1"/><geom size="1"/></body>'
+        '<mujoco>\n<worldbody>\n<body name="p"><joint name="j" type="ball" stiffness="1 2"/><geom size="1"/></body>'
         "</worldbody></mujoco>",
         encoding="utf-8",
     )
@@ -275,6 +302,19 @@ def test_a_scene_includes_a_file(tmp_path: Path) -> None:
     scene = load(tmp_path / "scene.toml")
     assert [joint.name for joint in scene.joints] == ["left_base", "left_a", "left_b", "left_lower_fixed", "left_free"]
     assert scene.joints[1].stops
+
+
+def test_tendons_of_an_included_file_keep_their_lengths(tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text(CASES["muscle"], encoding="utf-8")
+    text = 'format = 1\nname = "two"\n[include.left]\nfile = "arm.xml"\n[outputs]\nlength = { formula = "LENGTH" }\n'
+    (tmp_path / "scene.toml").write_text(text.replace("LENGTH", "left_length_of_r"), encoding="utf-8")
+    scene = load(tmp_path / "scene.toml")
+    assert [tendon.name for tendon in scene.tendons] == ["left_r_branch_1", "left_r_branch_2", "left_r_branch_3"]
+    alone = load(tmp_path / "arm.xml")
+    for tendon, own in zip(scene.tendons, alone.tendons, strict=True):
+        assert tendon.points == tuple(f"left_{point}" for point in own.points)
+        assert [wrap.side for wrap in tendon.wraps] == [wrap.side and f"left_{wrap.side}" for wrap in own.wraps]
+        assert [wrap.frame.body for wrap in tendon.wraps] == [f"left_{wrap.frame.body}" for wrap in own.wraps]
 
 
 def test_without_mujoco_the_remedy_is_the_extra(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -144,7 +144,12 @@ class _Actuator:
         return name
 
     def force(self, length: str, rate: str) -> str:
-        """Return the formula of the actuator's force; empty for a fault."""
+        """Return the formula of the actuator's force, and keep the formula for sensors; empty for a fault."""
+        text = self._force(length, rate)
+        self.draft.actuator_forces[self.index] = text
+        return text
+
+    def _force(self, length: str, rate: str) -> str:
         model, gains, biases = self.model, self.draft.mujoco.mjtGain, self.draft.mujoco.mjtBias
         gain_kind, bias_kind = int(model.actuator_gaintype[self.index]), int(model.actuator_biastype[self.index])
         if gain_kind == gains.mjGAIN_MUSCLE and bias_kind == biases.mjBIAS_MUSCLE:

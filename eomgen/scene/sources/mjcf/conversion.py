@@ -17,6 +17,7 @@ from eomgen.scene.sources.mjcf.coverage import note_unknown_attributes
 from eomgen.scene.sources.mjcf.draft import Draft
 from eomgen.scene.sources.mjcf.equalities import convert_equalities, site_place
 from eomgen.scene.sources.mjcf.fluid import convert_fluid
+from eomgen.scene.sources.mjcf.sensors import convert_sensors
 from eomgen.scene.sources.mjcf.tendons import add_pulls, convert_tendons
 from eomgen.scene.sources.mjcf.tree import convert_tree
 from eomgen.scene.sources.source import ConvertedScene, OptionError
@@ -72,6 +73,7 @@ def mjcf_data(
     convert_actuators(draft)
     add_pulls(draft)
     convert_fluid(draft)
+    convert_sensors(draft)
     _drop_unused_definitions(data)
     _note_the_rest(draft)
     note_unknown_attributes(draft)
@@ -137,7 +139,7 @@ def _drop_unused_definitions(data: dict[str, Any]) -> None:
 
 
 def _note_the_rest(draft: Draft) -> None:
-    """Note contact and sensors."""
+    """Note contact."""
     model, file = draft.model, draft.report.file
     touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     if len(touching) > 1 and not draft.disabled("CONTACT"):
@@ -146,5 +148,3 @@ def _note_the_rest(draft: Draft) -> None:
         )
     if model.npair and not draft.disabled("CONTACT"):
         draft.leave_out(Place(file, 1), f"not modelled: contact of {model.npair} pairs")
-    if model.nsensor:
-        draft.leave_out(draft.place("sensor", 0, model.nsensor), f"not modelled: sensors ({model.nsensor})")

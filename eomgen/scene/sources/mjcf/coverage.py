@@ -537,28 +537,31 @@ _ROWS: tuple[tuple[str, Mapping[str, str]], ...] = (
         },
     ),
     (
-        (
-            "sensor/accelerometer sensor/force sensor/gyro sensor/magnetometer sensor/torque sensor/touch "
-            "sensor/velocimeter"
-        ),
+        "sensor/accelerometer sensor/gyro sensor/magnetometer sensor/velocimeter",
+        {READ: "cutoff name site", IDLE: "interp noise nsample user", NOTED: "delay interval"},
+    ),
+    (
+        "sensor/force sensor/torque sensor/touch",
         {IDLE: "user", NOTED: "cutoff delay interp interval name noise nsample site"},
     ),
     (
         "sensor/actuatorfrc sensor/actuatorpos sensor/actuatorvel",
-        {IDLE: "user", NOTED: "actuator cutoff delay interp interval name noise nsample"},
+        {READ: "actuator cutoff name", IDLE: "interp noise nsample user", NOTED: "delay interval"},
     ),
     (
-        (
-            "sensor/ballangvel sensor/ballquat sensor/jointactuatorfrc sensor/jointlimitfrc "
-            "sensor/jointlimitpos sensor/jointlimitvel sensor/jointpos sensor/jointvel"
-        ),
+        "sensor/ballangvel sensor/ballquat sensor/jointpos sensor/jointvel",
+        {READ: "cutoff joint name", IDLE: "interp noise nsample user", NOTED: "delay interval"},
+    ),
+    (
+        "sensor/jointactuatorfrc sensor/jointlimitfrc sensor/jointlimitpos sensor/jointlimitvel",
         {IDLE: "user", NOTED: "cutoff delay interp interval joint name noise nsample"},
     ),
     ("sensor/camprojection", {IDLE: "user", NOTED: "camera cutoff delay interp interval name noise nsample site"}),
     (
-        "sensor/clock sensor/e_kinetic sensor/e_potential",
-        {IDLE: "user", NOTED: "cutoff delay interp interval name noise nsample"},
+        "sensor/clock sensor/e_kinetic",
+        {READ: "cutoff name", IDLE: "interp noise nsample user", NOTED: "delay interval"},
     ),
+    ("sensor/e_potential", {IDLE: "user", NOTED: "cutoff delay interp interval name noise nsample"}),
     (
         "sensor/contact",
         {
@@ -574,14 +577,23 @@ _ROWS: tuple[tuple[str, Mapping[str, str]], ...] = (
         {IDLE: "user", NOTED: "body1 body2 cutoff delay geom1 geom2 interp interval name noise nsample"},
     ),
     (
-        "sensor/frameangacc sensor/framelinacc",
+        "sensor/frameangacc",
         {IDLE: "user", NOTED: "cutoff delay interp interval name noise nsample objname objtype"},
     ),
     (
-        (
-            "sensor/frameangvel sensor/framelinvel sensor/framepos sensor/framequat sensor/framexaxis "
-            "sensor/frameyaxis sensor/framezaxis"
-        ),
+        "sensor/framelinacc",
+        {READ: "cutoff name objname objtype", IDLE: "interp noise nsample user", NOTED: "delay interval"},
+    ),
+    (
+        ("sensor/frameangvel sensor/framelinvel sensor/framepos sensor/framexaxis sensor/frameyaxis sensor/framezaxis"),
+        {
+            READ: "cutoff name objname objtype",
+            IDLE: "interp noise nsample user",
+            NOTED: "delay interval refname reftype",
+        },
+    ),
+    (
+        "sensor/framequat",
         {IDLE: "user", NOTED: "cutoff delay interp interval name noise nsample objname objtype refname reftype"},
     ),
     (
@@ -591,16 +603,18 @@ _ROWS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("sensor/plugin", {IDLE: "user", NOTED: "cutoff instance name objname objtype plugin refname reftype"}),
     ("sensor/plugin/config", {NOTED: "key value"}),
     ("sensor/rangefinder", {IDLE: "user", NOTED: "camera cutoff data delay interp interval name noise nsample site"}),
+    ("sensor/subtreeangmom", {IDLE: "user", NOTED: "body cutoff delay interp interval name noise nsample"}),
     (
-        "sensor/subtreeangmom sensor/subtreecom sensor/subtreelinvel",
-        {IDLE: "user", NOTED: "body cutoff delay interp interval name noise nsample"},
+        "sensor/subtreecom sensor/subtreelinvel",
+        {READ: "body cutoff name", IDLE: "interp noise nsample user", NOTED: "delay interval"},
     ),
     ("sensor/tactile", {IDLE: "user", NOTED: "cutoff delay geom interp interval mesh name nsample"}),
     (
-        (
-            "sensor/tendonactuatorfrc sensor/tendonlimitfrc sensor/tendonlimitpos sensor/tendonlimitvel "
-            "sensor/tendonpos sensor/tendonvel"
-        ),
+        "sensor/tendonpos sensor/tendonvel",
+        {READ: "cutoff name tendon", IDLE: "interp noise nsample user", NOTED: "delay interval"},
+    ),
+    (
+        "sensor/tendonactuatorfrc sensor/tendonlimitfrc sensor/tendonlimitpos sensor/tendonlimitvel",
         {IDLE: "user", NOTED: "cutoff delay interp interval name noise nsample tendon"},
     ),
     ("sensor/user", {IDLE: "user", NOTED: "cutoff datatype dim name needstage noise objname objtype"}),

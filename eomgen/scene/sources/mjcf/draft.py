@@ -96,6 +96,8 @@ class Draft:
     key : number of the keyframe at the start; -1 for none
     tendon_joints : joints of fixed tendons with their coefficients
     points : names of the points at sites
+    frame_origins : names of the points at frames, by the wanted names
+    actuator_forces : formulas of the forces of actuators
     branches : of spatial tendons: names in the scene, and the divisors of their lengths
     pulls : of spatial tendons: formulas of actuators that pull the ends together
     omitted : names of elements of which a property is left out, by the property
@@ -118,6 +120,8 @@ class Draft:
     key: int = -1
     tendon_joints: dict[int, list[tuple[int, float]]] = field(default_factory=dict)
     points: dict[int, str] = field(default_factory=dict)
+    frame_origins: dict[str, str] = field(default_factory=dict)
+    actuator_forces: dict[int, str] = field(default_factory=dict)
     branches: dict[int, list[tuple[str, float]]] = field(default_factory=dict)
     pulls: dict[int, list[str]] = field(default_factory=dict)
     omitted: dict[str, list[str]] = field(default_factory=dict)
@@ -143,6 +147,26 @@ class Draft:
         if written and name != written:
             self.notes.append(f"{kind} {written!r} of the file is called {name}")
         return name
+
+    def point(self, wanted: str, place: LinkPlace) -> str:
+        """Return the name of a point at the origin of a frame, which is added once for each wanted name."""
+        if wanted not in self.frame_origins:
+            name = self.name("point", "", wanted)
+            self.section("points")[name] = {"body": place.body, "position": place.position.tolist()}
+            self.frame_origins[wanted] = name
+        return self.frame_origins[wanted]
+
+    def frame_points(self, wanted: str, place: LinkPlace) -> tuple[str, list[str]]:
+        """Return the names of points at the origin of a frame, and 1 m along its axes."""
+        ends = [
+            self.point(f"{wanted}_{axis}", LinkPlace(place.body, place.orientation, place.position + column))
+            for axis, column in zip("xyz", place.orientation.T, strict=True)
+        ]
+        return self.point(wanted, place), ends
+
+    def along(self, start: str, end: str) -> list[str]:
+        """Return the components of the vector from a point to another, in world axes."""
+        return [f"(position.{end}[{i}] - position.{start}[{i}])" for i in range(3)]
 
     def place(self, kind: str, index: int, count: int) -> Place:
         """Return file and line of an element."""

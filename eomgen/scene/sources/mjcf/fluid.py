@@ -39,14 +39,10 @@ def _add_drag(draft: Draft, body: int, density: float, viscosity: float) -> None
     place = draft.places[body].of(np.array(model.body_ipos[body]), model.body_iquat[body])
     box = _box(np.array(model.body_inertia[body]), float(model.body_mass[body]))
     written = draft.written("body", body) or f"body_{body}"
-    center = _point(draft, f"{written}_center", place.body, place.position)
-    ends = [
-        _point(draft, f"{written}_{axis}", place.body, place.position + place.orientation[:, k])
-        for k, axis in enumerate("xyz")
-    ]
+    center, ends = draft.frame_points(f"{written}_center", place)
     linear, angular = [], []
     for axis, end in zip("xyz", ends, strict=True):
-        along = [f"(position.{end}[{i}] - position.{center}[{i}])" for i in range(3)]
+        along = draft.along(center, end)
         wind = [number(float(value)) for value in model.opt.wind]
         speeds = [f"{a} * (velocity.{center}[{i}] - {wind[i]})" for i, a in enumerate(along)]
         turns = [f"{a} * angular_velocity.{place.body}[{i}]" for i, a in enumerate(along)]
@@ -80,12 +76,6 @@ def _box(inertia: Array, mass: float) -> Array:
     """Return the edges of the homogeneous box with a mass and principal moments of inertia."""
     squares = 6.0 * np.maximum(_SMALLEST, float(np.sum(inertia)) - 2.0 * inertia) / mass
     return np.asarray(np.sqrt(squares))
-
-
-def _point(draft: Draft, wanted: str, body: str, position: Array) -> str:
-    name = draft.name("point", "", wanted)
-    draft.section("points")[name] = {"body": body, "position": position.tolist()}
-    return name
 
 
 def _definition(draft: Draft, wanted: str, formula: str) -> str:

@@ -117,14 +117,14 @@ class _Chain:
             velocity = [*qvel[3:6], *(rotation_matrix(quaternion).T @ qvel[:3])]
             entry["initial"] = {"position": position.tolist(), "orientation": quaternion.tolist()}
             entry["initial"] |= {"velocity": np.array(velocity).tolist()} if np.any(velocity) else {}
-            self.of_several_coordinates(joint, kind, entry)
+            self.of_several_coordinates(joint, kind, entry, LinkPlace(BASE, np.eye(3), np.zeros(3)))
             return entry
         placed = place.of(anchor)
         turn, shift = np.eye(3), np.zeros(3)
         if kind == BALL:
             quaternion = qpos[:4] / np.linalg.norm(qpos[:4])
             entry["initial"] = {"position": quaternion.tolist(), "velocity": qvel[:3].tolist()}
-            self.of_several_coordinates(joint, kind, entry)
+            self.of_several_coordinates(joint, kind, entry, placed)
         else:
             axis, reference = np.array(self.model.jnt_axis[joint]), float(self.model.qpos0[start])
             if kind == HINGE:
@@ -203,8 +203,8 @@ class _Chain:
         low, high = (float(value) for value in model.jnt_range[joint])
         entry["limits"] = {"lower": low, "upper": high, "stiffness": stiffness, "damping": damping}
 
-    def of_several_coordinates(self, joint: int, kind: int, entry: dict[str, Any]) -> None:
-        """Add dampers of a ball or a free joint, whose velocities have equal coefficients; refuse the rest."""
+    def of_several_coordinates(self, joint: int, kind: int, entry: dict[str, Any], placed: LinkPlace) -> None:
+        """Add springs and dampers of a ball or a free joint, which are equal in all directions; refuse the rest."""
         model, draft, name = self.model, self.draft, self.draft.joints[joint]
         rate, line = int(model.jnt_dofadr[joint]), draft.place("joint", joint, model.njnt)
         damping = [float(model.dof_damping[rate]), *map(float, model.dof_dampingpoly[rate])]
@@ -215,16 +215,37 @@ class _Chain:
             for index in range(3 if kind == BALL else 6):
                 effort = {"joint": name, "index": index, "effort": f"-{damping[0]!r} * v.{name}[{index}]"}
                 draft.section("efforts")[draft.name("effort", "", f"{name}_damper_{index}")] = effort
-        stiffness = (model.jnt_stiffness[joint], *model.jnt_stiffnesspoly[joint])
-        if any(stiffness) and not draft.disabled("SPRING"):
-            fault = f"a {_WORDS[kind]} joint with stiffness is not supported"
-            draft.refuse(line, f"joints.{name}", fault, "a bushing in a scene that includes the file, and stiffness 0")
+        if any(model.jnt_stiffnesspoly[joint]):
+            fault = f"a {_WORDS[kind]} joint with stiffness of higher order is not supported"
+            draft.refuse(line, f"joints.{name}", fault, "one coefficient of stiffness")
+        elif model.jnt_stiffness[joint] and not draft.disabled("SPRING"):
+            self.add_bushing(joint, kind, entry, placed)
         if model.dof_armature[rate]:
             self.armature_of(float(model.dof_armature[rate]), joint, kind, entry)
         if model.dof_frictionloss[rate] and not draft.disabled("FRICTIONLOSS"):
             draft.left_out("dry friction (frictionloss)", name)
         if kind == BALL and model.jnt_limited[joint] and not draft.disabled("LIMIT"):
             draft.left_out("limits of position (range)", name)
+
+    def add_bushing(self, joint: int, kind: int, entry: dict[str, Any], placed: LinkPlace) -> None:
+        """Add the spring of a ball or a free joint, a bushing between the axes at rest and the axes of the child."""
+        rest = self.model.qpos_spring[int(self.model.jnt_qposadr[joint]) :]
+        stiffness = [float(self.model.jnt_stiffness[joint])] * 3
+        at_rest = placed.of(np.array(rest[:3]), rest[3:7]) if kind == FREE else placed.of(np.zeros(3), rest[:4])
+        bushing = {
+            "first": {
+                "body": entry["parent"],
+                "position": at_rest.position.tolist(),
+                "axis": at_rest.orientation[:, 2].tolist(),
+                "x_axis": at_rest.orientation[:, 0].tolist(),
+            },
+            "second": {"body": entry["child"], "axis": [0.0, 0.0, 1.0], "x_axis": [1.0, 0.0, 0.0]},
+            "rotational_stiffness": stiffness,
+        }
+        if kind == FREE:
+            bushing["stiffness"] = stiffness
+        name = self.draft.name("bushing", "", f"{self.draft.joints[joint]}_spring")
+        self.draft.section("bushings")[name] = bushing
 
     def armature_of(self, armature: float, joint: int, kind: int, entry: dict[str, Any]) -> None:
         """Add a body with the kinetic energy of an armature of all components: of a free joint a mass at the origin of
