@@ -109,6 +109,56 @@ def cart() -> Case:
     )
 
 
+def rattleback() -> Case:
+    """An ellipsoid that rolls on a plane, whose principal axes of inertia are turned: Kane and Levinson 1982."""
+    q, u = list(dynamicsymbols("q1:4")), list(dynamicsymbols("u1:4"))
+    m, g, a, b, c, h, sigma = sympy.symbols("m g a b c h sigma")
+    plane = me.ReferenceFrame("N")
+    yaw = plane.orientnew("Y", "Axis", [q[0], plane.z])
+    lean = yaw.orientnew("L", "Axis", [q[1], yaw.x])
+    stone = lean.orientnew("R", "Axis", [q[2], lean.y])
+    turned = stone.ang_vel_in(plane)
+    stone.set_ang_vel(plane, u[0] * stone.x + u[1] * stone.y + u[2] * stone.z)
+    normal = [plane.z.dot(axis) for axis in stone]
+    size = sympy.sqrt(sum((axis * item) ** 2 for axis, item in zip((a, b, c), normal, strict=True)))
+    contact = me.Point("P")
+    contact.set_vel(plane, 0)
+    parts = zip((a, b, c), normal, stone, strict=True)
+    arm = sum((axis**2 * item / size * direction for axis, item, direction in parts), me.Vector(0))
+    center = contact.locatenew("C", arm - h * stone.z)
+    center.set_vel(plane, stone.ang_vel_in(plane).cross(center.pos_from(contact)))
+    inertia = me.inertia(stone, *sympy.symbols("A B C D"), 0, 0)
+    system = me.KanesMethod(
+        plane,
+        q_ind=q,
+        u_ind=u,
+        kd_eqs=[turned.dot(axis) - speed for axis, speed in zip(stone, u, strict=True)],
+        bodies=[me.RigidBody("stone", center, stone, m, (inertia, center))],
+        forcelist=[(center, m * g * plane.z), (stone, -sigma * stone.ang_vel_in(plane))],
+    )
+    system.kanes_equations()
+    return Case(system, system.mass_matrix, system.forcing, q, u, system.kindiffdict())
+
+
+def chain(links: int) -> tuple[Any, dict[Any, float]]:
+    """A pendulum in space of point masses, each on two angles."""
+    ground, origin = me.ReferenceFrame("N"), me.Point("O")
+    origin.set_vel(ground, 0)
+    m, length, g = sympy.symbols("m l g")
+    frame, point, q, u, bodies = ground, origin, [], [], []
+    for k in range(links):
+        angles, speeds = dynamicsymbols(f"q{k}_0:2"), dynamicsymbols(f"u{k}_0:2")
+        middle = frame.orientnew(f"A{k}", "Axis", [angles[0], frame.x])
+        frame = middle.orientnew(f"B{k}", "Axis", [angles[1], middle.y])
+        point = point.locatenew(f"P{k}", -length * frame.z)
+        bodies.append(me.Particle(f"p{k}", point, m))
+        q, u = [*q, *angles], [*u, *speeds]
+    kinematic = [angle.diff(T) - speed for angle, speed in zip(q, u, strict=True)]
+    weights = [(body.point, -m * g * ground.z) for body in bodies]
+    system = me.KanesMethod(ground, q_ind=q, u_ind=u, kd_eqs=kinematic, bodies=bodies, forcelist=weights)
+    return system, {m: 1.3, length: 0.5, g: 9.81}
+
+
 def matrices() -> Case:
     """Plain M(q) and f(q, v, t) with a Piecewise, roots and powers."""
     q = list(dynamicsymbols("x y"))
@@ -121,7 +171,7 @@ def matrices() -> Case:
 
 
 CASES: dict[str, Callable[[], Case]] = {
-    "oscillator": oscillator, "disc": disc, "cart": cart, "matrices": matrices,
+    "oscillator": oscillator, "disc": disc, "cart": cart, "matrices": matrices, "rattleback": rattleback,
 }  # fmt: skip  # a table
 
 
@@ -175,6 +225,31 @@ def test_accelerations_and_speeds_are_those_of_sympy(name: str) -> None:
     assert largest_error(CASES[name]()) < 1e-12
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("links", [6, 20])
+@pytest.mark.long_cases("20")
+def test_a_chain_in_space_is_the_one_of_universal_joints(links: int) -> None:
+    """SymPy forms no equations here: a scene with the same chain is the reference, to 1e-12."""
+    builder = eomgen.SceneBuilder("chain")
+    for k in range(links):
+        builder.body(f"p{k}", 1.3, center_of_mass=[0, 0, -0.5], inertia=[0, 0, 0])
+        parent, height = (f"p{k - 1}", -0.5) if k else ("base", 0.0)
+        builder.joint(
+            f"j{k}", "universal", parent, f"p{k}", axis=[1, 0, 0], second_axis=[0, 1, 0], position=[0, 0, height]
+        )
+    system, values = chain(links)
+    document = eomgen.from_sympy(system, parameters=values)
+    random = np.random.default_rng(1)
+    state = {"q": random.uniform(-0.8, 0.8, 2 * links), "v": random.normal(size=2 * links), "p": document.values}
+    for term in ("mass", "forward_dynamics"):
+        results = []
+        for described in (document, builder.build()):
+            derived = eomgen.derive(described, [term])
+            function = derived.functions[term]
+            results.append(evaluate(derived.tape, function.refs, {block: state[block] for block in function.inputs}))
+        np.testing.assert_allclose(results[0], results[1], rtol=0, atol=1e-12 * np.abs(results[1]).max())
+
+
 def test_symbols_without_an_effect_are_no_parameters() -> None:
     """The mass of a lone disc cancels in no term, but r of a point does."""
     document, _ = taken(disc())
@@ -216,6 +291,8 @@ def test_refusals() -> None:
     bound = me.LagrangesMethod(free, [q], hol_coneqs=[q - k])
     odd = me.LagrangesMethod(free - sympy.gamma(q), [q])
     rated = me.LagrangesMethod(free + q * r.diff(T), [q])
+    u = dynamicsymbols("u")
+    bare = me.KanesMethod(me.ReferenceFrame("N"), q_ind=[q], u_ind=[u], kd_eqs=[q.diff(T) - u])
     cases: tuple[tuple[Any, type[Exception], str], ...] = (
         (lambda: eomgen.from_sympy(me.LagrangesMethod(free, [q])), eomgen.UsageError, r"no values for m"),
         (lambda: eomgen.from_sympy(3), eomgen.UsageError, "int is none of SymPy's descriptions"),
@@ -232,6 +309,7 @@ def test_refusals() -> None:
             eomgen.UsageError,
             "there is no coordinate r",
         ),
+        (lambda: eomgen.from_sympy(bare), eomgen.DescriptionError, "the KanesMethod has no bodies"),
         (lambda: eomgen.from_sympy((sympy.eye(1), [0])), eomgen.UsageError, "matrices alone have no coordinates"),
         (lambda: eomgen.from_sympy((sympy.eye(2), [0]), q=[q]), eomgen.DescriptionError, "M is 2 x 2 and f has 1"),
         (lambda: eomgen.from_sympy(3, name="1 a"), eomgen.UsageError, "'1 a' is not a name"),

@@ -113,8 +113,11 @@ class _Reading:
                     "auxiliary speeds": system._uaux,
                 }
             )
-            self.q, self.u, self.kdes = list(system.q), list(system.u), list(system.kindiffdict().items())
-            self.kdes = [rate - value for rate, value in self.kdes]
+            if not system.bodies:
+                hint = "KanesMethod(..., bodies=[...], forcelist=[...])"
+                raise DescriptionError(Problem(name, "the KanesMethod has no bodies", hint))
+            self.q, self.u = list(system.q), list(system.u)
+            self.kdes = [rate - value for rate, value in system.kindiffdict().items()]
             self.inertial, self.bodies, self.loads = system._inertial, list(system.bodies), list(system.forcelist or ())
         elif isinstance(system, LagrangesMethod):
             self._refuse_constraints({"constraints": system.coneqs})
