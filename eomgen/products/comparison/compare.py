@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from eomgen.base.calls import checked_call
+from eomgen.base.data import replace
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline
 from eomgen.products.comparison import causes
 from eomgen.products.comparison.differences import Pairing, differences, equal
-from eomgen.products.comparison.machine import Machine, of_scene
+from eomgen.products.comparison.machine import Machine, of_equations, of_scene
 from eomgen.products.comparison.report import Comparison, Difference
 from eomgen.products.comparison.states import errors_of, motions
 from eomgen.scene.sources.register import source_of
@@ -46,7 +47,8 @@ def compare(
     Parameters
     ----------
     first, second : path, Scene, or mapping
-        As in ``load``; ``second`` may be left out with a ``reader``.
+        As in ``load``; ``second`` may be left out with a ``reader``, and may be the result of ``from_sympy``, of which
+        the equations at random states are compared: coordinates are named as the joints, or ``q_JOINT``.
     reader : str, optional
         Program that reads the second description, which then is a file: ``mujoco`` or ``pinocchio``.
     tolerance : float
@@ -82,9 +84,17 @@ def compare(
                 "second", "one description has no second one to be compared with", 'a second one, or reader="mujoco"'
             )
         )
-    one = _read(first, alone=reader is None)
     given = first if second is None else second
-    other = _read(given, alone=True) if reader is None else _second_reader(given, reader)
+    if _equations_alone(first):
+        raise UsageError(Problem("first", "equations alone have no bodies", "the description with bodies as the first"))
+    one = _read(first, alone=reader is None)
+    if reader is not None:
+        other = _second_reader(given, reader)
+    elif _equations_alone(given):
+        derived = pipeline.derive(given, _TERMS[:3])
+        other = replace(of_equations(derived.name, derived, one.links), gravity=one.gravity, loops=one.loops)
+    else:
+        other = _read(given, alone=True)
     pairing = Pairing(one, other, tolerance)
     listed = differences(pairing)
     notes = [*dict.fromkeys((*one.notes, *other.notes))]
@@ -106,6 +116,11 @@ def compare(
     return Comparison(
         (one.name, other.name), tuple(listed), errors, states, len(pairing.pairs), tolerance, tuple(notes)
     )
+
+
+def _equations_alone(described: object) -> bool:
+    """Return whether a description is the document of a front end besides scenes, as of SymPy."""
+    return hasattr(described, "front_end")
 
 
 def _read(described: Described, *, alone: bool) -> Machine:

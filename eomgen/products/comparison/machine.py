@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, field, fields, is_dataclass
+from eomgen.base.data import dataclass, field, fields, is_dataclass, replace
+from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Node, infix
 from eomgen.scene.inertia import NOTHING, Inertia, combined, tensor
@@ -290,6 +291,34 @@ def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
     )
 
 
+def of_equations(name: str, system: System, links: Sequence[Link]) -> Machine:
+    """Return equations without bodies, as of SymPy, with the links of another machine.
+
+    Parameters
+    ----------
+    links : of the machine with the same coordinates, which are named as its joints, or ``q_`` and the joint
+
+    Raises
+    ------
+    UsageError
+        A coordinate without a counterpart.
+    """
+    own = {factor.name for factor in system.factors}
+    moving = [link for link in links if not link.held]
+    names = {link.joint: next((item for item in (link.joint, f"q_{link.joint}") if item in own), "") for link in moving}
+    if "" in names.values() or len(own) != len(names):
+        fault = f"the coordinates of {name} are {', '.join(sorted(own))}"
+        hint = f"coordinates named as the joints: {', '.join(names)}"
+        raise UsageError(Problem("coordinates", fault, hint))
+    renamed = [replace(link, joint=names.get(link.joint, link.joint)) for link in links]
+    evaluated, inputs = _Equations(system, renamed), tuple(item.name for item in system.inputs)
+
+    def total(motion: Motion) -> Forces:
+        return evaluated(motion)._replace(bias=None, force=None)
+
+    return Machine(name, np.zeros(3), tuple(links), (), inputs, lambda _: "", total, None)
+
+
 def _link(joint: Joint, parent: int, pose: Placement, lumps: Lumps, number: int, values: _Values) -> Link:
     kind = joint.kind
     turned = kind.turned_about or kind.travels
@@ -443,4 +472,16 @@ class _Equations:
         return np.broadcast_to(values, (count, values.shape[-1]))
 
 
-__all__ = ["AT_ORIGIN", "Forces", "Link", "Loop", "Lumps", "Machine", "Motion", "PlacedBody", "Placement", "of_scene"]
+__all__ = [
+    "AT_ORIGIN",
+    "Forces",
+    "Link",
+    "Loop",
+    "Lumps",
+    "Machine",
+    "Motion",
+    "PlacedBody",
+    "Placement",
+    "of_equations",
+    "of_scene",
+]
