@@ -815,7 +815,7 @@ _OFFERED = {"_replace", "_asdict", "_getframe", "_exit"}
 #: and for the parts of KanesMethod.
 _OF_SYMPY = {
     *("_t", "_dict_list", "_dcm_dict", "_ang_vel_dict", "_vel_dict", "_pos_dict"),
-    *("_L", "_f_h", "_f_nh", "_inertial", "_uaux"),
+    *("_L", "_f_h", "_f_nh", "_hol_coneqs", "_k_nh", "_inertial", "_uaux"),
 }
 
 

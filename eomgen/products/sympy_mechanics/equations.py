@@ -140,6 +140,37 @@ def _system(document: SymbolicEquations, recorder: _Recorder, made: Mapping[str,
     )
 
 
+def solved(matrix: Sequence[Scalar], sides: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
+    """Return the solutions of a symmetric matrix, row by row, for several right-hand sides, by L D L^T."""
+    n = len(sides[0])
+    lower: dict[tuple[int, int], Scalar] = {}
+    pivots: list[Scalar] = []
+    for i in range(n):
+        partial: list[Scalar] = []
+        for j in range(i):
+            entry = matrix[i * n + j]
+            for k in range(j):
+                entry = entry - partial[k] * lower[j, k]
+            partial.append(entry)
+            lower[i, j] = entry if entry.is_zero else entry / pivots[j]
+        pivot = matrix[i * n + i]
+        for k in range(i):
+            pivot = pivot - partial[k] * lower[i, k]
+        pivots.append(pivot)
+    results = []
+    for side in sides:
+        solution = list(side)
+        for i in range(n):
+            for k in range(i):
+                solution[i] = solution[i] - lower[i, k] * solution[k]
+        solution = [value if value.is_zero else value / pivot for value, pivot in zip(solution, pivots, strict=True)]
+        for i in reversed(range(n)):
+            for k in range(i + 1, n):
+                solution[i] = solution[i] - lower[k, i] * solution[k]
+        results.append(solution)
+    return results
+
+
 class _Recorder:
     """Terms of a document, on a copy of the tape."""
 
@@ -167,31 +198,10 @@ class _Recorder:
         return [Block(name, shape, tuple(value.ref for value in values), text)]
 
     def forward_dynamics(self) -> list[Block]:
-        """M^-1 (Q - h), by L D L^T."""
-        n = self.count
-        lower: dict[tuple[int, int], Scalar] = {}
-        pivots: list[Scalar] = []
-        for i in range(n):
-            partial: list[Scalar] = []
-            for j in range(i):
-                entry = self.mass[i * n + j]
-                for k in range(j):
-                    entry = entry - partial[k] * lower[j, k]
-                partial.append(entry)
-                lower[i, j] = entry if entry.is_zero else entry / pivots[j]
-            pivot = self.mass[i * n + i]
-            for k in range(i):
-                pivot = pivot - partial[k] * lower[i, k]
-            pivots.append(pivot)
-        solution = [force - bias for force, bias in zip(self.force, self.coupling, strict=True)]
-        for i in range(n):
-            for k in range(i):
-                solution[i] = solution[i] - lower[i, k] * solution[k]
-        solution = [value / pivot for value, pivot in zip(solution, pivots, strict=True)]
-        for i in reversed(range(n)):
-            for k in range(i + 1, n):
-                solution[i] = solution[i] - lower[k, i] * solution[k]
-        return self.block("vdot", (n,), solution)
+        """M^-1 (Q - h)."""
+        balance = [force - bias for force, bias in zip(self.force, self.coupling, strict=True)]
+        (solution,) = solved(self.mass, [balance])
+        return self.block("vdot", (self.count,), solution)
 
     def in_block(self, name: str, values: Sequence[Ref], block: Sequence[Scalar], text: str) -> Block:
         """Return partials in the numbers of a block, row by row."""

@@ -16,11 +16,12 @@ from typing import Any, NamedTuple
 from sympy.physics.mechanics import Particle, ReferenceFrame
 
 from eomgen.errors import DescriptionError, Problem
+from eomgen.products.sympy_mechanics.equations import solved
 from eomgen.products.sympy_mechanics.expressions import Expressions
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, dot, multiply, plus, scaled, transpose
-from eomgen.symbolic.tape import ONE, Ref
+from eomgen.symbolic.tape import ONE, ZERO, Ref
 
 
 class Terms(NamedTuple):
@@ -110,11 +111,20 @@ class Kinematics:
 
     def rate(self, vector: Vector) -> Vector:
         """Return the time derivative of components along the motion, at constant v."""
-        refs = [item.ref for item in vector]
+        return self.algebra.vector(self.rates(vector))
+
+    def rates(self, values: Sequence[Scalar]) -> list[Scalar]:
+        """Return time derivatives along the motion, at constant v."""
+        refs = [item.ref for item in values]
         if any(symbol.block == "u" for symbol in self.tape.depends_on(refs)):
             fault = "a place depends on an input, whose rate is unknown"
             raise DescriptionError(Problem(self.expressions.name, fault, "a coordinate, or a formula of time"))
-        return self.algebra.vector([Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, refs, self._along)])
+        return [Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, refs, self._along)]
+
+    def rows_of(self, values: Sequence[Scalar]) -> list[list[Scalar]]:
+        """Return the partials of values in v, a row for each value."""
+        rows = forward_partials(self.tape, [item.ref for item in values], self._seeds)
+        return [[Scalar(self.tape, row.get(place, ZERO)) for place in range(self.count)] for row in rows]
 
     def partials(self, vector: Vector) -> list[Vector]:
         """Return the partial velocities: partials of a velocity in each component of v."""
@@ -138,6 +148,24 @@ def kane(kinematics: Kinematics, bodies: Sequence[Any], loads: Sequence[tuple[An
         for number, partial in enumerate(kinematics.partials(velocity)):
             terms.force[number] = terms.force[number] + dot(partial, value)
     return terms
+
+
+def constrained(kinematics: Kinematics, terms: Terms, rows: Sequence[Scalar]) -> Terms:
+    """Return the terms with the forces of constraints c(q, v, t) = 0, linear in v, which keep the rates of c at zero.
+
+    With B = dc/dv and g the rate of c at vdot = 0, the multipliers are (B M^-1 B^T)^-1 (B M^-1 (Q - h) + g).
+    """
+    biases = kinematics.rates(rows)
+    partials = kinematics.rows_of(rows)
+    balance = [force - bias for force, bias in zip(terms.force, terms.coupling, strict=True)]
+    *moved, free = solved(terms.mass, [*partials, balance])
+    metric = [dot(one, other) for one in partials for other in moved]
+    sides = [dot(row, free) + bias for row, bias in zip(partials, biases, strict=True)]
+    (multipliers,) = solved(metric, [sides])
+    force = list(terms.force)
+    for row, multiplier in zip(partials, multipliers, strict=True):
+        force = [item - multiplier * entry for item, entry in zip(force, row, strict=True)]
+    return terms._replace(force=force)
 
 
 def _add_body(kinematics: Kinematics, body: Any, terms: Terms) -> None:
@@ -167,4 +195,4 @@ def _add_body(kinematics: Kinematics, body: Any, terms: Terms) -> None:
                     terms.mass[j * count + i] = terms.mass[j * count + i] + entry
 
 
-__all__ = ["Kinematics", "Terms", "kane"]
+__all__ = ["Kinematics", "Terms", "constrained", "kane"]

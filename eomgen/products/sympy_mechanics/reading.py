@@ -10,18 +10,21 @@ import sympy
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import KanesMethod, LagrangesMethod, System, dynamicsymbols
 
+from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.messages import counted, is_legal, shown
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.products.sympy_mechanics.equations import SymbolicEquations
 from eomgen.products.sympy_mechanics.expressions import Expressions, name_of
-from eomgen.products.sympy_mechanics.kane import Kinematics, Terms, kane
+from eomgen.products.sympy_mechanics.kane import Kinematics, Terms, constrained, kane
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, Ref, Tape
 
+#: Most corrections of an initial state, and the violation that counts as none.
+_CORRECTIONS, _MET = 50, 1e-11
 #: Most parameters without a value in a hint.
 _LISTED = 6
 #: Seed of the state at which pivots are chosen.
@@ -94,25 +97,19 @@ class _Reading:
 
     def __init__(self, name: str, system: Any, q: Sequence[Any], absent: frozenset[str] = frozenset()) -> None:
         self.name, self.system = name, system
+        #: Holonomic constraints, and constraints of velocities, which have the rates of the holonomic ones among them.
+        self.positions: list[Any] = []
+        self.constraints: list[Any] = []
         if isinstance(system, System):
-            self._refuse_constraints(
-                {
-                    "holonomic constraints": system.holonomic_constraints,
-                    "velocity constraints": system.velocity_constraints,
-                    "auxiliary speeds": system.u_aux,
-                }
-            )
+            self._refuse_auxiliary(system.u_aux)
+            self.positions, self.constraints = list(system.holonomic_constraints), list(system.velocity_constraints)
             self.q, self.u, self.kdes = list(system.q), list(system.u), list(system.kdes)
             self.inertial, self.bodies = system.frame, list(system.bodies)
             self.loads = [*system.loads, *(load for item in system.actuators for load in item.to_loads())]
         elif isinstance(system, KanesMethod):
-            self._refuse_constraints(
-                {
-                    "configuration constraints": system._f_h,
-                    "velocity constraints": system._f_nh,
-                    "auxiliary speeds": system._uaux,
-                }
-            )
+            self._refuse_auxiliary(system._uaux)
+            self.positions = list(system._f_h)
+            self.constraints = list(system._k_nh * system.u + system._f_nh) if len(system._f_nh) else []
             if not system.bodies:
                 hint = "KanesMethod(..., bodies=[...], forcelist=[...])"
                 raise DescriptionError(Problem(name, "the KanesMethod has no bodies", hint))
@@ -120,7 +117,7 @@ class _Reading:
             self.kdes = [rate - value for rate, value in system.kindiffdict().items()]
             self.inertial, self.bodies, self.loads = system._inertial, list(system.bodies), list(system.forcelist or ())
         elif isinstance(system, LagrangesMethod):
-            self._refuse_constraints({"constraints": system.coneqs})
+            self.positions, self.constraints = list(system._hol_coneqs), list(system.coneqs)
             self.q, self.u, self.kdes = list(system.q), [], []
             self.inertial, self.bodies, self.loads = system.inertial, [], list(system.forcelist or ())
         elif isinstance(system, tuple | list) and len(system) == 2:
@@ -140,30 +137,31 @@ class _Reading:
         self.expressions = Expressions(self.algebra, name, known, absent)
         self.speeds = [item for item in self.u if not isinstance(item, sympy.Derivative)]
 
-    def _refuse_constraints(self, parts: Mapping[str, Any]) -> None:
-        for noun, part in parts.items():
-            if len(part):
-                fault = (
-                    f"{counted(len(part), noun.removesuffix('s'))} of a {type(self.system).__name__} are not supported"
-                )
-                hint = "independent coordinates and speeds, or a scene with constraints"
-                raise DescriptionError(Problem(self.name, fault, hint))
+    def _refuse_auxiliary(self, speeds: Any) -> None:
+        if len(speeds):
+            fault = f"{counted(len(speeds), 'auxiliary speed')} of a {type(self.system).__name__} are not supported"
+            raise DescriptionError(Problem(self.name, fault, "a scene, whose reactions are outputs"))
 
     def terms(self) -> Terms:
         """Record the equations."""
         self.expressions.declare(self._everything())
         self._solve_speeds()
-        if isinstance(self.system, LagrangesMethod):
-            return self._lagrange()
-        if isinstance(self.system, tuple | list):
-            return self._matrices()
         kinematics = Kinematics(self.expressions, self.inertial, self.q_scalars, self.v_scalars)
-        return kane(kinematics, self.bodies, self.loads)
+        if isinstance(self.system, LagrangesMethod):
+            terms = self._lagrange()
+        elif isinstance(self.system, tuple | list):
+            terms = self._matrices()
+        else:
+            terms = kane(kinematics, self.bodies, self.loads)
+        if not self.constraints:
+            return terms
+        rows = [self.expressions(item) for item in self.constraints]
+        return constrained(kinematics, terms, rows)
 
     def _everything(self) -> list[Any]:
         """Return all expressions, for the lists of parameters and inputs."""
         self.expressions.known |= dict.fromkeys(set(self.u) - self.expressions.known.keys(), self.algebra.zero)
-        result: list[Any] = [*self.kdes]
+        result: list[Any] = [*self.kdes, *self.positions, *self.constraints]
         if isinstance(self.system, LagrangesMethod):
             result.append(self.system._L[0])
         elif isinstance(self.system, tuple | list):
@@ -249,6 +247,11 @@ class _Reading:
         names = [name_of(item) for item in self.q]
         given, start = self._values(parameters), self._start(names, initial)
         speeds = [item for item in self.speeds if name_of(item) not in names]
+        q, v = self._consistent(
+            np.array([start.get(item, 0.0) for item in names]),
+            np.array([start.get(f"v.{item}", 0.0) for item in names]),
+            np.array([given[item] for item in record.parameters]),
+        )
         mass, coupling, force = (tuple(item.ref for item in part) for part in terms)
         return SymbolicEquations(
             self.name,
@@ -257,14 +260,38 @@ class _Reading:
             tuple(record.inputs),
             tuple(name_of(item) for item in speeds),
             tuple(given[item] for item in record.parameters),
-            tuple(start.get(item, 0.0) for item in names),
-            tuple(start.get(f"v.{item}", 0.0) for item in names),
+            tuple(q.tolist()),
+            tuple(v.tolist()),
             self.algebra.tape,
             mass,
             coupling,
             force,
             tuple(record(item).ref for item in speeds),
         )
+
+    def _consistent(self, q: Array, v: Array, p: Array) -> tuple[Array, Array]:
+        """Return the nearest initial state that satisfies the constraints, at time 0 and zero inputs."""
+        tape = self.algebra.tape
+        blocks = {"p": p, "t": np.zeros(1), "u": np.zeros(len(self.expressions.inputs))}
+        for expressions, scalars, moved in (
+            (self.positions, self.q_scalars, q),
+            (self.constraints, self.v_scalars, v),
+        ):
+            values = [self.expressions(item).ref for item in expressions]
+            slopes = [ref for value in values for ref in gradient(tape, value, [item.ref for item in scalars])]
+            size = np.inf if values else 0.0
+            for _ in range(_CORRECTIONS):
+                if not values or size < _MET:
+                    break
+                results = evaluate(tape, [*values, *slopes], blocks | {"q": q, "v": v})
+                jacobian = results[len(values) :].reshape(len(values), -1)
+                step = np.linalg.lstsq(jacobian, results[: len(values)], rcond=None)[0]
+                np.subtract(moved, step, out=moved)
+                size = float(np.abs(results[: len(values)]).max())
+            if not size < _MET:
+                fault = f"the constraints are not met near the initial state: off by {size:.3g}"
+                raise DescriptionError(Problem(self.name, fault, "an initial state nearer to the constraints"))
+        return q, v
 
     def _values(self, parameters: Mapping[Any, float]) -> dict[str, float]:
         """Return values of all parameters by name."""
