@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.codegen.convert import to_program
+from eomgen.integrators.families.register import is_built_in, method_names
 from eomgen.lie.product import update
-from eomgen.products.optimisers.discrete_steps import inverse_pattern
+from eomgen.products.optimisers.discrete_steps import chain_of, inverse_pattern
 from eomgen.scene.builder import SceneBuilder
 from tests.optimisers.test_casadi import derivatives
 
@@ -63,6 +65,22 @@ def sled() -> eomgen.Scene:
     return builder.effort("pushed", "x", "push - drag * v.x").effort("turned", "yaw", "0.1 * push").build()
 
 
+def ridge() -> eomgen.Scene:
+    """Return the body with the edge, held by a rod: a constraint on positions and one on velocities."""
+    builder = SceneBuilder("ridge", gravity=[0.0, 0.0, 0.0]).parameter("drag", 0.3, tunable=True).input("push")
+    builder.body("along", 0.1).body("across", 0.1)
+    builder.body("body", 2.0, center_of_mass=[0.2, 0.1, 0.0], inertia=[0.1, 0.2, 0.3])
+    builder.joint("x", "prismatic", "base", "along", axis=[1, 0, 0])
+    builder.joint("y", "prismatic", "along", "across", axis=[0, 1, 0])
+    builder.joint("yaw", "revolute", "across", "body", axis=[0, 0, 1])
+    builder.point("edge", "body", [0.3, 0.0, 0.0])
+    skate = "cos(q.yaw) * velocity.edge[1] - sin(q.yaw) * velocity.edge[0]"
+    builder.constraint("skate", "formula", velocity_equation=skate, unit="m/s")
+    tip = {"body": "body", "position": [-0.2, 0.1, 0.0]}
+    builder.constraint("rod", "distance", {"body": "base", "position": [0.1, 0.8, 0.0]}, tip)
+    return builder.effort("pushed", "x", "push - drag * v.x").build()
+
+
 def spins() -> eomgen.Scene:
     """Return masses on springs, of constant inertia and forces of positions alone."""
     builder = SceneBuilder("spins", gravity=[0.0, 0.0, -9.81]).parameter("k", 40.0, tunable=True)
@@ -80,6 +98,7 @@ SCENES: dict[str, Callable[[], Any]] = {
     "hung": hung,
     "spins": spins,
     "sled": sled,
+    "ridge": ridge,
     "four_bar": lambda: EXAMPLES / "four_bar" / "scene.toml",
     "double_pendulum": lambda: EXAMPLES / "double_pendulum_on_shaking_base" / "scene.toml",
 }
@@ -90,6 +109,9 @@ CASES = [
     ("hung", "rattlie"),
     ("four_bar", "rattlie"),
     ("sled", "trapezoidal"),
+    ("hung", "generalized_alpha"),
+    ("four_bar", "trapezoidal"),
+    ("ridge", "hht"),
     ("double_pendulum", "generalized_alpha"),
     ("double_pendulum", "hht"),
     ("double_pendulum", "newmark"),
@@ -246,7 +268,10 @@ def test_methods_without_such_steps_are_refused(tmp_path: Path) -> None:
             "double_pendulum",
             "rattlie",
         ): "steps of rattlie have no derivatives in C for scenes with no constraints; try: rk4",
-        ("double_pendulum", "hermite"): "steps of hermite have no derivatives in C; try: rk4",
+        (
+            "four_bar",
+            "hht_index3",
+        ): "steps of hht_index3 have no derivatives in C for scenes with constraints on positions; try: rattlie",
     }
     for (scene, method), text in cases.items():
         with pytest.raises(eomgen.UsageError) as caught:
@@ -255,6 +280,28 @@ def test_methods_without_such_steps_are_refused(tmp_path: Path) -> None:
     with pytest.raises(eomgen.ModelError) as kicked:
         eomgen.generate(SCENES["double_pendulum"](), tmp_path / "c", method="leapfrog", target="casadi")
     assert "accelerations of double_pendulum_on_shaking_base depend on velocities" in str(kicked.value)
+
+
+def test_each_method_has_a_step_or_a_reason() -> None:
+    """Of the built-in methods, for a scene without constraints."""
+    program = to_program(eomgen.derive(SCENES["spins"](), ["mass"]), functions=["mass"])
+    reasons: dict[str, str] = {}
+    for method in (name for name in method_names() if is_built_in(name) and not name.endswith("_index3")):
+        try:
+            chain_of(program, [], method, ("u", "p", "t", "h"))  # the functions that it needs are not there
+        except eomgen.UsageError as error:
+            before, _, why = str(error).partition(" have no derivatives in C: ")
+            reasons[before.removeprefix("usage error: method: steps of ")] = why.removesuffix("; try: rk4")
+    third = "so that a second derivative of the step would be a third derivative of the model"
+    for method in ("rosenbrock", "corrected_predictor", "tdg2", "hermite", "taylor"):
+        assert reasons[method].endswith(third), method
+    keeps = "the run chooses and keeps the coordinates that depend on the others"
+    assert reasons["rk4_partitioned"] == f"{keeps}, and the end of a step off the constraints differs with them"
+    chosen = "the length of a step follows from an estimate of errors"
+    assert reasons["rk45"] == f"{chosen}, so that its end is no smooth function of the state"
+    assert reasons["generalized_alpha_f1"].endswith("steps with derivatives have one exponential")
+    assert not reasons.keys() & {*EXPLICIT, *KIN, "generalized_alpha"}
+    assert all(reasons[method] for method in reasons.keys() - {"rattlie"})
 
 
 def test_scenes_without_a_step_say_why(tmp_path: Path) -> None:

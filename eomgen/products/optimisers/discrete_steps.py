@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from eomgen.codegen.program import Program
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.family import LinearStep
+from eomgen.integrators.families.generalized_alpha import STABILISED
 from eomgen.integrators.families.register import canonical_name, method_named
 from eomgen.products.optimisers.functions import Exported, exported_group_function, of_dense, of_lower
 from eomgen.products.optimisers.group_functions import GroupFunction, group_function
@@ -38,6 +39,24 @@ _VARIATIONAL = ("momenta", "residual", "constraint", "constraint_velocity", "int
 _IMPLICIT = (
     ("inverse_dynamics", *_EXPLICIT),
     (*("residual", "constraint_acceleration", "constraint_velocity", "internal_rate"),),
+    ("residual", "constraint_acceleration", "constraint", "constraint_velocity", "internal_rate"),
+)
+#: Reasons why steps of a family have no second derivatives in C, by the name of the family.
+_THIRD = ", so that a second derivative of the step would be a third derivative of the model"
+_NO_STEP: Mapping[str, str] = {
+    "rosenbrock": "its matrix has partial derivatives of the forces" + _THIRD,
+    "corrected_predictor": "its matrix has partial derivatives of the forces" + _THIRD,
+    "discontinuous_galerkin": "its passes, whose number is fixed, have partial derivatives of the forces at the start"
+    + _THIRD,
+    "hermite": "rates of accelerations are partial derivatives times rates" + _THIRD,
+    "taylor": "coefficients of its series are derivatives of the model" + _THIRD,
+    "partitioned": "the run chooses and keeps the coordinates that depend on the others, and the end of a step off the"
+    " constraints differs with them",
+    "generalized_alpha": "the increment of a step is cut into several exponentials, or turns with a body, and steps"
+    " with derivatives have one exponential",
+}
+_ADAPTIVE = (
+    "the length of a step follows from an estimate of errors, so that its end is no smooth function of the state"
 )
 
 
@@ -166,6 +185,18 @@ class Chain:
         if slot.size:
             self.nodes.append(Node(-1, slot, (), terms))
         return slot
+
+    def room(self, size: int) -> Slot:
+        """Return values that are zero unless a sum is written into some of them."""
+        return self._new(size)
+
+    def padded(self, part: Slot, place: int, size: int) -> Slot:
+        """Return values, zero but for some."""
+        if part.size == size:
+            return part
+        whole = self.room(size)
+        self.sum(Term(1.0, part), into=whole.part(place, part.size))
+        return whole
 
     def time(self, share: float) -> Slot:
         """Return t + share h."""
@@ -383,9 +414,11 @@ def chain_of(program: Program, functions: Sequence[Exported], method: str | None
     if (recorder := recorders.get(made.family)) is not None:
         needed, fits, record = recorder
     elif isinstance(made.linear_step, LinearStep) and not made.chooses_steps:
-        needed, fits, record = _IMPLICIT[bool(rows)], not holonomic, _alpha
+        form = int(rows > 0) + int(holonomic > 0)
+        needed, fits, record = _IMPLICIT[form], not holonomic or made.form == STABILISED, _alpha
     else:
-        fault = f"steps of {name} have no derivatives in C"
+        why = _NO_STEP.get(made.family, _ADAPTIVE if made.chooses_steps else "")
+        fault = f"steps of {name} have no derivatives in C" + (f": {why}" if why else "")
         raise UsageError(Problem("method", fault, default_method(program)))
     if not fits:
         kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
@@ -444,20 +477,29 @@ def _composition(program: Program, functions: _Functions, method: Any, along: Se
 
 
 def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> Chain:
-    """Return a step of generalized-alpha from (q, v, z), with accelerations that are consistent at the start;
-    constraints are on velocities alone."""
+    """Return a step of generalized-alpha from (q, v, z), with accelerations that are consistent at the start.
+
+    With constraints on positions the form is the stabilised one: positions and velocities at the end meet them.
+    """
     step: LinearStep = method.linear_step
     nv, nz, rows = program.sizes["v"], program.sizes["z"], program.sizes["lam"]
-    share = step.alpha_m - step.alpha_f
-    stages = _STAGES if share else _STAGES[:1]
+    holonomic = program.sizes["holonomic"]
+    share, rate_share = step.alpha_m - step.alpha_f, (step.rate_alpha_m - step.alpha_f) if nz else 0.0
+    stages = _STAGES if share or rate_share else _STAGES[:1]
     unknowns = {f"{name}_{k}": size for k in range(len(stages)) for name, size in (("a", nv), ("lam", rows)) if rows}
-    unknowns |= {"vdot": nv, "lam": rows, "z": nz}
+    unknowns |= {f"z_{k}": nz for k in range(1, len(stages))}
+    weighed = _components_of_positions(program, functions) if holonomic else []
+    unknowns |= {"vdot": nv, "lam": rows, "z": nz, "eta": holonomic, "shift": len(weighed)}
     chain = Chain(program, functions, method.title(constrained=bool(rows)), along, unknowns)
     chain.guesses.append((chain.unknowns["z"], chain.z))
     accelerations: list[Slot] = []
+    rates: list[Slot] = []
+    first: dict[str, Slot] = {}
     for k, part in enumerate(stages):
         state = {"q": chain.q, "v": chain.v, "z": chain.z, "t": chain.time(part)}
         if part:
+            if nz:
+                state["z"] = _predicted_states(chain, first, chain.unknowns[f"z_{k}"], part)
             vdot = accelerations[0]
             moved = chain.sum(Term(part, chain.v, 1), Term(0.5 * part * part, vdot, 2))
             state |= {"q": chain.updated(chain.q, moved), "v": chain.sum(Term(1.0, chain.v), Term(part, vdot, 1))}
@@ -467,6 +509,9 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
             accelerations.append(state["a"])
         else:
             accelerations.append(chain.call("forward_dynamics", **state))
+        state["a"] = accelerations[k]
+        first = state if k == 0 else first
+        rates.append(chain.rate_of_states(**state))
     before = accelerations[0]
     a = before
     if share:
@@ -476,20 +521,71 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     after = chain.sum(Term((1.0 - f) / (1.0 - m), vdot), Term(f / (1.0 - m), before), Term(-m / (1.0 - m), a))
     theta = chain.sum(Term(1.0, chain.v, 1), Term(0.5 - step.beta, a, 2), Term(step.beta, after, 2))
     v = chain.sum(Term(1.0, chain.v), Term(1.0 - step.gamma, a, 1), Term(step.gamma, after, 1))
+    if holonomic:
+        theta = chain.sum(Term(1.0, theta), Term(-1.0, _stabilised(chain, weighed), 1))
     state = {"q": chain.updated(chain.q, theta), "v": v, "a": vdot, "z": chain.unknowns["z"]}
     state |= {"lam": chain.unknowns["lam"], "t": chain.time(1.0)}
     chain.equations.append(chain.call("residual" if rows else "inverse_dynamics", **state))
     if rows:
+        chain.equations += [chain.call("constraint", **state)] if holonomic else []
         chain.equations.append(chain.call("constraint_velocity", **state))
     if nz:
-        m, gamma = step.rate_alpha_m, step.rate_gamma
-        start = chain.rate_of_states(q=chain.q, v=chain.v, z=chain.z)
-        end = chain.rate_of_states(**state)
-        factors = 1.0 - gamma + gamma * (f - m) / (1.0 - m), gamma * (1.0 - f) / (1.0 - m)
-        terms = Term(factors[0], start, 1), Term(factors[1], end, 1)
+        m, gamma, end = step.rate_alpha_m, step.rate_gamma, chain.rate_of_states(**state)
+        of_start = 1.0 - gamma - gamma * m / (1.0 - m)  # of the algorithmic rate at the start
+        terms = [Term(of_start + gamma * f / (1.0 - m), rates[0], 1), Term(gamma * (1.0 - f) / (1.0 - m), end, 1)]
+        if rate_share:
+            slope = zip(_SLOPE, rates, strict=True)
+            terms += [Term(of_start * rate_share * weight, rate, 1) for weight, rate in slope]
         chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, state["z"]), *terms))
     chain.ends_with(state["q"], v, [Term(1.0, state["z"])])
     return chain
+
+
+def _predicted_states(chain: Chain, start: Mapping[str, Slot], z: Slot, part: float) -> Slot:
+    """Return internal states a part of the step after its start, at which accelerations are evaluated to start.
+
+    The stepper takes the linearly implicit step z - z_n = part h (Z_n + dZ/dz (z - z_n)). Here the rates Z are taken at
+    z, which is the same for rates linear in z, and differs by the third power of h for others.
+    """
+    chain.guesses.append((z, chain.z))
+    rate = chain.rate_of_states(**{**start, "z": z})
+    chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, z), Term(part, rate, 1)))
+    return z
+
+
+def _components_of_positions(program: Program, functions: _Functions) -> list[int]:
+    """Return the components of v that constraints on positions take, from the nonzeros of B."""
+    exported, holonomic = functions["residual"], program.sizes["holonomic"]
+    first = exported.slices["lam"].start
+    of_rows = (first <= exported.jacobian.columns) & (exported.jacobian.columns < first + holonomic)
+    return sorted({int(row) for row in exported.jacobian.rows[of_rows]})
+
+
+def _stabilised(chain: Chain, weighed: Sequence[int]) -> Slot:
+    """Return W B^T eta at the start of a step, W = diag(1/M_ii), a component that constraints do not take being zero.
+
+    The residual is linear in accelerations and multipliers, so M e_i x_i and B^T eta are differences of it, and
+    M_ii x_i = (B^T eta)_i are equations of unknowns x. A component without inertia has the weight 1, as in the stepper.
+    """
+    eta, shift, nv = chain.unknowns["eta"], chain.unknowns["shift"], chain.nv
+    exported = chain.model["residual"]
+    # a residual without accelerations has no columns for them
+    first = exported.slices["a"].start if "a" in exported.slices else exported.jacobian.shape[1]
+    nonzeros = set(zip(exported.jacobian.rows.tolist(), exported.jacobian.columns.tolist(), strict=True))
+    still = {"q": chain.q, "v": chain.zero.part(0, nv), "z": chain.z}
+    multipliers, result = chain.padded(eta, 0, chain.nl), chain.room(nv)
+    pushed, free = chain.call("residual", **still, lam=multipliers), chain.call("residual", **still)
+    for number, i in enumerate(weighed):
+        own = shift.part(number, 1)
+        chain.sum(Term(1.0, own), into=result.part(i, 1))
+        balance = [Term(-1.0, pushed.part(i, 1)), Term(1.0, free.part(i, 1))]
+        if (i, first + i) in nonzeros:
+            moved = chain.call("residual", **still, a=chain.padded(own, i, nv))
+            balance += [Term(1.0, moved.part(i, 1)), Term(-1.0, free.part(i, 1))]
+        else:
+            balance.append(Term(1.0, own))
+        chain.equations.append(chain.sum(*balance))
+    return result
 
 
 def _variational(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> Chain:
