@@ -296,9 +296,9 @@ def test_each_method_has_a_step_or_a_reason() -> None:
     for method in ("rosenbrock", "corrected_predictor", "tdg2", "hermite", "taylor"):
         assert reasons[method].endswith(third), method
     keeps = "the run chooses and keeps the coordinates that depend on the others"
-    assert reasons["rk4_partitioned"] == f"{keeps}, and the end of a step off the constraints differs with them"
+    assert reasons["rk4_partitioned"] == f"{keeps}, and the end of a step off the constraints differs with this choice"
     chosen = "the length of a step follows from an estimate of errors"
-    assert reasons["rk45"] == f"{chosen}, so that its end is no smooth function of the state"
+    assert reasons["rk45"] == f"{chosen}, so that the end is not a smooth function of the state"
     assert reasons["generalized_alpha_f1"].endswith("steps with derivatives have one exponential")
     assert not reasons.keys() & {*EXPLICIT, *KIN, "generalized_alpha"}
     assert reasons.pop("rattlie") == " for scenes with no constraints"

@@ -51,7 +51,7 @@ def casadi(
         Functions among these; all that the scene has by default. ``step`` comes with the functions of its method.
     method : str, optional
         Of ``step``: ``rk4``, a symplectic composition as ``leapfrog`` or ``yoshida4``, ``generalized_alpha``, ``hht``,
-        ``wbz``, ``newmark`` or ``trapezoidal``; with constraints these or ``rattlie``. By default ``rk4``, of
+        ``wbz``, ``newmark`` or ``trapezoidal``; with constraints the last five or ``rattlie``. By default ``rk4``, of
         scenes with constraints ``rattlie``, and ``trapezoidal`` if some are on velocities alone.
     profile : str
         Profile of the compiler, as in ``build``.

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from eomgen.codegen.program import Program
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.family import LinearStep
-from eomgen.integrators.families.generalized_alpha import STABILISED
 from eomgen.integrators.families.register import canonical_name, method_named
 from eomgen.products.optimisers.functions import Exported, exported_group_function, of_dense, of_lower
 from eomgen.products.optimisers.group_functions import GroupFunction, group_function
@@ -44,19 +43,19 @@ _IMPLICIT = (
 #: Reasons why steps of a family have no second derivatives in C, by the name of the family.
 _THIRD = ", so that a second derivative of the step would be a third derivative of the model"
 _NO_STEP: Mapping[str, str] = {
-    "rosenbrock": "its matrix has partial derivatives of the forces" + _THIRD,
-    "corrected_predictor": "its matrix has partial derivatives of the forces" + _THIRD,
-    "discontinuous_galerkin": "its passes, whose number is fixed, have partial derivatives of the forces at the start"
+    "rosenbrock": "the matrix of a step has partial derivatives of the forces" + _THIRD,
+    "corrected_predictor": "the matrix of a step has partial derivatives of the forces" + _THIRD,
+    "discontinuous_galerkin": "passes, whose number is fixed, have partial derivatives of the forces at the start"
     + _THIRD,
     "hermite": "rates of accelerations are partial derivatives times rates" + _THIRD,
-    "taylor": "coefficients of its series are derivatives of the model" + _THIRD,
+    "taylor": "coefficients of the series are derivatives of the model" + _THIRD,
     "partitioned": "the run chooses and keeps the coordinates that depend on the others, and the end of a step off the"
-    " constraints differs with them",
+    " constraints differs with this choice",
     "generalized_alpha": "the increment of a step is cut into several exponentials, or turns with a body, and steps"
     " with derivatives have one exponential",
 }
 _ADAPTIVE = (
-    "the length of a step follows from an estimate of errors, so that its end is no smooth function of the state"
+    "the length of a step follows from an estimate of errors, so that the end is not a smooth function of the state"
 )
 
 
@@ -187,7 +186,7 @@ class Chain:
         return slot
 
     def room(self, size: int) -> Slot:
-        """Return values that are zero unless a sum is written into some of them."""
+        """Return values, zero unless a sum is written into some."""
         return self._new(size)
 
     def padded(self, part: Slot, place: int, size: int) -> Slot:
@@ -415,7 +414,7 @@ def chain_of(program: Program, functions: Sequence[Exported], method: str | None
         needed, fits, record = recorder
     elif isinstance(made.linear_step, LinearStep) and not made.chooses_steps:
         form = int(rows > 0) + int(holonomic > 0)
-        needed, fits, record = _IMPLICIT[form], not holonomic or made.form == STABILISED, _alpha
+        needed, fits, record = _IMPLICIT[form], not holonomic or getattr(made, "form", "") == "stabilised", _alpha
     else:
         why = _NO_STEP.get(made.family, _ADAPTIVE if made.chooses_steps else "")
         fault = f"steps of {name} have no derivatives in C" + (f": {why}" if why else "")
@@ -479,7 +478,7 @@ def _composition(program: Program, functions: _Functions, method: Any, along: Se
 def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> Chain:
     """Return a step of generalized-alpha from (q, v, z), with accelerations that are consistent at the start.
 
-    With constraints on positions the form is the stabilised one: positions and velocities at the end meet them.
+    Constraints on positions have the stabilised form: positions and velocities at the end meet the constraints.
     """
     step: LinearStep = method.linear_step
     nv, nz, rows = program.sizes["v"], program.sizes["z"], program.sizes["lam"]
@@ -542,7 +541,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
 
 
 def _predicted_states(chain: Chain, start: Mapping[str, Slot], z: Slot, part: float) -> Slot:
-    """Return internal states a part of the step after its start, at which accelerations are evaluated to start.
+    """Return internal states a part of the step after the start, for the first slope of accelerations.
 
     The stepper takes the linearly implicit step z - z_n = part h (Z_n + dZ/dz (z - z_n)). Here the rates Z are taken at
     z, which is the same for rates linear in z, and differs by the third power of h for others.
@@ -562,14 +561,13 @@ def _components_of_positions(program: Program, functions: _Functions) -> list[in
 
 
 def _stabilised(chain: Chain, weighed: Sequence[int]) -> Slot:
-    """Return W B^T eta at the start of a step, W = diag(1/M_ii), a component that constraints do not take being zero.
+    """Return W B^T eta at the start of a step, W = diag(1/M_ii), zero for components without such constraints.
 
-    The residual is linear in accelerations and multipliers, so M e_i x_i and B^T eta are differences of it, and
+    The residual is linear in accelerations and multipliers, so M e_i x_i and B^T eta are differences of residuals, and
     M_ii x_i = (B^T eta)_i are equations of unknowns x. A component without inertia has the weight 1, as in the stepper.
     """
     eta, shift, nv = chain.unknowns["eta"], chain.unknowns["shift"], chain.nv
     exported = chain.model["residual"]
-    # a residual without accelerations has no columns for them
     first = exported.slices["a"].start if "a" in exported.slices else exported.jacobian.shape[1]
     nonzeros = set(zip(exported.jacobian.rows.tolist(), exported.jacobian.columns.tolist(), strict=True))
     still = {"q": chain.q, "v": chain.zero.part(0, nv), "z": chain.z}
