@@ -296,6 +296,19 @@ def test_constraints_hold_along_runs() -> None:
     np.testing.assert_allclose(energy, energy[0], atol=1e-8)
 
 
+def test_coordinates_without_inertia_move_by_constraints() -> None:
+    """The end of a spring has no mass and is led by a cart, so M is singular: vdot = -k s / m of both."""
+    x, s = dynamicsymbols("x s")
+    m, k = sympy.symbols("m k")
+    system = me.LagrangesMethod(m * x.diff(T) ** 2 / 2 - k * s**2 / 2, [x, s], hol_coneqs=[s - 2 * x])
+    document = eomgen.from_sympy(system, parameters={m: 2.0, k: 3.0}, initial={x: 0.4, s: 0.8})
+    derived = eomgen.derive(document, ["forward_dynamics"])
+    function = derived.functions["forward_dynamics"]
+    state = {"q": document.initial_q, "v": document.initial_v, "p": document.values}
+    result = evaluate(derived.tape, function.refs, {block: state[block] for block in function.inputs})
+    np.testing.assert_allclose(result, [-2.4, -4.8], rtol=1e-14)
+
+
 def test_symbols_without_an_effect_are_no_parameters() -> None:
     """The mass of a lone disc cancels in no term, but r of a point does."""
     document, _ = taken(disc())

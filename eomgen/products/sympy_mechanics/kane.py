@@ -153,10 +153,16 @@ def kane(kinematics: Kinematics, bodies: Sequence[Any], loads: Sequence[tuple[An
 def constrained(kinematics: Kinematics, terms: Terms, rows: Sequence[Scalar]) -> Terms:
     """Return the terms with the forces of constraints c(q, v, t) = 0, linear in v, which keep the rates of c at zero.
 
-    With B = dc/dv and g the rate of c at vdot = 0, the multipliers are (B M^-1 B^T)^-1 (B M^-1 (Q - h) + g).
+    With B = dc/dv and g the rate of c at vdot = 0, the multipliers are (B M^-1 B^T)^-1 (B M^-1 (Q - h) + g). If M is
+    singular by structure, since the constraints alone move some coordinates, M + B^T B and Q - B^T g take the places of
+    M and Q, which changes no acceleration with B vdot = -g.
     """
     biases = kinematics.rates(rows)
     partials = kinematics.rows_of(rows)
+    try:
+        solved(terms.mass, partials)
+    except ZeroDivisionError:
+        terms = _augmented(terms, partials, biases)
     balance = [force - bias for force, bias in zip(terms.force, terms.coupling, strict=True)]
     *moved, free = solved(terms.mass, [*partials, balance])
     metric = [dot(one, other) for one in partials for other in moved]
@@ -166,6 +172,18 @@ def constrained(kinematics: Kinematics, terms: Terms, rows: Sequence[Scalar]) ->
     for row, multiplier in zip(partials, multipliers, strict=True):
         force = [item - multiplier * entry for item, entry in zip(force, row, strict=True)]
     return terms._replace(force=force)
+
+
+def _augmented(terms: Terms, partials: Sequence[Sequence[Scalar]], biases: Sequence[Scalar]) -> Terms:
+    """Return the terms with M + B^T B and Q - B^T g."""
+    count = len(terms.coupling)
+    mass, force = list(terms.mass), list(terms.force)
+    for row, bias in zip(partials, biases, strict=True):
+        for i in range(count):
+            force[i] = force[i] - row[i] * bias
+            for j in range(count):
+                mass[i * count + j] = mass[i * count + j] + row[i] * row[j]
+    return terms._replace(mass=mass, force=force)
 
 
 def _add_body(kinematics: Kinematics, body: Any, terms: Terms) -> None:
