@@ -71,7 +71,7 @@ def test_a_scene_equals_itself_as_data_and_as_scene(tmp_path: Path) -> None:
     assert comparison.first is None
     assert comparison.matched == 3
     assert comparison.errors == {"mass matrix": 0.0, "bias": 0.0, "force": 0.0}
-    assert comparison.summary.startswith("four_bar and four_bar are equal in 3 joints")
+    assert comparison.summary.startswith("four_bar.toml and four_bar are equal in 3 joints")
 
 
 @pytest.mark.slow

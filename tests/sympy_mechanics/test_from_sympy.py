@@ -297,7 +297,7 @@ def test_constraints_hold_along_runs() -> None:
 
 
 def test_coordinates_without_inertia_move_by_constraints() -> None:
-    """The end of a spring has no mass and moves twice as far as a cart, so M is singular: a = -2 k s / m of the cart."""
+    """A spring's end has no mass and moves twice as far as a cart, so M is singular: a = -2 k s / m of a cart."""
     x, s = dynamicsymbols("x s")
     m, k = sympy.symbols("m k")
     system = me.LagrangesMethod(m * x.diff(T) ** 2 / 2 - k * s**2 / 2, [x, s], hol_coneqs=[s - 2 * x])

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from eomgen.base.messages import counted
 from eomgen.cli.options import arguments_of, completed_files, debug_option, json_option
 from eomgen.cli.printing import print_json, print_table, say
 from eomgen.errors import ModelError
@@ -41,6 +42,6 @@ def compare(first: str, second: str | None, as_json: bool, **options: Any) -> in
         ]
         if rows:
             header = ("element", "quantity", "first", "second", "unit", "places", "likely cause")
-            print_table(f"{' and '.join(result.names)}: {len(rows)} differences", header, rows, whole=(0, 1))
+            print_table(f"{' and '.join(result.names)}: {counted(len(rows), 'difference')}", header, rows, whole=(0, 1))
         say(result.summary)
     return 0 if result.equal else ModelError.exit_code

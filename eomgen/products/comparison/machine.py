@@ -255,7 +255,7 @@ def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
     system : System
         With ``mass``, ``coupling``, ``force`` and, of a moving base, ``base_motion``.
     file : str
-        Name of the file, the place of keys without a line.
+        Name of the file: of the machine in messages, and the place of keys without a line.
     """
     values, lumps = _Values(scene), Lumps()
     carried: list[tuple[Joint, int, Placement]] = []
@@ -278,7 +278,7 @@ def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
         _link(joint, parent, pose, lumps, number, values) for number, (joint, parent, pose) in enumerate(carried)
     )
     return Machine(
-        scene.name,
+        file or scene.name,
         values.vector(scene.gravity),
         links,
         tuple(_loop(item, lumps, values) for item in scene.constraints),
