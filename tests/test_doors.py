@@ -282,6 +282,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "repeat scaling",
         "include",
         "load",
+        "builder_examples",
         "builder_methods",
         "builder_keys",
         "builder",

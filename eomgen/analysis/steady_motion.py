@@ -214,6 +214,17 @@ def steady_motion(
         violated rows.
     ModelError
         The inertia matrix is not positive definite at the start or the end of the search.
+
+    Examples
+    --------
+    >>> top = eomgen.SceneBuilder("spinning_top").body("yoke", 0).body("ring", 0)
+    >>> top = top.body("top", 1.3, center_of_mass=[0, 0, 0.25], inertia=[0.04, 0.04, 0.03])
+    >>> top = top.joint("precession", "revolute", "base", "yoke", axis=[0, 0, 1])
+    >>> top = top.joint("nutation", "revolute", "yoke", "ring", axis=[1, 0, 0], initial={"position": 0.5})
+    >>> top = top.joint("spin", "revolute", "ring", "top", axis=[0, 0, 1])
+    >>> steady = eomgen.build(top.build()).steady_motion({"spin": 80.0}, {"nutation": 0.6})
+    >>> steady.v.round(4)                              # of precession, nutation and spin, rad/s
+    array([ 1.389,  0.   , 80.   ])
     """
     with one_thread_of_algebra(model.nv):
         return motion_along(model, KnownSymmetries(), velocities, coordinates, initial, parameters, t, u)

@@ -103,6 +103,12 @@ def key_of(*parts: str | int) -> str:
     -------
     str
         The dotted key.
+
+    Examples
+    --------
+    >>> from eomgen.extending import key_of
+    >>> key_of("bodies", "arm", "inertia", 2)
+    'bodies.arm.inertia[2]'
     """
     key = ""
     for part in parts:

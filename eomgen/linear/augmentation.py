@@ -43,6 +43,14 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     ------
     UsageError
         No output of the source drives the model, models that are sampled differently, or states of equal names.
+
+    Examples
+    --------
+    >>> from eomgen.control import delay, driven_by
+    >>> car = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+    >>> late = driven_by(car, delay("front", "road", "0.1 s", order=2, unit="m"))
+    >>> late.disturbances, len(late.states)
+    (('front',), 6)
     """
     if space.sample != source.sample:
         fault = f"one model is {_how(space)} and the other is {_how(source)}"

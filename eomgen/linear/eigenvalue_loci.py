@@ -271,6 +271,13 @@ class RootLocus:
         ------
         UsageError
             An object that is not axes, or more than one.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> locus = model.root_locus("damper", np.linspace(0.0, 4000.0, 5), t=30.0)
+        >>> len(locus.plot())
+        1
         """
         return plot_root_locus(self, axes)
 

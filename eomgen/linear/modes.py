@@ -107,6 +107,12 @@ class Modes:
         ------
         UsageError
             Another number of axes than of modes.
+
+        Examples
+        --------
+        >>> modes = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).modes()
+        >>> len(modes.plot())
+        2
         """
         return plot_modes(self, axes)
 
@@ -148,6 +154,12 @@ class Modes:
         -------
         list of tuple of str and complex
             Name and part of each coordinate, the largest first; left-trivialised, 1 for the largest.
+
+        Examples
+        --------
+        >>> modes = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).modes()
+        >>> [name for name, part in modes.dominant(1)]
+        ['wheel', 'body']
         """
         sizes = self.weights * np.abs(self.shapes[:, mode])
         order = np.argsort(-sizes, kind="stable")[:count]

@@ -105,6 +105,12 @@ class StateSpace:
         ------
         ValueError
             For a name that the model does not have.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> space.unit("outputs", "body_acceleration")
+        'm/s^2'
         """
         units = self.units.get(kind, ())
         return units[getattr(self, kind).index(name)] if units else ""
@@ -123,6 +129,12 @@ class StateSpace:
         -------
         float
             In the signal's unit.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> abs(space.reference("outputs", "suspension_travel")) < 1e-12
+        True
         """
         references = self.references.get(kind)
         return np.nan if references is None else float(references[getattr(self, kind).index(name)])
@@ -176,6 +188,12 @@ class StateSpace:
             An unknown input or output; the message names the known inputs and outputs.
         NumericalError
             A frequency equal to an undamped mode's, to machine precision.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> abs(space.frequency_response(2 * np.pi * np.array([1.2, 10.0]), "road", "body_acceleration")).round(1)
+        array([148.8, 613.6])
         """
         return self.frequency_responses(omega, [input], [output])[..., 0, 0]
 
@@ -204,6 +222,12 @@ class StateSpace:
             An unknown input or output.
         NumericalError
             A frequency equal to an undamped mode's, to machine precision.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> space.frequency_responses([1.0, 2.0, 3.0], ["road"], ["body", "wheel"]).shape
+        (3, 2, 1)
         """
         if isinstance(omega, str):
             fault = f"omega comes first, an array of rad/s, and {shown(omega)} is none"
@@ -238,6 +262,12 @@ class StateSpace:
         ------
         UsageError
             An unknown output.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> space.output_rows(["v.body"])
+        array([[0., 0., 0., 1.]])
         """
         every = np.concatenate([self.C, np.eye(len(self.states))])
         return np.asarray(every[self._output_numbers(outputs)])
@@ -263,6 +293,13 @@ class StateSpace:
         ------
         UsageError
             An unknown input or output.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> columns, gains = space.input_columns(["road"], ["tyre_load"])
+        >>> columns.shape, gains.round(0)                  # the load follows the road by the tyre's stiffness
+        ((4, 1), array([[160000.]]))
         """
         columns = [_number("input or disturbance", name, (*self.inputs, *self.disturbances)) for name in inputs]
         rows = self._output_numbers(outputs)

@@ -105,6 +105,12 @@ class Rainflow:
         ------
         UsageError
             A number that is not positive, a slope below 1, a second slope below the first.
+
+        Examples
+        --------
+        >>> run = eomgen.build("examples/quarter_car/scene.toml").simulate(5.0, 2e-3, error_estimate=False)
+        >>> bool(run.rainflow("suspension_travel").damage(slope=5, reference_range=0.1) < 1.0)
+        True
         """
         below = slope if slope_below is None else slope_below
         _check_positive(slope=slope, reference_range=reference_range, reference_cycles=reference_cycles)
@@ -137,6 +143,12 @@ class Rainflow:
         ------
         UsageError
             A number that is not positive, a slope below 1.
+
+        Examples
+        --------
+        >>> run = eomgen.build("examples/quarter_car/scene.toml").simulate(5.0, 2e-3, error_estimate=False)
+        >>> bool(run.rainflow("suspension_travel").equivalent_range(slope=5) > 0.0)
+        True
         """
         _check_positive(slope=slope, frequency=frequency)
         _check_slope(slope)
@@ -165,6 +177,13 @@ class Rainflow:
         ------
         UsageError
             A number of classes below 1.
+
+        Examples
+        --------
+        >>> run = eomgen.build("examples/quarter_car/scene.toml").simulate(5.0, 2e-3, error_estimate=False)
+        >>> edges, counts = run.rainflow("suspension_travel").histogram(bins=10)
+        >>> len(edges), len(counts)
+        (11, 10)
         """
         if not (isinstance(bins, int) and bins >= 1):
             raise UsageError(Problem("histogram: bins", f"{shown(bins)} classes", "a whole number of 1 and more"))

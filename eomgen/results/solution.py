@@ -658,6 +658,12 @@ class Solution:
         -------
         dict
             Name of the array to largest error, in the unit of the array.
+
+        Examples
+        --------
+        >>> run = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml").simulate(0.1, 1e-3)
+        >>> bool(run.interpolation_error()["q"] < 1e-8)
+        True
         """
         return largest_errors(self._rows, self.metadata)
 
@@ -768,6 +774,12 @@ class Solution:
         -------
         dict
             Name to array (nt,), SI units.
+
+        Examples
+        --------
+        >>> run = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml").simulate(0.1, 1e-3)
+        >>> list(run.columns())[:5]
+        ['t', 'q.shoulder', 'q.elbow', 'v.shoulder', 'v.elbow']
         """
         return columns_of(self)
 
@@ -794,6 +806,13 @@ class Solution:
         -------
         dict
             Name of the column to unit.
+
+        Examples
+        --------
+        >>> run = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml").simulate(0.1, 1e-3)
+        >>> units = run.units()
+        >>> units["t"], units["energy.total"]
+        ('s', 'J')
         """
         return units_of(self)
 
@@ -810,6 +829,13 @@ class Solution:
         ------
         UsageError
             pandas is not installed.
+
+        Examples
+        --------
+        >>> run = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml").simulate(0.1, 1e-3)
+        >>> frame = run.to_pandas()
+        >>> len(frame), frame.attrs["units"]["energy.total"]
+        (101, 'J')
         """
         return to_pandas(self)
 
@@ -828,6 +854,12 @@ class Solution:
         ------
         UsageError
             xarray is not installed.
+
+        Examples
+        --------
+        >>> run = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml").simulate(0.1, 1e-3)
+        >>> run.to_xarray()["q"].dims
+        ('t', 'q_component')
         """
         return to_xarray(self)
 

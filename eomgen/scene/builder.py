@@ -43,7 +43,7 @@ def _method(row: Section) -> Callable[..., SceneBuilder]:
 
     called.__name__ = row.method_name
     called.__qualname__ = f"SceneBuilder.{row.method_name}"
-    describe(called, signature, documentation_of(row.method_documentation, row.entry, signature))
+    describe(called, signature, documentation_of(row.method_documentation, row.entry, signature, row.method_name))
     return called
 
 
@@ -97,9 +97,13 @@ class SceneBuilder(SectionMethods):
 
     Examples
     --------
-    >>> builder = SceneBuilder("pendulum").body("link", mass=1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.01])
-    >>> builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0]).build().joints[0].name
-    'hinge'
+    >>> arm = eomgen.SceneBuilder("arm").body("upper", 2.0, center_of_mass=[0, 0, -0.2], inertia=[0.03, 0.03, 0.002])
+    >>> arm = arm.body("lower", 1.0, center_of_mass=[0, 0, -0.2], inertia=[0.02, 0.02, 0.001])
+    >>> arm = arm.joint("shoulder", "revolute", "base", "upper", axis=[0, -1, 0])
+    >>> arm = arm.joint("elbow", "revolute", "upper", "lower", axis=[0, -1, 0], position=[0, 0, -0.4])
+    >>> arm = arm.point("mount", "base", position=[0.5, 0, 0]).point("tip", "lower", position=[0, 0, -0.4])
+    >>> [joint.name for joint in arm.build().joints]
+    ['shoulder', 'elbow']
     """
 
     def __init__(
@@ -159,6 +163,12 @@ class SceneBuilder(SectionMethods):
         ------
         DescriptionError
             With everything that is wrong, and the lines of the calls.
+
+        Examples
+        --------
+        >>> builder = eomgen.SceneBuilder("cart").body("cart", "2 kg")
+        >>> builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).build().name
+        'cart'
         """
         return from_data(
             self._data, file=f"scene {key_of(str(self._data['name']))}", lines=self._lines, problems=self._problems

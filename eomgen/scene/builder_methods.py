@@ -12,6 +12,7 @@ from typing import Annotated, Any, Concatenate, Literal, ParamSpec, TypeVar, Uni
 
 from pydantic.fields import FieldInfo
 
+from eomgen.scene.builder_examples import EXAMPLES
 from eomgen.scene.document import schema
 from eomgen.scene.reading import kinds
 from eomgen.scene.reading.key_metadata import Table, every_unit, inner_table, meaning_of
@@ -72,7 +73,7 @@ def enters(
             signature.bind(self, *args, **kwargs)
             return method(self, *args, **kwargs)
 
-        describe(called, signature, documentation_of(method.__doc__ or "", table.model, signature))
+        describe(called, signature, documentation_of(method.__doc__ or "", table.model, signature, method.__name__))
         return called
 
     return decorated
@@ -88,8 +89,8 @@ def signature_of(row: Section) -> inspect.Signature:
     return inspect.Signature([*given, *every.values()], return_annotation="Self")
 
 
-def documentation_of(text: str, table: type[Table], signature: inspect.Signature) -> str:
-    """Return the documentation of a method: its own lines, the parameters from the schema, and the result."""
+def documentation_of(text: str, table: type[Table], signature: inspect.Signature, method: str) -> str:
+    """Return the documentation of a method: its own lines, the parameters from the schema, result and example."""
     types, described = _types(table), table.model_fields
     meanings = "".join(
         _meaning(name, types[name], described[name]) if name in described else _NAME
@@ -100,7 +101,9 @@ def documentation_of(text: str, table: type[Table], signature: inspect.Signature
         meanings += _FURTHER
     own = indent(inspect.cleandoc(text), " " * 8).strip()
     returned = "Returns\n-------\nSceneBuilder\n    The same builder, for further calls."
-    return own + indent(f"\n\nParameters\n----------\n{meanings}\n{returned}", " " * 8).rstrip()
+    lines = "\n".join(f">>> {line}" for line in EXAMPLES.get(method, ()))
+    example = f"\n\nExamples\n--------\nOf the arm in the example of the class:\n\n{lines}" if lines else ""
+    return own + indent(f"\n\nParameters\n----------\n{meanings}\n{returned}{example}", " " * 8).rstrip()
 
 
 def describe(method: Callable[..., Any], signature: inspect.Signature, documentation: str) -> None:

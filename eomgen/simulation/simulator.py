@@ -521,7 +521,17 @@ class Simulator:
     # -- recorded rows -------------------------------------------------------------------------------------------------
 
     def record(self) -> None:
-        """Keep the present state as a row of ``solution``; the new row replaces rows at this time or later."""
+        """Keep the present state as a row of ``solution``; the new row replaces rows at this time or later.
+
+        Examples
+        --------
+        >>> run = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml").start(step=1e-3)
+        >>> run.record()
+        >>> run.step(n=10)
+        >>> run.record()
+        >>> run.solution().t
+        array([0.  , 0.01])
+        """
         while self._recorded and self._recorded[-1].t >= self.t:
             self._recorded.pop()
         row = RecordedRow(self.t, self.q, self.v, self.a, self.z, self.multipliers, self.inputs, self._present())
@@ -635,6 +645,14 @@ class Simulator:
         -------
         Simulator
             Shares the compiled functions, and no state.
+
+        Examples
+        --------
+        >>> run = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml").start(step=1e-3)
+        >>> other = run.copy()
+        >>> other.step(n=10)
+        >>> run.t, other.t
+        (0.0, 0.01)
         """
         other = Simulator(self._run, self._library)
         other.restore(self.state)

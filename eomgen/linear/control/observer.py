@@ -134,6 +134,14 @@ def kalman(
         noise.
     NumericalError
         No solution of Riccati's equation with a relative residual below 1e-10.
+
+    Examples
+    --------
+    >>> from eomgen.control import kalman
+    >>> car = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0)
+    >>> seen = kalman(car, {"road": 1e-4}, {"suspension_travel": 1e-8})
+    >>> seen.measured, seen.gains.shape
+    (('suspension_travel',), (4, 1))
     """
     space = state_space_of(space)
     known = controlled_by(space, tuple(inputs)) if space.inputs else space
@@ -206,6 +214,15 @@ def place_observer(
         An unobservable motion.
     NumericalError
         Poles that are not reached to 1e-6, or a sampled model with delays, whose error has zero eigenvalues.
+
+    Examples
+    --------
+    >>> from eomgen.control import place_observer
+    >>> cart = eomgen.SceneBuilder("cart").input("push", unit="N").body("cart", 2.0)
+    >>> cart = cart.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", "push")
+    >>> seen = place_observer(eomgen.build(cart.build()).linearize(at="initial"), [-2.0, -3.0], ["rail"])
+    >>> seen.gains.round(6).ravel()                    # 2 + 3, and 2 * 3
+    array([5., 6.])
     """
     space = state_space_of(space)
     known = controlled_by(space, tuple(inputs)) if space.inputs else space

@@ -84,6 +84,15 @@ class Regulator:
         ------
         UsageError
             An unknown name.
+
+        Examples
+        --------
+        >>> from eomgen.control import lqr
+        >>> cart = eomgen.SceneBuilder("cart").input("push", unit="N").body("cart", 2.0)
+        >>> cart = cart.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", "push")
+        >>> law = lqr(eomgen.build(cart.build()).linearize(at="initial"), {"rail": 16.0}, {"push": 1.0})
+        >>> round(law.gain("push", "rail"), 6)
+        4.0
         """
         for name, known in ((input, self.space.inputs), (state, self.space.states)):
             if name not in known:
@@ -133,6 +142,15 @@ class Regulator:
         ------
         UsageError
             Another number of axes than of inputs.
+
+        Examples
+        --------
+        >>> from eomgen.control import lqr
+        >>> cart = eomgen.SceneBuilder("cart").input("push", unit="N").body("cart", 2.0)
+        >>> cart = cart.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", "push")
+        >>> law = lqr(eomgen.build(cart.build()).linearize(at="initial"), {"rail": 16.0}, {"push": 1.0})
+        >>> len(law.plot())
+        1
         """
         return plot_margins(self.margins, axes)
 
@@ -242,6 +260,15 @@ def place(
         A motion that no input moves.
     NumericalError
         Poles that are not reached to 1e-6.
+
+    Examples
+    --------
+    >>> from eomgen.control import place
+    >>> cart = eomgen.SceneBuilder("cart").input("push", unit="N").body("cart", 2.0)
+    >>> cart = cart.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", "push")
+    >>> law = place(eomgen.build(cart.build()).linearize(at="initial"), [-2.0, -3.0])
+    >>> law.gains.round(6)                             # mass times 2 * 3, and mass times 2 + 3
+    array([[12., 10.]])
     """
     space = state_space_of(space)
     plant = controlled_by(space, tuple(inputs))

@@ -47,6 +47,13 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
         Names that there are not, or negative intensities.
     ModelError
         A motion that does not decay.
+
+    Examples
+    --------
+    >>> from eomgen.control import shaping_filter, stationary_covariance
+    >>> gusts = shaping_filter([1.0], [1.0, 2.0], "white", "wind")
+    >>> stationary_covariance(gusts, {"white": 4.0}).round(6)
+    array([[1.]])
     """
     space = state_space_of(space)
     G, _, W = _entering(space, noise)
@@ -81,6 +88,13 @@ def root_mean_squares(space: StateSpace | HasStateSpace, noise: Mapping[str, flo
         Names that there are not, or negative intensities.
     ModelError
         A motion that does not decay.
+
+    Examples
+    --------
+    >>> from eomgen.control import root_mean_squares, shaping_filter
+    >>> gusts = shaping_filter([1.0], [1.0, 2.0], "white", "wind")
+    >>> round(root_mean_squares(gusts, {"white": 4.0})["wind"], 6)     # sqrt(4 / (2 * 2))
+    1.0
     """
     space = state_space_of(space)
     covariance = stationary_covariance(space, noise)

@@ -158,6 +158,12 @@ class InputSpectrum:
         -------
         (nf, 1, 1) complex ndarray
             In the input's unit squared per Hz.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import InputSpectrum
+        >>> InputSpectrum("push", [0.5, 5.0], [1e-2, 1e-2]).cross_spectra(np.array([1.0, 2.0])).shape
+        (2, 1, 1)
         """
         low, high = self.band
         inside = (frequencies >= low) & (frequencies <= high)
@@ -283,6 +289,12 @@ class RoadExcitation:
         -------
         RoadExcitation
             Of the same wheels.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import Road, RoadExcitation
+        >>> RoadExcitation(Road("C"), 20.0, {"front": 0.0, "rear": 2.7}).at("72 km/h").speed
+        20.0
         """
         if isinstance(speed, str):
             speed = in_label("RoadExcitation: speed", speed, "m/s")
@@ -300,6 +312,14 @@ class RoadExcitation:
         -------
         (nf, m, m) ndarray
             Real, 1 on the diagonal.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import Road, RoadExcitation
+        >>> wheels = RoadExcitation(Road("C"), 20.0, {"left": 0.0, "right": 0.0}, {"right": 1.4}, "equal")
+        >>> wheels.between_tracks(np.array([5.0]))[0]
+        array([[1., 1.],
+               [1., 1.]])
         """
         distances = np.broadcast_to(self.lateral, (len(frequencies), *self.lateral.shape))
         same = distances == 0.0
@@ -326,6 +346,13 @@ class RoadExcitation:
         -------
         (nf, m) complex ndarray
             Of modulus 1.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import Road, RoadExcitation
+        >>> wheels = RoadExcitation(Road("C"), 20.0, {"front": 0.0, "rear": 2.0})
+        >>> wheels.phases(np.array([5.0])).real.round(6)   # the rear follows by half a period
+        array([[ 1., -1.]])
         """
         result: Complex = np.exp(-2j * np.pi * np.asarray(frequencies)[:, np.newaxis] * self.delays)
         return result
@@ -342,6 +369,13 @@ class RoadExcitation:
         -------
         (nf, m, m) complex ndarray
             In m^2/Hz.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import Road, RoadExcitation
+        >>> wheels = RoadExcitation(Road("C"), 20.0, {"front": 0.0, "rear": 2.7})
+        >>> wheels.cross_spectra(np.array([1.0, 2.0, 4.0])).shape
+        (3, 2, 2)
         """
         phases = self.phases(frequencies)
         spectrum = self.road.over_time(frequencies, self.speed)[:, np.newaxis, np.newaxis]

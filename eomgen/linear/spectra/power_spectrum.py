@@ -71,6 +71,12 @@ def weighting_response(name: str, frequencies: ArrayLike) -> Complex:
     ------
     UsageError
         There is no weighting of that name.
+
+    Examples
+    --------
+    >>> from eomgen.spectra import weighting_response
+    >>> abs(weighting_response("Wk", [0.5, 5.0, 50.0])).round(2)
+    array([0.42, 1.04, 0.25])
     """
     item = _weighting(name)
     f = 1j * np.asarray(frequencies, dtype=float)
@@ -128,6 +134,14 @@ def weighted_signal(name: str, t: Array, values: Array) -> Array:
     ------
     UsageError
         There is no weighting of that name.
+
+    Examples
+    --------
+    >>> from eomgen.spectra import weighted_signal
+    >>> t = np.linspace(0.0, 20.0, 4001)
+    >>> shaken = weighted_signal("Wk", t, np.sin(2 * np.pi * 5.0 * t))
+    >>> round(float(np.max(shaken[2000:])), 2)         # people feel 5 Hz in full
+    1.04
     """
     poles, residues = _partial_fractions(_weighting(name))
     from scipy.interpolate import CubicSpline  # noqa: PLC0415  # slow to import
@@ -296,6 +310,12 @@ class PowerSpectrum:
         ------
         UsageError
             There is no such weighting, or the quantity is not an acceleration.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import PowerSpectrum
+        >>> PowerSpectrum("seat", "m/s^2", np.array([1.0, 5.0]), np.array([0.25, 0.25])).rms()
+        1.0
         """
         ends = np.clip([low, high], self.frequencies[0], self.frequencies[-1])
         inside = (self.frequencies > ends[0]) & (self.frequencies < ends[1])

@@ -97,6 +97,12 @@ class Road:
         ------
         UsageError
             There is no class of that name.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import Road
+        >>> float(Road("A").of_class("C").over_distance(0.1))
+        0.000256
         """
         return Road(road_class, None, self.exponent, self.long_exponent, self.band)
 
@@ -140,6 +146,12 @@ class Road:
         -------
         (...) ndarray
             In m^2/Hz.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import Road
+        >>> round(float(Road("C").over_time(2.0, 20.0)) / float(Road("C").over_distance(0.1)), 6)     # 1 / speed
+        0.05
         """
         return self.over_distance(np.asarray(frequencies, dtype=float) / speed) / speed
 
@@ -291,6 +303,14 @@ class MeasuredRoad(Road):
         -------
         (...) ndarray
             G_d(n), m^3; zero outside the band.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import MeasuredRoad
+        >>> x = np.linspace(0.0, 1000.0, 4001)
+        >>> road = MeasuredRoad.of_profile(x, 0.01 * np.sin(2 * np.pi * 0.1 * x))
+        >>> bool(road.over_distance(0.1) > 100 * road.over_distance(0.5))
+        True
         """
         result: Array = np.interp(np.asarray(n, dtype=float), self.frequencies, self.density, left=0.0, right=0.0)
         return result

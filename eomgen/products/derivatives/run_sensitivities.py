@@ -231,6 +231,13 @@ class Sensitivities:
         ------
         UsageError
             Unknown outputs, weights of another shape.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> result = model.sensitivities(0.1, 1e-3, by=["m2", "q.shoulder"], of=["energy"])
+        >>> sorted(result.gradient("final(energy)"))
+        ['m2', 'q.shoulder']
         """
         return dict(zip(self.by, self.gradients([of])[0].tolist(), strict=True))
 
@@ -246,6 +253,13 @@ class Sensitivities:
         -------
         (functionals, directions) ndarray
             In the order of ``of`` and ``by``.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> result = model.sensitivities(0.1, 1e-3, by=["m2"], of=["energy"])
+        >>> result.gradients(["final(energy)", "mean(energy)"]).shape
+        (2, 1)
         """
         run, weights = self._run, self._weights(of)
         if isinstance(run, AlphaRun):
@@ -279,6 +293,13 @@ class Sensitivities:
         ------
         UsageError
             As of ``gradient``; scenes whose runs have no second derivatives here.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> result = model.sensitivities(0.1, 1e-3, by=["m2"], of=["energy"])
+        >>> result.hessian("final(energy)").shape
+        (1, 1)
         """
         result: Array = self.hessians([of])[0]
         return result
@@ -297,6 +318,13 @@ class Sensitivities:
         -------
         (functionals, directions, directions) ndarray
             Symmetric in the last two axes.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> result = model.sensitivities(0.1, 1e-3, by=["m2"], of=["energy"])
+        >>> result.hessians(["final(energy)", "mean(energy)"]).shape
+        (2, 1, 1)
         """
         return self.expansions(of)[1]
 
@@ -317,6 +345,14 @@ class Sensitivities:
             First derivatives.
         hessians : (functionals, directions, directions) ndarray
             Second derivatives, symmetric.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> result = model.sensitivities(0.1, 1e-3, by=["m2"], of=["energy"])
+        >>> gradients, hessians = result.expansions(["final(energy)"])
+        >>> gradients.shape, hessians.shape
+        ((1, 1), (1, 1, 1))
         """
         run = self._twice("hessian")
         if isinstance(run, GalerkinRun):
@@ -350,6 +386,13 @@ class Sensitivities:
         ------
         UsageError
             Unknown outputs, outputs of several components.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> result = model.sensitivities(0.1, 1e-3, by=["m2"], of=["energy"])
+        >>> result.stationary(["energy"]) is None          # the support shakes
+        True
         """
         if isinstance(of, str):
             raise UsageError(Problem("of", f"a list of outputs is needed, not the text {of!r}", f'["{of}"]'))
@@ -378,6 +421,13 @@ class Sensitivities:
         ------
         UsageError
             As of ``hessian``; vectors of another length.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+        >>> result = model.sensitivities(0.1, 1e-3, by=["m2", "q.shoulder"], of=["energy"])
+        >>> result.hessian_products("final(energy)", [1.0, 0.0]).shape
+        (2,)
         """
         (weights,) = self._weights([of])
         vectors = numbers("directions", directions)
@@ -416,6 +466,15 @@ class Sensitivities:
         ------
         UsageError
             As of ``gradient``; scenes whose inputs all follow formulas, or have none.
+
+        Examples
+        --------
+        >>> cart = eomgen.SceneBuilder("cart").input("push", unit="N").body("cart", 2.0)
+        >>> cart = cart.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", "push")
+        >>> cart = cart.output("place", formula="q.rail", unit="m").simulation(method="trapezoidal")
+        >>> result = eomgen.build(cart.build()).sensitivities(1.0, 0.1, by=["v.rail"], inputs={"push": 1.0})
+        >>> round(float(result.input_gradient("final(place)")["push"].sum()), 3)     # t^2 / (2 mass)
+        0.25
         """
         run, (weights,) = self._run, self._weights([of])
         inputs = run.run.model.description.inputs

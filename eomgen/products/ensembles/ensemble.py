@@ -130,6 +130,13 @@ class Ensemble:
         -------
         (nt,) ndarray
             Of the times ``t``, in the column's unit.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> many = model.simulate_many(0.5, 2e-3, vary={"damper": "uniform(800, 1200)"}, samples=8, seed=1)
+        >>> float(many.deviation("tyre_load")[0])          # all samples start from the same state
+        0.0
         """
         return np.array(self.reduction.deviation[self._place(column)])
 
@@ -145,6 +152,14 @@ class Ensemble:
         -------
         smallest, largest : (nt,) ndarray
             Of the times ``t``, in the column's unit.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> many = model.simulate_many(0.5, 2e-3, vary={"damper": "uniform(800, 1200)"}, samples=8, seed=1)
+        >>> smallest, largest = many.envelope("tyre_load")
+        >>> bool(np.all(smallest <= many.mean("tyre_load")))
+        True
         """
         place = self._place(column)
         there = self.reduction.count[place] > 0
@@ -163,6 +178,13 @@ class Ensemble:
         -------
         (nt,) ndarray
             Of the times ``t``.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> many = model.simulate_many(0.5, 2e-3, vary={"damper": "uniform(800, 1200)"}, samples=8, seed=1)
+        >>> int(many.count("tyre_load")[-1])
+        8
         """
         return np.array(self.reduction.count[self._place(column)])
 
@@ -190,6 +212,13 @@ class Ensemble:
         ------
         UsageError
             Probabilities outside 0 to 1; the package for sketches of distributions is not installed.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> many = model.simulate_many(0.5, 2e-3, vary={"damper": "uniform(800, 1200)"}, samples=8, seed=1)
+        >>> many.quantile("tyre_load", [0.05, 0.95]).shape[0]
+        2
         """
         wanted = numbers("quantile", probability)
         if wanted.ndim > 1 or not np.all((wanted >= 0.0) & (wanted <= 1.0)):
@@ -220,6 +249,14 @@ class Ensemble:
         ------
         UsageError
             ``bins`` below 1; the package that sketches quantiles is not installed.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> many = model.simulate_many(0.5, 2e-3, vary={"damper": "uniform(800, 1200)"}, samples=8, seed=1)
+        >>> probabilities, edges = many.histogram("tyre_load", t=0.5, bins=4)
+        >>> round(float(probabilities.sum()), 6), len(edges)
+        (1.0, 5)
         """
         place, time = self._place(column), int(np.abs(self.t - t).argmin())
         low, high = (float(bound[time]) for bound in self.envelope(column))
@@ -265,6 +302,14 @@ class Ensemble:
         ------
         UsageError
             An unknown result; too few samples; a design ``saltelli`` with failed samples or not to the end.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> vary = {"damper": "uniform(800, 1200)", "v.body": "uniform(-0.2, 0.2)"}
+        >>> many = model.simulate_many(0.5, 2e-3, vary=vary, samples=16, seed=1)
+        >>> sorted(many.sensitivity("output.tyre_load.max").first)
+        ['damper', 'v.body']
         """
         if result not in self.results:
             raise UsageError(
@@ -352,6 +397,13 @@ class Ensemble:
         ------
         FileError
             A file cannot be written.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> many = model.simulate_many(0.5, 2e-3, vary={"damper": "uniform(800, 1200)"}, samples=8, seed=1)
+        >>> [path.name for path in many.save("cars")]
+        ['statistics.csv', 'samples.csv', 'summary.json']
         """
         target = make_folder(Path(folder))
         over_time: dict[str, Array] = {"t": self.t}
@@ -392,6 +444,13 @@ class Ensemble:
         -------
         list of Path
             The PNG files.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> many = model.simulate_many(0.5, 2e-3, vary={"damper": "uniform(800, 1200)"}, samples=8, seed=1)
+        >>> sorted(path.suffix for path in many.plot("cars"))[0]
+        '.png'
         """
 
         return _draw(self, make_folder(Path(folder)))

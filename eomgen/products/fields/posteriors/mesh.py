@@ -137,6 +137,14 @@ class Mesh:
         -------
         complex ndarray
             Shape ``half``.
+
+        Examples
+        --------
+        >>> from eomgen.fields import Mesh
+        >>> mesh = Mesh((8, 8), 1.0)
+        >>> field = np.random.default_rng(1).standard_normal(mesh.cells)
+        >>> bool(np.allclose(mesh.field(mesh.spectrum(field)), field))
+        True
         """
         made: Spectrum = scipy.fft.rfftn(field, norm="ortho", workers=self.threads, overwrite_x=overwrite)
         return made

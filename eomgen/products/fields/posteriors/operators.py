@@ -129,6 +129,13 @@ class LinearOperator:
         -------
         float
             Zero up to rounding for an adjoint that fits.
+
+        Examples
+        --------
+        >>> from eomgen.fields import Mesh, smoothing
+        >>> operator = smoothing(Mesh((8, 8), 1.0), 0.2)
+        >>> operator.dot_test(np.random.default_rng(1)) < 1e-12
+        True
         """
         x, y = self.mesh.white(generator), generator.standard_normal(self.mesh.cells)
         made = self.apply(x)
@@ -148,6 +155,14 @@ def white(mesh: Mesh) -> LinearOperator:
     -------
     LinearOperator
         The identity.
+
+    Examples
+    --------
+    >>> from eomgen.fields import Mesh, white
+    >>> mesh = Mesh((8, 8), 1.0)
+    >>> noise = mesh.white(np.random.default_rng(1))
+    >>> white(mesh).apply(noise).shape
+    (8, 8)
     """
     return LinearOperator("white", mesh)
 
@@ -253,6 +268,14 @@ def smoothing(mesh: Mesh, radius: float) -> LinearOperator:
     -------
     LinearOperator
         A filter.
+
+    Examples
+    --------
+    >>> from eomgen.fields import Mesh, smoothing
+    >>> mesh = Mesh((8, 8), 1.0)
+    >>> operator = smoothing(mesh, 0.2)
+    >>> bool(np.allclose(operator.apply(mesh.spectrum(np.ones(mesh.cells))), 1.0))     # a mean stays
+    True
     """
     return LinearOperator("smoothing", mesh, np.exp(-0.5 * (mesh.wave_numbers * radius) ** 2))
 
@@ -298,6 +321,13 @@ def mask(mesh: Mesh, values: ArrayLike) -> LinearOperator:
     -------
     LinearOperator
         A mask.
+
+    Examples
+    --------
+    >>> from eomgen.fields import Mesh, mask
+    >>> mesh = Mesh((4, 4), 1.0)
+    >>> bool(mask(mesh, np.zeros((4, 4))).apply(mesh.white(np.random.default_rng(1))).any())
+    False
     """
     made = np.asarray(values, dtype=float)
     if made.shape != mesh.cells or not np.all(np.isfinite(made)):

@@ -29,6 +29,13 @@ def split_r_hat(chains: ArrayLike) -> Array:
     -------
     (...) ndarray
         Near 1 if the halves agree.
+
+    Examples
+    --------
+    >>> from eomgen.fields import split_r_hat
+    >>> chains = np.random.default_rng(1).standard_normal((4, 1000))
+    >>> round(float(split_r_hat(chains)), 2)
+    1.0
     """
     values = _of_chains(chains)
     half = values.shape[1] // 2
@@ -60,6 +67,13 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
     -------
     (...) ndarray
         In samples.
+
+    Examples
+    --------
+    >>> from eomgen.fields import autocorrelation_time
+    >>> chains = np.random.default_rng(1).standard_normal((4, 1000))
+    >>> round(float(autocorrelation_time(chains)))
+    1
     """
     values = _of_chains(chains)
     count = values.shape[1]

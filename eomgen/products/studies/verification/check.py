@@ -235,6 +235,12 @@ def check(
         A number of states or a seed out of range, or an unknown closed form.
     DescriptionError, ModelError, ToolchainError, FileError
         As ``eomgen.build``.
+
+    Examples
+    --------
+    >>> from eomgen.studies import check
+    >>> check("examples/double_pendulum_on_shaking_base/scene.toml", states=2, only=["mass"], profile="quick").passed
+    True
     """
     if states < 1:
         raise UsageError(Problem("states", f"a check needs at least one state, not {states}", f"{CHECK_STATES}"))

@@ -180,6 +180,13 @@ def discretized(
     ------
     UsageError
         A band without components, or without energy.
+
+    Examples
+    --------
+    >>> from eomgen.waves import Jonswap, discretized
+    >>> spectrum = discretized(Jonswap(height=2.0, period=8.0))
+    >>> round(4 * float(np.sqrt(spectrum.energy.sum())), 2)       # the significant height within the band, m
+    1.99
     """
     if not 0.0 < band[0] < band[1]:
         raise UsageError(Problem("discretized: band", f"{band} does not increase from above 0", f"{BAND}"))

@@ -94,6 +94,13 @@ class Jonswap:
         -------
         (...) ndarray
             One-sided, m^2 s/rad.
+
+        Examples
+        --------
+        >>> from eomgen.waves import Jonswap
+        >>> sea = Jonswap(height=2.0, period=8.0)
+        >>> bool(np.argmax(sea.density(np.linspace(0.4, 2.0, 17))) > 0)
+        True
         """
         ratio, total = np.asarray(frequency, dtype=float) / self.peak, _jonswap_total(self.peakedness) * self.peak
         return _jonswap_shape(ratio, self.peakedness) * self.height**2 / (16.0 * total)

@@ -122,6 +122,13 @@ class Sea:
             As of ``Sea``.
         gravity : float, optional
             In m/s^2.
+
+        Examples
+        --------
+        >>> from eomgen.waves import Sea
+        >>> swell = Sea.of_one_wave(0.1, 1.0, order=1)
+        >>> swell.elevation([0.0], [0.0], 0.0).round(6)
+        array([1.])
         """
         single = Components(np.array([[wave_number, 0.0]]), np.array([amplitude]), np.zeros(1))
         return cls(single, depth, order=order, vorticity=vorticity, gravity=gravity)
@@ -537,6 +544,12 @@ class Sea:
         -------
         (...) ndarray
             In m, of the shape of x and y together.
+
+        Examples
+        --------
+        >>> from eomgen.waves import Sea
+        >>> Sea.of_one_wave(0.1, 1.0, order=1).elevation([0.0], [0.0], 0.0).round(6)     # the crest
+        array([1.])
         """
         return self._above(x, y, time, "position")[..., 2]
 
