@@ -128,8 +128,8 @@ def by_complex_steps(function: Any, taken: list[str], state: Mapping[str, Array]
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("elastic_pendulum")
-@pytest.mark.parametrize("example", TESTED)
+@pytest.mark.long_cases("elastic_pendulum", "misaligned_four_bar")
+@pytest.mark.parametrize("example", [*TESTED, "misaligned_four_bar"])
 def test_derivatives_are_those_of_complex_steps(example: str, rng: np.random.Generator) -> None:
     """Rounding is relative to the Jacobian where second derivatives of stiff forces cancel."""
     model, functions = model_of(example), functions_of(example)
