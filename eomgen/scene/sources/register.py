@@ -12,6 +12,7 @@ from eomgen.base.files import read_bytes
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.sources.mjcf.source import MJCF
+from eomgen.scene.sources.sdf.source import SDF
 from eomgen.scene.sources.source import LARGEST_FILE, ConvertedScene, Option, Source
 from eomgen.scene.sources.urdf.source import URDF
 
@@ -19,7 +20,9 @@ from eomgen.scene.sources.urdf.source import URDF
 GROUP = "eomgen.sources"
 #: Names of options in other tools.
 _ELSEWHERE: Mapping[str, str] = {
-    **dict.fromkeys(("fixed_base", "use_fixed_base", "fix_base"), 'root="fixed", or root="free"'),
+    **dict.fromkeys(
+        ("fixed_base", "use_fixed_base", "fix_base"), 'root="fixed", or root="free"; of SDF weld="base_link"'
+    ),
     **dict.fromkeys(("free_flyer", "root_joint", "floating_base", "floating"), 'root="free"'),
 }
 
@@ -31,7 +34,7 @@ def _read_toml(text: str, **options: Any) -> ConvertedScene:
 
 
 TOML = Source("TOML", (".toml",), "a .toml scene", _read_toml, scenes=True)
-BUILT_IN: tuple[Source, ...] = (TOML, URDF, MJCF)
+BUILT_IN: tuple[Source, ...] = (TOML, URDF, MJCF, SDF)
 
 
 @cache

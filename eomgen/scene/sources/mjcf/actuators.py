@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.scene.sources.mjcf.compiled import Place
+from eomgen.scene.sources.draft import Place
 from eomgen.scene.sources.mjcf.draft import Draft, clipped, number, odd_power, polynomial, times, total
 from eomgen.scene.sources.mjcf.equalities import site_place
 from eomgen.scene.sources.mjcf.muscles import Muscle, activation_rate

@@ -12,6 +12,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.messages import shown
 from eomgen.errors import DescriptionError, EomgenError, Problem, UsageError
 from eomgen.scene.reading.xml import Element, read_xml
+from eomgen.scene.sources.draft import Place
 from eomgen.scene.sources.source import read_text, shown_file
 
 #: Sections of a file whose children are elements of one kind, by the name of the kind.
@@ -22,17 +23,6 @@ _DEEPEST = 20
 _COMMENT = re.compile(r"(?<=<!--).*?(?=-->)", re.DOTALL)
 #: An attribute without a blank before the next attribute.
 _TIGHT = re.compile(r"""(=\s*(?:"[^"<>]*"|'[^'<>]*'))(?=[A-Za-z_])""")
-
-
-@dataclass(frozen=True)
-class Place:
-    """Name of the file for messages, and line of an element."""
-
-    file: str
-    line: int
-
-    def __str__(self) -> str:
-        return f"{self.file}:{self.line}"
 
 
 @dataclass

@@ -11,8 +11,9 @@ import numpy as np
 
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.scene.reading.report import Report
+from eomgen.scene.sources.draft import Place
 from eomgen.scene.sources.mjcf.actuators import convert_actuators
-from eomgen.scene.sources.mjcf.compiled import Place, compiled, elements_of, mujoco_module
+from eomgen.scene.sources.mjcf.compiled import compiled, elements_of, mujoco_module
 from eomgen.scene.sources.mjcf.coverage import note_unknown_attributes
 from eomgen.scene.sources.mjcf.draft import Draft
 from eomgen.scene.sources.mjcf.equalities import convert_equalities, site_place
@@ -60,7 +61,7 @@ def mjcf_data(
     model, warnings = compiled(text, file, path)
     name = legal_name(_name_of(mujoco, model) or "model", ())
     data: dict[str, Any] = {"format": 1, "name": name, "bodies": {}, "joints": {}}
-    draft = Draft(mujoco, model, Report(file, {}), elements, data)
+    draft = Draft(Report(file, {}), data, mujoco=mujoco, model=model, elements=elements)
     draft.key = _keyframe(draft, keyframe, file)
     draft.qpos = np.array(model.qpos0 if draft.key < 0 else model.key_qpos[draft.key])
     draft.qvel = np.zeros(model.nv) if draft.key < 0 else np.array(model.key_qvel[draft.key])

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eomgen.scene.sources.mjcf.compiled import Place
+from eomgen.scene.sources.draft import Place
 from eomgen.scene.sources.mjcf.draft import Draft
 
 READ, IDLE, NOTED, REFUSED = "read", "without effect", "noted", "refused"

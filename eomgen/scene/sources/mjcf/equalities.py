@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.scene.sources.mjcf.draft import Draft, LinkPlace, number, plain_power, polynomial
+from eomgen.scene.sources.draft import LinkPlace
+from eomgen.scene.sources.mjcf.draft import Draft, number, plain_power, polynomial
 from eomgen.scene.sources.mjcf.tree import HINGE
 
 

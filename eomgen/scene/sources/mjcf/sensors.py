@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from eomgen.base.messages import listed
-from eomgen.scene.sources.mjcf.draft import Draft, LinkPlace, clipped, number, times, total
+from eomgen.scene.sources.draft import LinkPlace
+from eomgen.scene.sources.mjcf.draft import Draft, clipped, number, times, total
 from eomgen.scene.sources.mjcf.equalities import site_place
 from eomgen.scene.sources.mjcf.tree import HINGE, SLIDE
 from eomgen.system.description import BASE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from eomgen.scene.sources.source import ConvertedScene, Option, Source
+from eomgen.scene.sources.source import FRICTION, LIMITS, ConvertedScene, Option, Source
 
 
 def read_mjcf(
@@ -40,18 +40,8 @@ MJCF = Source(
     "an .xml file of MuJoCo",
     read_mjcf,
     (
-        Option(
-            "limits",
-            False,
-            "turn limits of position into compliant stops",
-            of_key="limits of position become compliant stops",
-        ),
-        Option(
-            "friction",
-            False,
-            "take dry friction of joints, regularised",
-            of_key="dry friction of joints is taken, regularised",
-        ),
+        LIMITS,
+        FRICTION,
         Option(
             "keyframe",
             "",

@@ -17,7 +17,8 @@ from eomgen.base.messages import listed
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.inertia import Inertia, combined
 from eomgen.scene.rotations import about_axis
-from eomgen.scene.sources.mjcf.draft import Draft, LinkPlace, matrix, odd_power, plain_power, polynomial
+from eomgen.scene.sources.draft import LinkPlace, matrix
+from eomgen.scene.sources.mjcf.draft import Draft, odd_power, plain_power, polynomial
 from eomgen.scene.sources.urdf.conversion import body_entry
 from eomgen.system.description import BASE
 

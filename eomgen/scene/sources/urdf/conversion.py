@@ -161,7 +161,8 @@ def urdf_data(
     merger = _Merger(robot, order, held, leaders, root, own, limits=limits, friction=friction)
     motors = actuation(robot, gears, held.keys(), leaders.keys())
     own_inputs = [joint for joint in order if joint.name not in held and joint.name not in leaders] if actuated else []
-    merger.data |= effort_inputs([joint for joint in own_inputs if joint.name not in motors.driven], motors)
+    units = {joint.name: joint.unit for joint in own_inputs if joint.name not in motors.driven}
+    merger.data |= effort_inputs(units, motors)
     notes = [
         *merger.notes,
         *motors.notes,
@@ -440,13 +441,13 @@ class _Merger:
                 name = legal_name(link, shapes)
                 position = place.orientation @ visual.position + place.position
                 turned = snapped_rotation(place.orientation @ visual.orientation)
-                placed = {"body": place.body, "position": position.tolist(), "rotation": _turns(turned)}
+                placed = {"body": place.body, "position": position.tolist(), "rotation": turns_of(turned)}
                 shapes[name] = {**visual.entry, **placed}
         if shapes:
             self.data["shapes"] = shapes
 
 
-def _turns(orientation: Array) -> list[dict[str, Any]]:
+def turns_of(orientation: Array) -> list[dict[str, Any]]:
     """Return a rotation as the entries of a key ``rotation``."""
     w, *vector = quaternion_of_matrix(orientation.tolist())
     sine = float(np.linalg.norm(vector))

@@ -42,7 +42,7 @@ _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 #: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
 NEWEST, WITH_QUATERNIONS = 2, 1
 #: By how much the length of a quaternion may differ from 1: three digits of each number.
-_UNIT_LENGTH = 1e-3
+UNIT_LENGTH = 1e-3
 #: Numbers of the format that are left out with their limits; acceleration, deceleration and jerk are of version 1.2.
 _OTHER_LIMITS = ("velocity", "acceleration", "deceleration", "jerk")
 #: Elements to be seen and touched, which have no part in the equations of motion.
@@ -299,7 +299,7 @@ class _UrdfReader:
         exact = roll_pitch_yaw(roll, pitch, yaw) if quaternion is None else quaternion
         orientation = snapped_rotation(exact)
         position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
-        nearly = next((angle for angle in (roll, pitch, yaw) if SNAP < _off_right(angle) <= NEARLY), None)
+        nearly = next((angle for angle in (roll, pitch, yaw) if SNAP < off_right(angle) <= NEARLY), None)
         made_exact = bool(np.any((orientation != exact) & np.isin(orientation, (-1.0, 0.0, 1.0))))
         return orientation, position, made_exact, "" if nearly is None else f"{nearly:.9g}"
 
@@ -312,7 +312,7 @@ class _UrdfReader:
             self.report.add_at(origin.line, key, fault, "one of them")
         x, y, z, w = self.numbers(origin, "quat_xyzw", key, (0.0, 0.0, 0.0, 1.0))
         length = math.hypot(x, y, z, w)
-        if not abs(length - 1.0) <= _UNIT_LENGTH:
+        if not abs(length - 1.0) <= UNIT_LENGTH:
             fault = f"quat_xyzw: {shown(origin.get('quat_xyzw'))} has the length {length:.6g}, and a rotation has 1"
             self.report.add_at(origin.line, key, fault, "x, y, z and w of a unit quaternion")
             return None
@@ -454,7 +454,7 @@ def _without_fault(reader: _UrdfReader, value: Read) -> Read:
     return value
 
 
-def _off_right(angle: float) -> float:
+def off_right(angle: float) -> float:
     """Return the distance of an angle from the nearest right or straight one; 0 for angles nearest to zero, which
     may be small on purpose."""
     quarters = round(angle / (0.5 * math.pi))

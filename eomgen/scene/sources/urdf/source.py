@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.scene.sources.source import ConvertedScene, Option, Source
+from eomgen.scene.sources.source import ACTUATED, FRICTION, LIMITS, LOCK, ConvertedScene, Option, Source
 
 
 def read_urdf(
@@ -58,32 +58,10 @@ URDF = Source(
             choices=("fixed", "free"),
             of_key="whether the root link is fixed to the parent, or free",
         ),
-        Option(
-            "lock",
-            (),
-            "hold this joint at zero; may be repeated",
-            metavar="JOINT",
-            of_key="moving joints that are held at zero",
-        ),
-        Option(
-            "limits",
-            False,
-            "turn limits of position into compliant stops",
-            of_key="limits of position become compliant stops",
-        ),
-        Option(
-            "friction",
-            False,
-            "take dry friction of joints, regularised",
-            of_key="dry friction of joints is taken, regularised",
-        ),
-        Option(
-            "actuated",
-            False,
-            "give every moving joint of one coordinate an effort input of its own name",
-            of_key="every moving joint of one coordinate has an effort input of its own name",
-            elsewhere="[inputs] and [efforts] in the scene file",
-        ),
+        LOCK,
+        LIMITS,
+        FRICTION,
+        ACTUATED,
         Option(
             "transmissions",
             False,

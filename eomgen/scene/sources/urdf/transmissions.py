@@ -21,7 +21,7 @@ from eomgen.base.messages import listed, shown
 from eomgen.formula.words import RESERVED
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
-from eomgen.scene.sources.urdf.reading import NUMBER, Joint, Robot, legal_name
+from eomgen.scene.sources.urdf.reading import NUMBER, Robot, legal_name
 
 _REDUCTIONS = ("mechanicalReduction", "mechanical_reduction")
 #: Elements for positions or the control software; efforts do not depend on them.
@@ -151,6 +151,9 @@ class Actuation:
     warnings: Sequence[tuple[int, str]]
 
 
+NO_ACTUATION = Actuation({}, {}, (), (), ())
+
+
 def actuation(
     robot: Robot, transmissions: Transmissions, held: Collection[str], followers: Collection[str]
 ) -> Actuation:
@@ -215,17 +218,23 @@ def _not_modelled(
 _EFFORT_UNITS = {"rad": "N m", "m": "N"}
 
 
-def effort_inputs(joints: Sequence[Joint], actuators: Actuation) -> dict[str, Any]:
+def effort_inputs(units: Mapping[str, str], actuators: Actuation) -> dict[str, Any]:
     """Return the sections ``inputs`` and ``efforts``: first of actuators, then of driven joints, in order.
 
     The name of an input is the name of the joint, with ``_effort`` appended if the name is a word of formulas or an
     actuator. Empty sections are left out.
+
+    Parameters
+    ----------
+    units : mapping
+        Units of the coordinates of joints; joints of several coordinates have no input.
+    actuators : Actuation
     """
     inputs, efforts = dict(actuators.inputs), dict(actuators.efforts)
-    for joint in joints:
-        if joint.unit not in _EFFORT_UNITS:
+    for joint, unit in units.items():
+        if unit not in _EFFORT_UNITS:
             continue
-        name = f"{joint.name}_effort" if joint.name in RESERVED | inputs.keys() else joint.name
-        inputs[name] = {"unit": _EFFORT_UNITS[joint.unit], "description": f"effort of joint {joint.name}"}
-        efforts[joint.name] = {"joint": joint.name, "effort": name}
+        name = f"{joint}_effort" if joint in RESERVED | inputs.keys() else joint
+        inputs[name] = {"unit": _EFFORT_UNITS[unit], "description": f"effort of joint {joint}"}
+        efforts[joint] = {"joint": joint, "effort": name}
     return {name: section for name, section in (("inputs", inputs), ("efforts", efforts)) if section}

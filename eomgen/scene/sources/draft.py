@@ -1,0 +1,113 @@
+"""The scene that a file of another format becomes, while its parts are converted one after another."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
+from eomgen.base.messages import listed
+from eomgen.formula.words import RESERVED
+from eomgen.lie.numeric import rotation_matrix
+from eomgen.scene.reading.report import Report
+from eomgen.scene.rotations import rows, snapped_rotation
+from eomgen.scene.sources.urdf.reading import legal_name
+from eomgen.system.description import BASE, WORLD
+
+
+@dataclass(frozen=True)
+class Place:
+    """Name of the file for messages, and line of an element."""
+
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}"
+
+
+@dataclass(frozen=True)
+class LinkPlace:
+    """Body of the scene that carries a frame of the file, and the pose of this frame in the body."""
+
+    body: str
+    orientation: Array
+    position: Array
+
+    def of(self, position: Array, quaternion: Array | None = None) -> LinkPlace:
+        """Return the pose in the body of a frame that is given in this one."""
+        turned = self.orientation if quaternion is None else self.orientation @ rotation_matrix(np.array(quaternion))
+        return LinkPlace(self.body, turned, self.orientation @ position + self.position)
+
+    @property
+    def entry(self) -> dict[str, Any]:
+        """Body, position and orientation, as keys of a scene."""
+        return {"body": self.body, "position": self.position.tolist(), "orientation": matrix(self.orientation)}
+
+
+def matrix(orientation: Array) -> list[list[float]]:
+    """Return an orientation as the key of a scene."""
+    return [list(row) for row in rows(snapped_rotation(orientation))]
+
+
+@dataclass
+class SceneDraft:
+    """The scene so far.
+
+    Attributes
+    ----------
+    report : of problems that refuse the file
+    data, lines : of the scene, as of ``ConvertedScene``
+    notes : on names, frames and starts
+    warnings : places and words of omissions
+    taken : names that are taken, by kind
+    omitted : names of elements of which a property is left out, by the property
+    """
+
+    report: Report
+    data: dict[str, Any]
+    lines: dict[str, int | str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    warnings: list[tuple[Place, str]] = field(default_factory=list)
+    taken: dict[str, set[str]] = field(default_factory=dict)
+    omitted: dict[str, list[str]] = field(default_factory=dict)
+
+    def section(self, name: str) -> dict[str, Any]:
+        """Return a section of the scene."""
+        section: dict[str, Any] = self.data.setdefault(name, {})
+        return section
+
+    def name(self, kind: str, written: str, default: str) -> str:
+        """Return a legal name that no other element of the kind has, and take it."""
+        taken = self.taken.setdefault(kind, {BASE, WORLD} if kind == "body" else set(RESERVED))
+        wanted = written or default
+        if kind == "body" and wanted in (BASE, WORLD):
+            wanted = f"{wanted}_body"
+        name = legal_name(wanted, taken)
+        taken.add(name)
+        if written and name != written:
+            self.notes.append(f"{kind} {written!r} of the file is called {name}")
+        return name
+
+    def refuse(self, place: Place, key: str, fault: str, hint: str) -> None:
+        """Report an element that would change the motion and cannot be converted."""
+        self.report.add_place(place.file, place.line, key, fault, hint)
+
+    def leave_out(self, place: Place, note: str) -> None:
+        """Note an element that has no part in the scene."""
+        self.warnings.append((place, note))
+
+    def left_out(self, feature: str, name: str) -> None:
+        """Note a property of an element that has no part in the scene; one note lists all elements."""
+        self.omitted.setdefault(feature, []).append(name)
+
+    def all_warnings(self) -> list[tuple[Place, str]]:
+        """Return a place and a note for all that is left out."""
+        start = Place(self.report.file, 1)
+        many = [
+            (start, f"not modelled: {feature} ({len(names)}: {listed(names)})")
+            for feature, names in self.omitted.items()
+        ]
+        return [*self.warnings, *many]

@@ -1,0 +1,61 @@
+"""Files that descriptions name by addresses: ``package://NAME/...``, ``model://NAME/...``, ``file://...`` and paths."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from eomgen.base.messages import shown
+from eomgen.scene.sources.source import OptionError
+
+_OF_FOLDERS = ("package://", "model://")
+_FILE = "file://"
+
+
+def package_folders(packages: Sequence[str]) -> dict[str, Path]:
+    """Return the folders of packages by name, from texts ``NAME=FOLDER``.
+
+    Raises
+    ------
+    OptionError
+    """
+    result = {}
+    for text in [packages] if isinstance(packages, str) else packages:
+        name, equals, folder = text.partition("=")
+        if not name or not equals or not folder:
+            raise OptionError("packages", f"packages: {shown(text)} is not NAME=FOLDER", 'packages=["robot=../robot"]')
+        if not Path(folder).expanduser().is_dir():
+            raise OptionError("packages", f"packages: there is no folder {shown(folder)}", "the folder of the package")
+        result[name] = Path(folder).expanduser()
+    return result
+
+
+def located(address: str, folder: Path, packages: Mapping[str, Path]) -> Path:
+    """Return the file or folder of an address, which may be missing.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the file that has the address. A package without a given folder is looked for in this folder and in the
+        folders around it.
+    packages : mapping
+        Folders of packages by name.
+    """
+    if address.startswith(_FILE):
+        return Path(address.removeprefix(_FILE))
+    scheme = next((scheme for scheme in _OF_FOLDERS if address.startswith(scheme)), "")
+    if not scheme:
+        return folder / address
+    name, _, rest = address.removeprefix(scheme).partition("/")
+    if name in packages:
+        return packages[name] / rest
+    around = folder.resolve()
+    for holder in (around, *around.parents):
+        if (there := holder / name / rest).exists():
+            return there
+    return folder / name / rest
+
+
+def is_remote(address: str) -> bool:
+    """Return whether an address lies in a network."""
+    return address.startswith(("http://", "https://"))
