@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
-from eomgen.scene.sources.draft import LinkPlace, SceneDraft
+from eomgen.scene.sources.draft import LinkPlace, Place, SceneDraft
 from eomgen.scene.sources.mjcf.draft import number
 from eomgen.scene.sources.sdf.elements import SdfMimic
 from eomgen.scene.sources.sdf.frames import WORLD_NODE, Frames, Node
@@ -107,7 +108,7 @@ class _Followers:
         equation = f"{follower} - ({number(mimic.multiplier)} * {leading} + {number(offset)})"
         self.constrain(f"{self.names[step.edge.key]}_mimic", equation, mimic.place)
 
-    def constrain(self, wanted: str, equation: str, place: object) -> None:
+    def constrain(self, wanted: str, equation: str, place: Place) -> None:
         """Add an equation of coordinates."""
         name = self.draft.name("constraint", "", wanted)
         self.draft.section("constraints")[name] = {"type": "formula", "equation": equation, "unit": "rad"}
@@ -137,7 +138,7 @@ class _Followers:
         equation = f"{angles[1]} + {number(ratio)} * ({angles[0]})"
         self.constrain(name, equation, joint.place)
 
-    def angle(self, reference: str, body: str, axis: object) -> str | None:
+    def angle(self, reference: str, body: str, axis: Array) -> str | None:
         """Return the angle of a body against another about an axis; None without a revolute joint along the axis."""
         for step in self.moving.values():
             joint = step.edge.joint
