@@ -20,6 +20,8 @@ class IncludeKeys(TypedDict, total=False):
     transmissions: bool | None
     tunable: Sequence[str] | None
     keyframe: str | None
+    weld: Sequence[str] | None
+    packages: Sequence[str] | None
 
 class SimulationKeys(TypedDict, total=False):
     method: str | None
