@@ -497,6 +497,7 @@ LATE: dict[str, dict[str, str]] = {
     },
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are not URDF"},
     "scene.sources.mjcf.source": {"scene.sources.mjcf.conversion": "most scenes are not MJCF"},
+    "scene.sources.sdf.source": {"scene.sources.sdf.conversion": "most scenes are not SDF"},
     "compiled.terms": {"system.system": "the class of systems; few calls give a motion of the base"},
     "simulation.automatic_method": {"system.system": "the class of systems; few runs choose a method"},
     "simulation.simulate": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},

@@ -1,5 +1,3 @@
 """SDF: models and worlds of Gazebo and Drake, and their conversion to a scene."""
 
 __all__ = ["source"]
-#: Open to the other sources as well.
-WITHIN = ["source"]

@@ -2,4 +2,4 @@
 
 __all__ = ["source"]
 #: Open to the other sources as well.
-WITHIN = ["conversion", "reading", "source"]
+WITHIN = ["conversion", "notes", "reading", "source", "transmissions", "visuals"]
