@@ -495,7 +495,7 @@ def test_options_of_a_robot(folder: Path) -> None:
             'file = "."',
             (
                 "car.toml:14 (include.left.file): '.' is not a kind of file that can be included; "
-                "try: a .toml scene, a .urdf file or an .xml file of MuJoCo"
+                "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file"
             ),
         ),
         (
@@ -785,6 +785,8 @@ _PLAIN = {
     "indices",
     "where",
     "keyframe",
+    "packages",
+    "weld",
     "unit",
     "method",
     "energy",

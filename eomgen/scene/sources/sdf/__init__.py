@@ -1,3 +1,4 @@
 """SDF: models and worlds of Gazebo and Drake, and their conversion to a scene."""
 
-__all__ = ["source"]
+#: Open to the other parts of ``scene``.
+WITHIN = ["source"]
