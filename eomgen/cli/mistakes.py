@@ -54,14 +54,14 @@ if TYPE_CHECKING:
 
 #: Examples of arguments and options that are missing.
 _EXAMPLES: Mapping[str, str] = {
-    "scene": "the path of a .toml, .urdf or .xml file",
+    "scene": "the path of a .toml, .urdf, .xml or .sdf file",
     "folder": "--out results",
 }
 
 
 def of_verb(word: str, verbs: Mapping[str, Verb]) -> str:
     """Return the remedy for a word that is not a verb; ``verbs`` are the rows of the register by name."""
-    if word.endswith((".toml", ".urdf", ".xml")):
+    if word.endswith((".toml", ".urdf", ".xml", ".sdf")):
         others = [name for name, verb in verbs.items() if verb.takes_scene][:7]
         return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join(others)}"
     return _VERBS.get(word.lower()) or nearest(word, list(verbs))
@@ -131,6 +131,6 @@ def _of_extra(word: str, error: click.UsageError, path: str, words: Sequence[str
         return f"--terms {','.join(names)}, with commas"
     if option == "--json" and place == (before or 0) + 1:
         return f"--json > {word}"
-    if word.endswith((".toml", ".urdf", ".xml")):
+    if word.endswith((".toml", ".urdf", ".xml", ".sdf")):
         return "one scene, and a command for each other one"
     return "--set name=value without blanks, and one scene"

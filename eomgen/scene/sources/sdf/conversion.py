@@ -328,7 +328,7 @@ class _Converter:
         entry |= {"position": placed.position.tolist(), "orientation": matrix(placed.orientation)}
 
     def add_forces(self, name: str, joint: SdfJoint | None, entry: dict[str, Any], axes: Sequence[Any]) -> None:
-        """Add springs and dampers, and friction and stops if asked for; note what is left out."""
+        """Add springs and dampers, and friction and stops if asked for; note the omissions."""
         kind = "revolute" if joint is None else joint.type
         unit = UNITS.get(kind, "rad")
         if len(axes) == 1:

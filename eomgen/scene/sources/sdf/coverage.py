@@ -1,7 +1,7 @@
 """How each element and attribute of SDF is taken: a table by element.
 
-An attribute has an ``@`` before its name. Below an element without effect nothing has one, and what is below a noted
-element is noted with it.
+An attribute has an ``@`` before its name. All parts of an element without effect are without effect, and all parts of a
+noted element are noted with the element.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What an SDF file says, as data: models with links, joints, frames and models within them.
+"""The content of an SDF file as data: models with links, joints, frames and models within them.
 
-The format is the Simulation Description Format, http://sdformat.org/spec, versions 1.7 to 1.12. Names are those of the
+The format is the Simulation Description Format, http://sdformat.org/spec, versions 1.7 to 1.12. Names are taken from the
 file; poses are as written, in the frames that they name.
 """
 

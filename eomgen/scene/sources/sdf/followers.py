@@ -72,7 +72,7 @@ class _Followers:
         return f"q.{name}[{count - 1 - index if step.turned else index}]"
 
     def mimic(self, step: Step, index: int, mimic: SdfMimic) -> None:
-        """Let an axis follow that of another joint."""
+        """Couple an axis with the axis of another joint."""
         path, own = step.edge.key
         *outer, last = mimic.joint.split("::")
         model = self.frames.models.get((*path, *outer))
@@ -128,8 +128,8 @@ class _Followers:
         for link, axis in ((edge.parent, axes[0]), (edge.child, axes[1])):
             angle = self.angle(body, self.places[link].body, axis)
             if angle is None:
-                where = "the world" if link == WORLD_NODE else shown(link[1])
-                fault = f"no revolute joint along the axis of the gearbox {shown(name)} connects {where}"
+                end = "the world" if link == WORLD_NODE else shown(link[1])
+                fault = f"no revolute joint along the axis of the gearbox {shown(name)} connects {end}"
                 fault += f" with {shown(gear.reference)}"
                 self.draft.refuse(joint.place, f"joints.{name}", fault, "a revolute joint with a parallel axis")
                 return

@@ -57,6 +57,7 @@ class Frames:
         self.world, self.report = world, report
         self.models = dict(world.every())
         self._bases: dict[Node, tuple[Node, Pose]] = {}
+        self._resolved_to_world: set[Node] = set()
         self._links: dict[Node, Node] = {}
         self._waiting: list[tuple[str, Node]] = []
         self._refused: set[tuple[Place, str]] = set()
@@ -107,13 +108,15 @@ class Frames:
         """Find the frame in which a frame is given, and so on to the world; report frames that are not there, and
         circles."""
         node = self.node(*node)
-        if node == WORLD_NODE or node in self._bases:
+        if node == WORLD_NODE or node in self._resolved_to_world:
             return
         if not self._enter("relative_to", node):
+            self._bases[node] = WORLD_NODE, IDENTITY  # the circle ends here, for the search for further faults
             return
         self._bases[node] = self._resolved(*node)
         self.resolve(self._bases[node][0])
         self._waiting.pop()
+        self._resolved_to_world.add(node)
 
     def _resolved(self, path: tuple[str, ...], name: str) -> tuple[Node, Pose]:
         """Return the frame in which a frame is given, and its pose in it."""
@@ -140,8 +143,11 @@ class Frames:
 
     def _within(self, path: tuple[str, ...], node: Node) -> Pose:
         """Return the pose of a frame in the frame of a model around it, whose own place may not be known yet."""
-        poses, origin = [], (path[:-1], path[-1])
-        while node not in (origin, WORLD_NODE):
+        poses: list[tuple[Node, Pose]] = []
+        origin = (path[:-1], path[-1])
+        passed: set[Node] = set()
+        while node not in (origin, WORLD_NODE, *passed):  # circles are reported by ``resolve``
+            passed.add(node)
             if node not in self._bases:
                 if not self._enter("relative_to", node):
                     break

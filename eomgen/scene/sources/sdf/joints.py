@@ -46,7 +46,7 @@ def axes_in_world(frames: Frames, edge: Edge) -> list[Array]:
 
 
 def are_perpendicular(axes: Sequence[Array]) -> bool:
-    """Return whether two axes can be those of one universal joint."""
+    """Return whether one universal joint can have two axes."""
     return bool(abs(axes[0] @ axes[1]) <= _ACROSS)
 
 
@@ -81,7 +81,7 @@ def friction_of(axes: Sequence[SdfAxis], unit: str) -> dict[str, Any] | None:
 
 def stops_of(axes: Sequence[SdfAxis], unit: str) -> dict[str, Any] | None:
     """Return the limits of a joint as a key of a scene; None without a range, or without a measure of the stops: the
-    stiffness of the file, or the largest effort, under which they give way as those of URDF do."""
+    stiffness of the file, or the largest effort, under which they give way as the stops of URDF do."""
     bounded = [math.isfinite(axis.lower) or math.isfinite(axis.upper) for axis in axes]
     stops = [axis.stop or _by_effort(axis, unit) for axis in axes]
     if not any(bounded) or not all(stop for stop, some in zip(stops, bounded, strict=True) if some):

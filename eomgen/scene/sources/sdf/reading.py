@@ -437,9 +437,9 @@ def _file_of_model(folder: Path) -> Path:
         root = read_xml(read_text(folder / "model.config"), "model.config")
     except (FileError, DescriptionError):
         return folder / "model.sdf"
-    found = {}
+    versions = {}
     for element in root.named("sdf"):
         match = _VERSION.fullmatch(element.get("version"))
-        found[int(match[1]) if match else 0] = element.text()
-    readable = [minor for minor in found if minor <= NEWEST]
-    return folder / (found[max(readable)] if readable else "model.sdf")
+        versions[int(match[1]) if match else 0] = element.text()
+    readable = [minor for minor in versions if minor <= NEWEST]
+    return folder / (versions[max(readable)] if readable else "model.sdf")

@@ -52,9 +52,9 @@ def read_sdf(
 WELD = Option(
     "weld",
     (),
-    "fix this link or frame to the base where it is; may be repeated",
+    "fix this link or frame to the base at its place; may be repeated",
     metavar="LINK",
-    of_key="links and frames that are fixed to the base where they are",
+    of_key="links and frames that are fixed to the base at their places",
     elsewhere="a fixed joint in the scene file",
 )
 PACKAGES = Option(

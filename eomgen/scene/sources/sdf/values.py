@@ -117,8 +117,8 @@ class Values:
         size = 7 if kind == "quat_xyzw" else 6
         if kind == "quat_xyzw" and degrees:
             self.refuse(child, "pose: a quaternion has no degrees", 'the pose without degrees="true"')
-        nothing = (0.0,) * 6 + (1.0,) * (size == 7)
-        values = self.numbers(child, "pose", text, nothing) if text else nothing
+        neutral = (0.0,) * 6 + (1.0,) * (size == 7)
+        values = self.numbers(child, "pose", text, neutral) if text else neutral
         turned = self._quaternion(child, values[3:]) if size == 7 else self._angles(values[3:], degrees, owner)
         return WrittenPose(self.place(child), turned, np.array(values[:3]), frame)
 
@@ -148,7 +148,7 @@ class Leftovers:
         self.nearly_right: dict[str, str] = {}
 
     def keep(self, element: Element, key: str, file: str, owner: str) -> None:
-        """Keep what is left of an element; ``key`` is its row in the table."""
+        """Keep the rest of an element; ``key`` is its row in the table."""
         known = STATUSES.get(key, {})
         for attribute in element.unread_attributes:
             status = known.get(f"@{attribute}")

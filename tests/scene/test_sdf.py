@@ -1,0 +1,160 @@
+"""SDF: M and forces of every joint type as Drake has them, loops, gearboxes, and a message with line for each fault."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import eomgen
+from eomgen.cli import main
+from eomgen.pipeline.pipeline import derive
+from eomgen.scene.load import load
+from tests.oracles.evaluation import tape_evaluator
+
+FILES = Path(__file__).parents[1] / "files"
+EVERY_JOINT = FILES / "every_joint.sdf"
+TEXT = EVERY_JOINT.read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "model.sdf"
+
+
+def test_mass_and_forces_are_drakes() -> None:
+    # Drake's ball joint has angles about fixed axes, and its velocity is the angular velocity in axes of the parent.
+    reference = json.loads((FILES / "every_joint_by_drake.json").read_text(encoding="utf-8"))
+    system = derive(load(EVERY_JOINT), ["mass", "residual"])
+    evaluate, factors = tape_evaluator(system), {factor.name: factor for factor in system.factors}
+    assert sum(joint[5] for joint in reference["joints"]) == system.nv == 8
+    for state in reference["states"]:
+        q, A = np.zeros(sum(factor.q_size for factor in system.factors)), np.zeros((8, 8))
+        for name, kind, q_start, q_size, v_start, v_size in reference["joints"]:
+            factor, given = factors[name], state["q"][q_start : q_start + q_size]
+            turn = np.eye(v_size)
+            if kind == "ball_rpy":
+                rotation = Rotation.from_euler("xyz", given)
+                given, turn = rotation.as_quat(scalar_first=True), rotation.as_matrix().T
+            q[factor.q_start : factor.q_start + len(given)] = given
+            A[factor.v_start : factor.v_start + v_size, v_start : v_start + v_size] = turn
+        at = {"q": q, "v": A @ np.array(state["v"]), "a": np.zeros(8), "t": np.zeros(1)}
+        at |= {"lam": np.zeros(0), "u": np.zeros(0), "z": np.zeros(0)}
+        M, r = evaluate("mass", {"q": q})["M"].reshape(8, 8), np.ravel(evaluate("residual", at)["r"])
+        np.testing.assert_allclose(A.T @ M @ A, state["M"], atol=1e-13)
+        np.testing.assert_allclose(A.T @ r, state["r"], atol=1e-12)
+
+
+LINK = (
+    '<link name="{0}"><pose>{1}</pose><inertial><pose>{2}</pose><mass>{3}</mass><inertia>{4}</inertia></inertial>'
+    "</link>"
+)
+#: Angle of the rod in the file, rad: the arctangent of 3/4.
+LEAN = 0.6435011087932844
+FOUR_BAR = f"""<sdf version="1.9"><model name="four_bar">
+<link name="ground"/><joint name="anchor" type="fixed"><parent>world</parent><child>ground</child></joint>
+{LINK.format("crank", "0 0 0 0 0 0", "0.05 0 0 0 0 0", 0.3, "<ixx>1e-4</ixx><iyy>4e-4</iyy><izz>4e-4</izz>")}
+{LINK.format("rod", f"0.1 0 0 0 -{LEAN} 0", "0.25 0 0 0 0 0", 0.8, "<ixx>1e-4</ixx><iyy>2e-2</iyy><izz>2e-2</izz>")}
+{LINK.format("rocker", "0.5 0 0 0 0 0", "0 0 0.15 0 0 0", 0.5, "<ixx>4e-3</ixx><iyy>4e-3</iyy><izz>1e-4</izz>")}
+<joint name="a" type="revolute"><parent>ground</parent><child>crank</child><axis><xyz>0 1 0</xyz></axis></joint>
+<joint name="b" type="revolute"><parent>crank</parent><child>rod</child><axis><xyz>0 1 0</xyz></axis></joint>
+<joint name="c" type="revolute"><parent>ground</parent><child>rocker</child><axis><xyz>0 1 0</xyz></axis></joint>
+<joint name="d" type="revolute"><pose relative_to="rod">0.5 0 0 0 {LEAN} 0</pose>
+<parent>rod</parent><child>rocker</child><axis><xyz>0 1 0</xyz></axis></joint></model></sdf>"""
+
+
+def test_a_second_joint_of_a_link_closes_a_loop_exactly(file: Path) -> None:
+    file.write_text(FOUR_BAR, encoding="utf-8")
+    scene = load(file)
+    assert [joint.name for joint in scene.joints] == ["a", "b", "c"]
+    assert [(constraint.name, constraint.type) for constraint in scene.constraints] == [("d", "revolute")]
+    model = eomgen.build(scene, profile="quick")
+    run = model.simulate(1.0, 1e-3)
+    assert run.success and np.ptp(run.q[:, 0]) > 0.5
+    a, b, c = run.q.T
+    tip_by_rod = np.stack([0.1 * np.cos(a) + 0.5 * np.cos(a + b - LEAN), 0.1 * np.sin(a)], axis=1)
+    tip_by_rod[:, 1] += 0.5 * np.sin(a + b - LEAN)
+    tip_by_rocker = np.stack([0.5 + 0.3 * np.sin(c), -0.3 * np.cos(c)], axis=1)
+    np.testing.assert_allclose(tip_by_rod, tip_by_rocker, atol=1e-12)
+    assert np.ptp(run.energy["total"]) < 1e-4
+
+
+GEARS = """<sdf version="1.9"><model name="gears">
+<link name="base"/><joint name="anchor" type="fixed"><parent>world</parent><child>base</child></joint>
+<link name="pinion"/><link name="wheel"><pose>1 0 0 0 0 0</pose></link>
+<joint name="in" type="revolute"><parent>base</parent><child>pinion</child><axis><xyz>0 0 1</xyz></axis></joint>
+<joint name="out" type="revolute"><parent>base</parent><child>wheel</child><axis><xyz>0 0 1</xyz></axis></joint>
+<joint name="mesh" type="gearbox"><parent>pinion</parent><child>wheel</child><gearbox_ratio>3</gearbox_ratio>
+<gearbox_reference_body>base</gearbox_reference_body><axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 0 1</xyz></axis2>
+</joint></model></sdf>"""
+
+
+def test_a_gearbox_couples_the_angles_by_its_ratio(file: Path) -> None:
+    file.write_text(GEARS, encoding="utf-8")
+    scene = load(file)
+    assert "links without <inertial> have 1 kg and 1 kg m^2, as SDF says: base, pinion, wheel" in " ".join(scene.notes)
+    model = eomgen.build(scene, profile="quick")
+    run = model.simulate(0.5, 1e-3, v0=[1.0, -3.0])
+    assert run.success
+    np.testing.assert_allclose(run.q[:, 1], -3.0 * run.q[:, 0], atol=1e-12)
+
+
+FAULTS = [
+    ("<child>arm</child>", "<child>arms</child>", r"model\.sdf:13: child: there is no frame 'arms' in the model"),
+    ('relative_to="mount"', 'relative_to="mont"', r"sdf:9: relative_to: there is no frame 'mont' .*; try: mount"),
+    (
+        '<frame name="mount"><pose relative_to="__model__"',
+        '<frame name="mount"><pose relative_to="wrist"',
+        r"sdf:8: relative_to: the frames name one another in a circle: arm, mount, wrist, arm",
+    ),
+    ("<mass>1.5</mass>", "<mass>nan</mass>", r"sdf:10: mass: a number is needed here, not 'nan'"),
+    ("<mass>1.5</mass>", "<mass>-1.5</mass>", r"sdf:10: the mass -1.5 is negative"),
+    ('type="ball"', 'type="bal"', r"sdf:29: the joint type 'bal' is not known; try: ball"),
+    ('name="rail" type', 'nam="rail" type', r"sdf:19: the joint has no name"),
+    ("0.4 0 0 0 0.5 0", "0.4 0 0 0 0.5", r"sdf:16: pose: 6 numbers are needed here"),
+    ("<xyz>1 0 0.2</xyz>", "<xyz>0 0 0</xyz>", r"sdf:19: the axis of the joint 'rail' has no direction"),
+    ('version="1.10"', 'version="2.0"', r"sdf:2: version '2\.0' of SDF is not read"),
+    ('name="screw"', 'name="rail"', r"sdf:26: the name 'rail' is there twice"),
+    ('expressed_in="mount"', 'expressed_in="nowhere"', r"sdf:15: expressed_in: there is no frame 'nowhere'"),
+    ("</model>", "<include><uri>model://none</uri></include></model>", r"sdf:30: 'model://none' cannot be read"),
+    ('degrees="true"', 'degrees="yes"', r"sdf:5: degrees: true or false is needed here"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message"), FAULTS, ids=range(len(FAULTS)))
+def test_faults_have_file_line_and_remedy(old: str, new: str, message: str, file: Path) -> None:
+    assert old in TEXT
+    file.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(eomgen.DescriptionError, match=message):
+        load(file)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "note"),
+    [
+        (
+            "<damping>1.5</damping>",
+            "<dampin>1.5</dampin>",
+            "not read: elements <dampin> of <dynamics> (is damping meant?)",
+        ),
+        ("<damping>1.5</damping>", "<friction>1.5</friction>", "not modelled: dry friction (1: rail)"),
+        ("</model>", '<plugin name="a" filename="b"/></model>', "not modelled: <plugin> (1: features)"),
+    ],
+)
+def test_no_part_of_a_file_passes_unread(old: str, new: str, note: str, file: Path) -> None:
+    file.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
+    assert any(said.startswith(note) for said in load(file).notes)
+    with pytest.raises(eomgen.DescriptionError, match=r"try: no --strict"):
+        load(file, strict=True)
+
+
+def test_the_command_line_takes_sdf(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file.write_text(GEARS, encoding="utf-8")
+    assert main(["info", str(file), "--json"]) == 0
+    assert '"gears"' in capsys.readouterr().out
+    file.write_text('<sdf version="1.7"/>', encoding="utf-8")
+    assert main(["info", str(file)]) == 3
+    assert 'model.sdf:1: the file has no <model>; try: <model name="...">' in capsys.readouterr().err
