@@ -33,7 +33,10 @@ def bad(param: click.Parameter, given: str) -> click.BadParameter:
         (click.NoSuchOption("--quiet"), f"2> /dev/null, since only results go to stdout{LISTED}"),
         (click.NoSuchOption("--stepp", possibilities=["--step", "--set"]), f"--step{LISTED}"),
         (click.NoSuchOption("--zzz"), f"{PATH} --help"),
-        (click.MissingParameter(param=click.Argument(["scene"])), f"the path of a .toml, .urdf, .xml or .sdf file{LISTED}"),
+        (
+            click.MissingParameter(param=click.Argument(["scene"])),
+            f"the path of a .toml, .urdf, .xml or .sdf file{LISTED}",
+        ),
         (click.MissingParameter(param=click.Option(["--folder"])), f"--out results{LISTED}"),
         (click.MissingParameter(param=click.Argument(["other"])), f"{PATH} --help"),
         (bad(STRUCTURE, "World"), f"--root fixed{LISTED}"),

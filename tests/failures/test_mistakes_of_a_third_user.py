@@ -136,7 +136,9 @@ def test_a_scene_without_its_ending(tmp_path: Path) -> None:
     (tmp_path / "arm.toml").write_text(SCENE, encoding="utf-8")
     text = refused(lambda: eomgen.load(tmp_path / "arm"))
     assert text.endswith(f"arm' is not a kind of file that can be read; try: {tmp_path}/arm.toml"), text
-    assert refused(lambda: eomgen.load("")).endswith("try: a .toml scene, a .urdf file or an .xml file of MuJoCo")
+    assert refused(lambda: eomgen.load("")).endswith(
+        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file"
+    )
 
 
 RUN = "--out o --no-plots"

@@ -97,7 +97,7 @@ def test_a_gearbox_couples_the_angles_by_its_ratio(file: Path) -> None:
     scene = load(file)
     assert "links without <inertial> have 1 kg and 1 kg m^2, as SDF says: base, pinion, wheel" in " ".join(scene.notes)
     model = eomgen.build(scene, profile="quick")
-    run = model.simulate(0.5, 1e-3, v0=[1.0, -3.0])
+    run = model.simulate(0.5, 1e-3, initial={"v": [1.0, -3.0]})
     assert run.success
     np.testing.assert_allclose(run.q[:, 1], -3.0 * run.q[:, 0], atol=1e-12)
 

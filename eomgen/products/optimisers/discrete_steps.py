@@ -416,18 +416,24 @@ def chain_of(program: Program, functions: Sequence[Exported], method: str | None
         form = int(rows > 0) + int(holonomic > 0)
         needed, fits, record = _IMPLICIT[form], not holonomic or getattr(made, "form", "") == "stabilised", _alpha
     else:
-        why = _NO_STEP.get(made.family, _ADAPTIVE if made.chooses_steps else "")
-        fault = f"steps of {name} have no derivatives in C" + (f": {why}" if why else "")
-        raise UsageError(Problem("method", fault, default_method(program)))
+        needed, fits, record = (), False, _alpha
     if not fits:
-        kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
-        fault = f"steps of {name} have no derivatives in C for scenes with {kind}"
+        fault = f"steps of {name} have no derivatives in C{_reason(made, bool(needed), rows, holonomic)}"
         raise UsageError(Problem("method", fault, default_method(program)))
     by_name = {function.name: function for function in functions}
     terms = tuple(term for term in needed if term != "internal_rate" or program.sizes["z"])
     if reason or any(term not in by_name for term in terms):
         return None
     return record(program, {term: by_name[term] for term in terms}, made, along)
+
+
+def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
+    """Return why no step of a method is recorded, as the end of a message."""
+    if recorded:  # for scenes of another kind
+        kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
+        return f" for scenes with {kind}"
+    why = _NO_STEP.get(method.family, _ADAPTIVE if method.chooses_steps else "")
+    return f": {why}" if why else ""
 
 
 _Functions = Mapping[str, Exported]
@@ -486,7 +492,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     share, rate_share = step.alpha_m - step.alpha_f, (step.rate_alpha_m - step.alpha_f) if nz else 0.0
     stages = _STAGES if share or rate_share else _STAGES[:1]
     unknowns = {f"{name}_{k}": size for k in range(len(stages)) for name, size in (("a", nv), ("lam", rows)) if rows}
-    unknowns |= {f"z_{k}": nz for k in range(1, len(stages))}
+    unknowns |= {f"z_{k}": nz for k in range(1, len(stages)) if nz}
     weighed = _components_of_positions(program, functions) if holonomic else []
     unknowns |= {"vdot": nv, "lam": rows, "z": nz, "eta": holonomic, "shift": len(weighed)}
     chain = Chain(program, functions, method.title(constrained=bool(rows)), along, unknowns)
@@ -497,11 +503,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     for k, part in enumerate(stages):
         state = {"q": chain.q, "v": chain.v, "z": chain.z, "t": chain.time(part)}
         if part:
-            if nz:
-                state["z"] = _predicted_states(chain, first, chain.unknowns[f"z_{k}"], part)
-            vdot = accelerations[0]
-            moved = chain.sum(Term(part, chain.v, 1), Term(0.5 * part * part, vdot, 2))
-            state |= {"q": chain.updated(chain.q, moved), "v": chain.sum(Term(1.0, chain.v), Term(part, vdot, 1))}
+            state |= _predicted(chain, first, k, part)
         if rows:
             state |= {"a": chain.unknowns[f"a_{k}"], "lam": chain.unknowns[f"lam_{k}"]}
             chain.equations += [chain.call("residual", **state), chain.call("constraint_acceleration", **state)]
@@ -529,15 +531,31 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
         chain.equations += [chain.call("constraint", **state)] if holonomic else []
         chain.equations.append(chain.call("constraint_velocity", **state))
     if nz:
-        m, gamma, end = step.rate_alpha_m, step.rate_gamma, chain.rate_of_states(**state)
-        of_start = 1.0 - gamma - gamma * m / (1.0 - m)  # of the algorithmic rate at the start
-        terms = [Term(of_start + gamma * f / (1.0 - m), rates[0], 1), Term(gamma * (1.0 - f) / (1.0 - m), end, 1)]
-        if rate_share:
-            slope = zip(_SLOPE, rates, strict=True)
-            terms += [Term(of_start * rate_share * weight, rate, 1) for weight, rate in slope]
-        chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, state["z"]), *terms))
+        _add_rates(chain, step, rates, rate_share, state)
     chain.ends_with(state["q"], v, [Term(1.0, state["z"])])
     return chain
+
+
+def _add_rates(
+    chain: Chain, step: LinearStep, rates: Sequence[Slot], rate_share: float, end: Mapping[str, Slot]
+) -> None:
+    """Add the equations of internal states at the end of a step of generalized-alpha."""
+    m, f, gamma = step.rate_alpha_m, step.alpha_f, step.rate_gamma
+    of_start = 1.0 - gamma - gamma * m / (1.0 - m)  # of the algorithmic rate at the start
+    rate = chain.rate_of_states(**end)
+    terms = [Term(of_start + gamma * f / (1.0 - m), rates[0], 1), Term(gamma * (1.0 - f) / (1.0 - m), rate, 1)]
+    if rate_share:
+        slope = zip(_SLOPE, rates, strict=True)
+        terms += [Term(of_start * rate_share * weight, one, 1) for weight, one in slope]
+    chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, end["z"]), *terms))
+
+
+def _predicted(chain: Chain, start: Mapping[str, Slot], k: int, part: float) -> dict[str, Slot]:
+    """Return the state a part of the step after the start, with the accelerations of the start."""
+    moved = chain.sum(Term(part, chain.v, 1), Term(0.5 * part * part, start["a"], 2))
+    state = {"q": chain.updated(chain.q, moved), "v": chain.sum(Term(1.0, chain.v), Term(part, start["a"], 1))}
+    z = f"z_{k}"
+    return state | ({"z": _predicted_states(chain, start, chain.unknowns[z], part)} if z in chain.unknowns else {})
 
 
 def _predicted_states(chain: Chain, start: Mapping[str, Slot], z: Slot, part: float) -> Slot:

@@ -15,14 +15,14 @@ FAILURES = [
         "A folder in the place of a file",
         2,
         "usage error: '.' is not a kind of file that can be read; "
-        "try: a .toml scene, a .urdf file or an .xml file of MuJoCo",
+        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file",
         command="info .",
     ),
     Failure(
         "A file of unknown kind",
         2,
         "usage error: 'scene.yaml' is not a kind of file that can be read; "
-        "try: a .toml scene, a .urdf file or an .xml file of MuJoCo",
+        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file",
         command="info scene.yaml",
         files={"scene.yaml": "name: arm\n"},
     ),

@@ -30,7 +30,7 @@ from eomgen.scene.sources.sdf.joints import (
     stops_of,
 )
 from eomgen.scene.sources.sdf.reading import SdfReader
-from eomgen.scene.sources.sdf.tree import Edge, Step, tree_of
+from eomgen.scene.sources.sdf.tree import Edge, Step, Tree, tree_of
 from eomgen.scene.sources.source import ConvertedScene, OptionError
 from eomgen.scene.sources.urdf.conversion import body_entry, turns_of
 from eomgen.scene.sources.urdf.reading import legal_name
@@ -182,16 +182,7 @@ class _Converter:
         roots = {link: self.frames.link(link[0][:1], MODEL_FRAME) for link in moving}
         gears = [edge for edge in self.edges if edge.joint.gear is not None]
         tree = tree_of(moving, [edge for edge in self.edges if edge.joint.gear is None], roots)
-        for link in self.static:
-            self.rest(link)
-        for start, steps in tree.walks.items():
-            if start != WORLD_NODE:
-                self.free_link(start)
-            for step in steps:
-                self.step(step)
-        self.add_frames()
-        for edge in tree.loops:
-            self.close(edge)
+        self.place_links(tree)
         for name, inertias in self.parts.items():
             if name != BASE:
                 self.draft.data["bodies"][name] |= body_entry(combined(inertias))
@@ -204,6 +195,19 @@ class _Converter:
         self.add_shapes()
         if not self.draft.data["frames"]:
             del self.draft.data["frames"]
+
+    def place_links(self, tree: Tree) -> None:
+        """Add the links and their joints, frames, and the joints that close loops."""
+        for link in self.static:
+            self.rest(link)
+        for start, steps in tree.walks.items():
+            if start != WORLD_NODE:
+                self.free_link(start)
+            for step in steps:
+                self.step(step)
+        self.add_frames()
+        for edge in tree.loops:
+            self.close(edge)
 
     def add_part(self, node: Node) -> None:
         """Add mass properties, and the force by which gravity does not pull a link."""

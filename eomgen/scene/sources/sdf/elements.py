@@ -1,6 +1,6 @@
 """The content of an SDF file as data: models with links, joints, frames and models within them.
 
-The format is the Simulation Description Format, http://sdformat.org/spec, versions 1.7 to 1.12. Names are taken from the
+The format is the Simulation Description Format, http://sdformat.org/spec, versions 1.7 to 1.12. Names are as in the
 file; poses are as written, in the frames that they name.
 """
 

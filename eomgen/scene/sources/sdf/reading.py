@@ -49,7 +49,7 @@ WORLD_GRAVITY = (0.0, 0.0, -9.8)
 
 
 class SdfReader:
-    """Reads an SDF file, and those that it includes.
+    """Reads an SDF file and the files that it includes.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ class _FileReader:
         return result
 
     def link(self, element: Element) -> SdfLink:
-        """Return a link; one without mass properties has those that the format says: 1 kg and 1 kg m^2."""
+        """Return a link; without mass properties in the file 1 kg and 1 kg m^2, as the format says."""
         name, values = element.get("name"), self.values
         inertia = self.inertia(element, name)
         if values.flag(element, "kinematic", default=False):

@@ -2,7 +2,7 @@
 links that move freely.
 
 The format has no tree: joints connect links in any way, and a link that no joint holds is free. Here joints are taken
-one after another, fixed ones first, then those with forces of their own, and each that would close a loop becomes a
+one after another, fixed ones first, then joints with forces of their own, and each that would close a loop becomes a
 constraint. A joint whose child carries its parent is turned around.
 """
 

@@ -70,7 +70,7 @@ class VisualReader:
 
 @dataclass(frozen=True)
 class _Folders:
-    """Where files of meshes are looked for: the folder of the file that names them, and folders of packages."""
+    """Folders of files of meshes: the folder of the file that names them, and folders of packages."""
 
     home: Path
     folder: Path
