@@ -492,7 +492,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     share, rate_share = step.alpha_m - step.alpha_f, (step.rate_alpha_m - step.alpha_f) if nz else 0.0
     stages = _STAGES if share or rate_share else _STAGES[:1]
     unknowns = {f"{name}_{k}": size for k in range(len(stages)) for name, size in (("a", nv), ("lam", rows)) if rows}
-    unknowns |= {f"z_{k}": nz for k in range(1, len(stages)) if nz}
+    unknowns |= {f"z_{k}": nz for k in range(1, len(stages))}
     weighed = _components_of_positions(program, functions) if holonomic else []
     unknowns |= {"vdot": nv, "lam": rows, "z": nz, "eta": holonomic, "shift": len(weighed)}
     chain = Chain(program, functions, method.title(constrained=bool(rows)), along, unknowns)
@@ -554,8 +554,7 @@ def _predicted(chain: Chain, start: Mapping[str, Slot], k: int, part: float) -> 
     """Return the state a part of the step after the start, with the accelerations of the start."""
     moved = chain.sum(Term(part, chain.v, 1), Term(0.5 * part * part, start["a"], 2))
     state = {"q": chain.updated(chain.q, moved), "v": chain.sum(Term(1.0, chain.v), Term(part, start["a"], 1))}
-    z = f"z_{k}"
-    return state | ({"z": _predicted_states(chain, start, chain.unknowns[z], part)} if z in chain.unknowns else {})
+    return state | ({"z": _predicted_states(chain, start, chain.unknowns[f"z_{k}"], part)} if chain.nz else {})
 
 
 def _predicted_states(chain: Chain, start: Mapping[str, Slot], z: Slot, part: float) -> Slot:
