@@ -151,3 +151,9 @@ def test_refusals(tmp_path: Path) -> None:
     for call, text in cases:
         with pytest.raises(eomgen.UsageError, match=text):
             call()
+
+
+def test_constraints_are_unknown_to_a_second_reader(tmp_path: Path) -> None:
+    held = ALIKE.replace("</worldbody>", '</worldbody><equality><connect body1="rod" anchor="0 0 -0.4"/></equality>')
+    comparison = eomgen.compare(written(tmp_path / "held.xml", held), reader="mujoco")
+    assert comparison.equal and not comparison.differences

@@ -363,7 +363,9 @@ def equal(mine: float | str, theirs: float | str, tolerance: float) -> bool:
 
 
 def _loops(pairing: Pairing) -> Iterator[Difference]:
-    """Yield differences of constraints: by name, then by the joined links."""
+    """Yield differences of constraints: by name, then by the joined links; none if a reader has no constraints."""
+    if pairing.first.loops is None or pairing.second.loops is None:
+        return
     rest = {loop.name: loop for loop in pairing.second.loops}
     pairs: list[tuple[Loop, Loop | None]] = []
     for loop in pairing.first.loops:

@@ -152,7 +152,8 @@ class Machine:
     ----------
     name : of the description, for messages
     gravity : (3,) m/s^2, in the axes of the base
-    links, loops : parents before children
+    links : parents before children
+    loops : constraints; None if unknown to the reader
     parts : further parts by name: force elements, internal states, controllers, the motion of the base; None
         if unknown to the reader
     driven : the parts whose forces follow from inputs
@@ -165,7 +166,7 @@ class Machine:
     name: str
     gravity: Array
     links: tuple[Link, ...]
-    loops: tuple[Loop, ...]
+    loops: tuple[Loop, ...] | None
     inputs: tuple[str, ...]
     place: Callable[[str], str]
     forces: Callable[[Motion], Forces]

@@ -98,7 +98,7 @@ def read_mujoco(path: Path) -> Machine:
     )
     gravity = np.array(model.opt.gravity)
     evaluated = _MujocoEquations(mujoco, model, [joint for joint, *_ in links])
-    return Machine(f"{path.name} by MuJoCo", gravity, made, (), (), _no_loops(path.name), evaluated, None)
+    return Machine(f"{path.name} by MuJoCo", gravity, made, None, (), _no_loops(path.name), evaluated, None)
 
 
 def _at_zero(model: Any, joint: int, kind: str, rest: Placement, anchor: Array) -> Placement:
@@ -200,7 +200,7 @@ def read_pinocchio(path: Path) -> Machine:
         )
     gravity = np.array(model.gravity.linear)
     evaluated = _PinocchioEquations(pinocchio, model)
-    return Machine(f"{path.name} by Pinocchio", gravity, tuple(links), (), (), _no_loops(path.name), evaluated, None)
+    return Machine(f"{path.name} by Pinocchio", gravity, tuple(links), None, (), _no_loops(path.name), evaluated, None)
 
 
 def _pinocchio_type(name: str, joint: str, path: Path) -> str:
