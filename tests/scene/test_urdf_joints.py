@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.spatial.transform import Rotation
 
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.derive import derive
@@ -411,3 +412,67 @@ def test_a_broken_loop_joint_is_named(old: str, new: str, said: str) -> None:
     assert old in FOUR_BAR
     with pytest.raises(DescriptionError, match=re.escape(said)):
         load_urdf(FOUR_BAR.replace(old, new))
+
+
+#: The same pin as the proposed element: each end has its own axis.
+PROPOSED = (
+    FOUR_BAR[: FOUR_BAR.index("  <loop_joint")]
+    + """  <constraint name="pin" type="revolute">
+    <parent link="coupler"/><parent_origin xyz="0.4 0 0" rpy="0 0 0"/><parent_axis xyz="0 1 0"/>
+    <child link="tip"/><child_origin xyz="0 0 0" rpy="0 0 0"/><child_axis xyz="1 0 0"/>
+  </constraint>
+</robot>"""
+)
+
+
+def test_the_proposed_constraint_is_the_loop_joint_with_an_axis_of_each_end(rng: np.random.Generator) -> None:
+    scene, twin = load_urdf(PROPOSED), load_urdf(FOUR_BAR)
+    assert not [note for note in scene.notes if "constraint" in note or "not read" in note]
+    assert [(item.name, item.type) for item in scene.constraints] == [("pin", "revolute")]
+    systems = [derive(one, ["constraint_jacobian", "constraint"]) for one in (scene, twin)]
+    state = random_states(systems[0], 3, rng)
+    rows = [np.reshape(tape_evaluator(system)("constraint_jacobian", state)["B"], (3, -1, 3)) for system in systems]
+    sizes = [np.linalg.norm(tape_evaluator(system)("constraint", state)["Phi"], axis=1) for system in systems]
+    np.testing.assert_allclose(sizes[0], sizes[1], atol=1e-11)
+    for mine, theirs in zip(*rows, strict=True):
+        assert np.linalg.matrix_rank(np.vstack([mine, theirs]), 1e-9) == np.linalg.matrix_rank(theirs, 1e-9)
+
+
+def test_a_universal_constraint_keeps_its_two_axes_across_each_other(rng: np.random.Generator) -> None:
+    free = PROPOSED.replace('type="revolute">', 'type="universal">')
+    free = free.replace('child_axis xyz="1 0 0"', 'child_axis xyz="0 0 1"')
+    free = free.replace('<axis xyz="0 1 0"/></joint>', '<axis xyz="0 1 0.3"/></joint>', 1)
+    system = derive(load_urdf(free), ["constraint"])
+    state = random_states(system, 5, rng)
+    found = tape_evaluator(system)("constraint", state)["Phi"]
+    for q, violation in zip(state["q"], found, strict=True):
+        a, b, c = q
+        crank = about((0, 1, 0.3), a)
+        coupler, rocker = crank @ about((0, 1, 0), b), about((0, 1, 0), c)
+        gap = crank @ [0.2, 0, 0] + coupler @ [0.4, 0, 0] - [0.5, 0, 0] - rocker @ [0.3, 0, 0]
+        across = float((coupler @ [0.0, 1.0, 0.0]) @ (rocker @ [0.0, 0.0, 1.0]))
+        assert np.linalg.norm(violation) == pytest.approx(np.hypot(np.linalg.norm(gap), across), abs=1e-9)
+
+
+def about(axis: tuple[float, ...], angle: float) -> np.ndarray:
+    unit = np.array(axis, dtype=float) / np.linalg.norm(axis)
+    return Rotation.from_rotvec(angle * unit).as_matrix()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('type="revolute">', 'type="revolut">', "the type 'revolut' of a constraint is not known; try: revolute"),
+        (
+            '<parent link="coupler"/><parent_origin',
+            '<parent link="cupler"/><parent_origin',
+            "there is no link 'cupler'",
+        ),
+        ('<child link="tip"/><child_origin', "<child_origin", "the constraint has no <child link=...>"),
+        ('<child_axis xyz="1 0 0"/>', '<child_axis xyz="0 0 0"/>', "the child_axis of the constraint has no direction"),
+    ],
+)
+def test_a_broken_constraint_is_named(old: str, new: str, said: str) -> None:
+    assert old in PROPOSED
+    with pytest.raises(DescriptionError, match=re.escape(said)):
+        load_urdf(PROPOSED.replace(old, new))

@@ -374,13 +374,17 @@ class _Merger:
         }
 
     def close(self, loop: LoopJoint) -> None:
-        """Make a constraint of a loop joint: frames in the bodies of both links, z along the axis of the joint."""
-        along = unit_axis(loop.axis)
-        assert along is not None  # the reader refuses an axis of no length
+        """Make a constraint of a joint that closes a loop: frames in the bodies of both links, z along the axis of the
+        joint; of a universal joint the first x and the second y."""
         entry: dict[str, Any] = {"type": loop.type}
-        for side, end in (("first", loop.first), ("second", loop.second)):
+        for side, end, columns in (("first", loop.first, (2, 0, 1)), ("second", loop.second, (1, 2, 0))):
+            along = unit_axis(end.axis)
+            assert along is not None  # the reader refuses an axis of no length
+            frame_of_axis = np.array(frame_about(along))
+            if loop.type == "universal":
+                frame_of_axis = frame_of_axis[:, columns]
             place = self.places[end.link]
-            turned = snapped_rotation(place.orientation @ end.orientation @ frame_about(along))
+            turned = snapped_rotation(place.orientation @ end.orientation @ frame_of_axis)
             position = place.orientation @ end.position + place.position
             frame: dict[str, Any] = {"body": place.body, "position": position.tolist()}
             if loop.type != "spherical":

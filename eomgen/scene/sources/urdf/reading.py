@@ -108,24 +108,24 @@ class Joint:
 
 @dataclass(frozen=True)
 class LoopEnd:
-    """One end of a loop joint: a frame in a link."""
+    """One end of a joint that closes a loop: a frame in a link, and the axis of the joint in this frame."""
 
     link: str
     orientation: Array
     position: Array
+    axis: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class LoopJoint:
-    """A joint that closes a loop, as in Drake's first parser and Isaac Sim; ``axis`` is in the frames of the joint's
-    ends."""
+    """A joint that closes a loop: a ``loop_joint``, as in Drake's first parser and Isaac Sim, or a ``constraint``, as
+    proposed in pull request 264 of urdfdom."""
 
     name: str
     line: int
     type: str
     first: LoopEnd
     second: LoopEnd
-    axis: tuple[float, ...]
 
 
 #: Distance of an angle from a right angle, in rad, below which a note suggests a right angle with too few digits.
@@ -188,7 +188,7 @@ class _UrdfReader:
         self.link_names: dict[str, str] = {}
         self.joint_names: dict[str, str] = {}
         self.loop_names: dict[str, str] = {}
-        self.used: dict[str, set[str]] = {"link": set(), "joint": set(), "loop_joint": set()}
+        self.used: dict[str, set[str]] = {kind: set() for kind in ("link", "joint", "loop_joint", "constraint")}
 
     def robot(self, root: Element) -> Robot:
         self.out.name = legal_name(root.get("name") or "robot", ())
@@ -196,6 +196,7 @@ class _UrdfReader:
         visuals = VisualReader(root, _drawn_numbers, _drawn_placement)
         self.out.visuals = visuals.result
         links, joints, loops = (tuple(root.named(tag)) for tag in ("link", "joint", "loop_joint"))
+        constraints = tuple(root.named("constraint"))
         self.tell_left_over(root, "")
         for element in links:
             if name := self.name(element, "link", self.link_names):
@@ -210,6 +211,11 @@ class _UrdfReader:
         for element in loops:
             if name := self.name(element, "loop_joint", self.loop_names):
                 self.out.loops[name] = self.loop(name, element)
+                self.tell_left_over(element, name)
+        self.used["constraint"] |= self.used["loop_joint"]
+        for element in constraints:
+            if name := self.name(element, "constraint", self.loop_names):
+                self.out.loops[name] = self.constraint(name, element)
                 self.tell_left_over(element, name)
         return self.out
 
@@ -260,7 +266,13 @@ class _UrdfReader:
             else:
                 self.out.left_out.setdefault(child.tag, []).append(owner or child.get("name"))
         for child in element.read_children:
-            if element.tag == "transmission" or child.tag not in ("link", "joint", "loop_joint", *_GEOMETRY):
+            if element.tag == "transmission" or child.tag not in (
+                "link",
+                "joint",
+                "loop_joint",
+                "constraint",
+                *_GEOMETRY,
+            ):
                 self.tell_left_over(child, owner or child.get("name"))
 
     def leave_unread(self, kind: str, element: Element, owner: str) -> None:
@@ -382,24 +394,45 @@ class _UrdfReader:
         if written not in LOOP_TYPES:
             fault = f"the type {shown(written)} of a loop joint is not known"
             self.report.add_at(element.line, key, fault, nearest(written, LOOP_TYPES))
-        first, second = (self.loop_end(element, tag, key) for tag in ("link1", "link2"))
         axis = self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0))
         if not any(axis):
             self.report.add_at(element.line, key, "the axis of the loop joint has no direction", '<axis xyz="0 0 1"/>')
-        return LoopJoint(name, element.line, LOOP_TYPES.get(written, ""), first, second, axis)
+        first, second = (
+            self.loop_end("loop joint", element, tag, element.first(tag), axis, key) for tag in ("link1", "link2")
+        )
+        return LoopJoint(name, element.line, LOOP_TYPES.get(written, ""), first, second)
 
-    def loop_end(self, element: Element, tag: str, key: str) -> LoopEnd:
+    def constraint(self, name: str, element: Element) -> LoopJoint:
+        key, written = f"constraints.{name}", element.get("type")
+        types = {**LOOP_TYPES, "universal": "universal"}
+        if written not in types:
+            fault = f"the type {shown(written)} of a constraint is not known"
+            self.report.add_at(element.line, key, fault, nearest(written, types))
+        ends = []
+        for side in ("parent", "child"):
+            axis = self.numbers(element.first(f"{side}_axis"), "xyz", key, (1.0, 0.0, 0.0))
+            if not any(axis):
+                fault = f"the {side}_axis of the constraint has no direction"
+                self.report.add_at(element.line, key, fault, f'<{side}_axis xyz="0 0 1"/>')
+            origin = element.first(f"{side}_origin")
+            ends.append(self.loop_end("constraint", element, side, origin, axis, key))
+        return LoopJoint(name, element.line, types.get(written, ""), ends[0], ends[1])
+
+    def loop_end(
+        self, title: str, element: Element, tag: str, origin: Element | None, axis: tuple[float, ...], key: str
+    ) -> LoopEnd:
+        """Return an end whose link an element names, and whose place in the link an element has."""
         end = element.first(tag)
         written = end.get("link") if end else ""
         if not written:
-            self.report.add_at(element.line, key, f"the loop joint has no <{tag} link=...>", "")
+            self.report.add_at(element.line, key, f"the {title} has no <{tag} link=...>", "")
         elif written not in self.link_names:
             hint = nearest(written, self.link_names)
             self.report.add_at(end.line if end else element.line, key, f"there is no link {shown(written)}", hint)
-        roll, pitch, yaw = self.numbers(end, "rpy", key, (0.0, 0.0, 0.0))
-        position = np.array(self.numbers(end, "xyz", key, (0.0, 0.0, 0.0)))
+        roll, pitch, yaw = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
+        position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
         orientation = snapped_rotation(roll_pitch_yaw(roll, pitch, yaw))
-        return LoopEnd(self.link_names.get(written, ""), orientation, position)
+        return LoopEnd(self.link_names.get(written, ""), orientation, position, axis)
 
     def mimic(self, element: Element, key: str) -> Mimic | None:
         result = element.first("mimic")
