@@ -215,7 +215,7 @@ def test_a_controller_that_keeps_something_itself_is_not_judged_by_repeating_it(
     ("words", "piece"),
     [
         (["run", "scene.toml"], "there is no verb 'run'; try: simulate"),
-        (["scene.toml"], "try: eomgen info scene.toml, or another verb before the scene: info, generate,"),
+        (["scene.toml"], "try: eomgen info scene.toml, or another verb before the scene: info, compare, generate,"),
         (["simulate", "--out", "o"], "missing argument 'SCENE'; try: the path of a .toml, .urdf, .xml or .sdf file"),
         (["simulate", "s.toml", "--out", "o", "--dt", "1"], "try: --step; eomgen simulate --help lists all"),
         (["simulate", "s.toml", "--out", "o", "--t-end", "2 kg"], "--t-end: '2 kg' is a mass, a time in s is expected"),

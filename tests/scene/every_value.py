@@ -267,6 +267,22 @@ SCENE: dict[str, Any] = {
         "coil": {"first": "ground", "second": "end", "stiffness": 5.0, "damping": 0.1, "length": 0.4},
     },
     "torsion_springs": {"twist": {"first": "hinge", "second": "screw", "stiffness": 5.0, "damping": 0.1, "rest": 0.4}},
+    "tendons": {
+        "rope": {
+            "points": ["ground", "end", "hub"],
+            "stiffness": 5.0,
+            "damping": 0.1,
+            "length": 0.4,
+            "wraps": [
+                {
+                    "after": "ground",
+                    "shape": "cylinder",
+                    "center": {"body": "puck", "position": [0.0, 0.1, 0.0], "axis": [1.0, 0.0, 0.0]},
+                    "radius": 0.1,
+                }
+            ],
+        }
+    },
     "bushings": {
         "mount": {
             "first": _AT,
