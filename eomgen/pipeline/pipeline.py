@@ -65,7 +65,7 @@ def load(
     task_frames: Sequence[str] = (),
     **options: Any,
 ) -> Scene:
-    """Read a scene from a ``.toml`` or ``.urdf`` file or an ``.xml`` file of MuJoCo, or from the data of a scene file.
+    """Read a scene from a ``.toml``, ``.urdf`` or ``.sdf`` file or an ``.xml`` file of MuJoCo, or from its data.
 
     Parameters
     ----------
@@ -86,6 +86,9 @@ def load(
         ``transmissions``, to make the efforts of actuators inputs, which transmissions carry to the joints;
         ``tunable``, links whose mass, centre of mass and inertia become tunable parameters.
         For MJCF: ``keyframe``, the start; ``limits`` and ``friction``.
+        For SDF: ``weld``, links and frames that are fixed to the base at their places; ``packages``, folders of
+        packages and models that the file names, each as ``NAME=FOLDER``; ``lock``, ``limits``, ``friction`` and
+        ``actuated``.
 
     Returns
     -------

@@ -276,7 +276,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"missing\.toml': cannot be read: No such file or directory"):
         load(tmp_path / "missing.toml")
     with pytest.raises(
-        UsageError, match=r"is not a kind of file that can be read; try: a \.toml scene, a \.urdf file or an"
+        UsageError, match=r"is not a kind of file that can be read; try: a \.toml scene, a \.urdf file, an"
     ):
         load(tmp_path / "scene.json")
     with pytest.raises(UsageError, match="xacro first"):
