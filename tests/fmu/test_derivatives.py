@@ -161,7 +161,7 @@ CASES = [(name, version) for name in (*SCENES, *ABSOLUTE, "gimbal") for version 
 
 
 @pytest.mark.slow_except(*(f"{name}-3" for name in QUICK))
-@pytest.mark.long_cases(*(f"{name}-2" for name in LARGE))
+@pytest.mark.long_cases("cable_net-3", *(f"{name}-2" for name in LARGE))
 @pytest.mark.parametrize(("name", "version"), CASES, ids=[f"{name}-{version}" for name, version in CASES])
 def test_derivatives_are_those_of_complex_steps(
     name: str, version: int, unit_of: Any, rng: np.random.Generator

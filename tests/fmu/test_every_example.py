@@ -74,7 +74,7 @@ def test_validators_have_no_findings(name: str, version: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("2-hanging_chain/scene.toml", "2-misaligned_four_bar/scene.toml")
+@pytest.mark.long_cases("2-hanging_chain/scene.toml", "2-misaligned_four_bar/scene.toml", "3-cable_net/scene.toml")
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("version", [2, 3])
 def test_co_simulation_has_the_bits_of_simulate(name: str, version: int) -> None:
