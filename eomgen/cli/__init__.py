@@ -157,6 +157,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if "--debug" in words:
             traceback.print_exc()
+        if isinstance(error.__cause__, KeyboardInterrupt):  # Python 3.11 wraps a Ctrl-C while a class is made
+            click.echo("interrupted", err=True)
+            return INTERRUPTED
         click.echo(
             f"internal error: {type(error).__name__}: {error}; this is a fault of {_author(words)}; try: the same with"
             " --debug",

@@ -351,6 +351,19 @@ def test_a_fault_of_ours_is_called_one(
     assert message == "internal error: KeyError: 'lost'; this is a fault of eomgen; try: the same with --debug\n"
 
 
+def test_ctrl_c_while_a_class_is_made_is_an_interruption(
+    scene_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from eomgen.pipeline import pipeline
+
+    def broken(*_: object, **__: object) -> None:
+        raise RuntimeError("Error calling __set_name__") from KeyboardInterrupt()
+
+    monkeypatch.setattr(pipeline, "load_scene", broken)
+    code, _, message = _run(["info", str(scene_file)], capsys)
+    assert (code, message) == (130, "interrupted\n")
+
+
 def test_ctrl_c_while_parts_are_imported_leaves_no_traceback(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
