@@ -211,7 +211,7 @@ GUIDES = (
     "choosing", "urdf_robots", "statics", "identification", "ensembles", "clusters", "random_vibration", "waves",
     "hamiltonian", "fields", "optimisers", "fmu", "live", "compilers", "extending",
 )  # fmt: skip  # a list of words
-EVIDENCE = ("accuracy", "orders", "extremes", "benchmarks")
+EVIDENCE = ("verification", "accuracy", "orders", "extremes", "benchmarks")
 THEORY = ("equations", "equilibria", "time_integration", "derivatives_of_runs", "generated_code")
 TUTORIALS: tuple[str, ...] = ("pendulum", "active_vehicle", "four_bar")
 PROJECT = ("support", "architecture", "modules")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from tests.anchors import anchor
 from tests.models.cache import shared_cache
 from tests.oracles.elastic_pendulum import MIDDLE, TIMES, TIP
 
@@ -31,6 +32,7 @@ def distances(path: Path) -> tuple[float, float, eomgen.Solution]:
 def test_it_swings_as_geometrically_exact_beams_do_and_keeps_its_energy() -> None:
     tip, middle, run = distances(SCENE)
     assert tip < 3e-4 and middle < 4e-4
+    anchor("elastic_pendulum").check(run.outputs["tip"][[2000, 4000]])
     kinetic = run.energy["kinetic"].max()
     assert np.ptp(run.outputs["energy"]) < 1e-6 * kinetic
 

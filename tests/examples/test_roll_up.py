@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from tests.anchors import anchor
 
 strip: Any = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[2] / "examples" / "roll_up" / "roll_up.py")))
 
@@ -23,6 +24,7 @@ def test_ends_of_circles_meet(elements: int, turns: float) -> None:
     model = eomgen.build(strip.scene(elements), profile="quick")
     q = strip.at_rest(model, turns)
     assert np.linalg.norm(strip.end_of(model, q)) < 1e-9 * strip.LENGTH
+    anchor("roll_up").check(strip.end_of(model, q)[0] - strip.LENGTH)
     loads = model.section_loads(q)["strip"]
     curvature = -2.0 * math.pi * turns / strip.LENGTH
     np.testing.assert_allclose(loads.curvature, np.tile([0.0, curvature, 0.0], (elements, 1)), atol=1e-9)

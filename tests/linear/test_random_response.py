@@ -16,6 +16,7 @@ from eomgen.errors import ModelError, UsageError
 from eomgen.linear.modes import Modes
 from eomgen.linear.random_response import _places
 from eomgen.spectra import InputSpectrum, Road, RoadExcitation, weighting_response
+from tests.anchors import anchor
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -176,6 +177,8 @@ def test_weightings_are_those_of_the_printed_table() -> None:
         for nominal, factor in factors.items():
             exact = 10.0 ** (round(10.0 * math.log10(nominal)) / 10.0)
             assert abs(weighting_response(name, exact)) == pytest.approx(factor / 1000.0, rel=0.02)
+    frequencies = 10.0 ** (np.array([0, 6, 9, 12, 19]) / 10.0)  # the exact centres of third octaves
+    anchor("whole_body_weighting").check(np.abs([weighting_response("Wk", f) for f in frequencies]))
     with pytest.raises(UsageError, match="there is no weighting 'Wz'; try: Wk: vertical, of a seat or the floor; Wd:"):
         weighting_response("Wz", 1.0)
 

@@ -9,17 +9,21 @@ import numpy as np
 import pytest
 
 import eomgen
+from tests.anchors import anchor
 
 #: Rate, offset of the clamp over the length, flapwise and lagwise frequencies, all by sqrt(rho A L^4 / E I).
 TABLE = [
     (0, 0, (3.51602, 22.03449), (3.51602, 22.03449)),
     (2, 0, (4.13732, 22.61492), (3.62180, 22.52631)),
-    (6, 0, (7.36037, 26.80908), (4.26323, 26.12904)),
-    (12, 0, (13.17015, 37.60311), (5.42705, 35.63698)),
+    (6, 0, *anchor("rotating_beam_6").reference.reshape(2, 2)),
+    (12, 0, *anchor("rotating_beam_12").reference.reshape(2, 2)),
     (2, 1, (4.83369, 23.36604), (4.40052, 23.28029)),
     (6, 1, (10.44387, 32.02724), (8.54835, 31.46020)),
-    (12, 1, (19.72154, 51.07013), (15.65053, 49.64029)),
+    (12, 1, *anchor("rotating_beam_12_on_hub").reference.reshape(2, 2)),
 ]
+
+#: Anchor cases by rate and offset.
+ANCHORS = {(6, 0): "rotating_beam_6", (12, 0): "rotating_beam_12", (12, 1): "rotating_beam_12_on_hub"}
 
 
 @cache
@@ -41,8 +45,10 @@ def test_frequencies(rate: int, offset: int, flap: tuple[float, float], lag: tup
     assert lin.reference.what == ("steady motion" if rate else "equilibrium")
     np.testing.assert_allclose(lin.reference.q, 0.0, atol=1e-12)
     frequencies = lin.modes().angular_frequency
-    for wanted in (*flap, *lag):
-        assert np.min(np.abs(frequencies - wanted)) <= 7e-6  # five decimals are printed
+    nearest = [frequencies[np.argmin(np.abs(frequencies - wanted))] for wanted in (*flap, *lag)]
+    np.testing.assert_allclose(nearest, (*flap, *lag), rtol=0, atol=7e-6)  # five decimals are printed
+    if case := ANCHORS.get((rate, offset)):
+        anchor(case).check(nearest)
 
 
 @pytest.mark.slow

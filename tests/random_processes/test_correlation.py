@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from eomgen.products.reliability.random_processes import nearest_correlation
+from tests.anchors import anchor
 
 
 def test_the_nearest_correlation_matrix_of_higham() -> None:
     """Higham (2002), sections 1 and 4: the 3 by 3 example, and the tridiagonal one, as of NAG's g02aa."""
     found = nearest_correlation(np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]]))
-    np.testing.assert_allclose(found[0], [1.0, 0.7607, 0.1573], atol=5e-5)
+    anchor("nearest_correlation").check(found[0])
     second = np.eye(4) * 2.0 - np.eye(4, k=1) - np.eye(4, k=-1)
-    np.testing.assert_allclose(nearest_correlation(second)[0], [1.0, -0.8084, 0.1916, 0.1068], atol=5e-5)
+    anchor("nearest_correlation_tridiagonal").check(nearest_correlation(second)[0])
 
 
 def test_what_is_found_is_a_correlation_matrix_and_no_other_is_nearer() -> None:
