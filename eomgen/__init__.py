@@ -113,8 +113,9 @@ sys.meta_path.append(_PublicModules)
 def __getattr__(name: str) -> object:
     if name in _HOMES:
         from eomgen.base.data import without_garbage_collection  # noqa: PLC0415  # for public names
+        from eomgen.base.threads import calm_imports  # noqa: PLC0415
 
-        with without_garbage_collection():
+        with without_garbage_collection(), calm_imports():
             value = getattr(import_module(_HOMES[name]), name)
     elif name in _MODULES:
         value = import_module(f"{__name__}.{name}")

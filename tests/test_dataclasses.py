@@ -136,6 +136,76 @@ def test_each_first_question_has_the_answer_of_the_standard_library(
         assert answer(own) == answer(expected), f"{name}, asked again"
 
 
+CALLS: dict[str, tuple[tuple[Any, ...], dict[str, Any]]] = {
+    "by position": ((1, ("a",), {"b": 2}, 4), {}),
+    "by name": ((), {"hidden": 5, "x": 1}),
+    "both": ((1, ("a",)), {"more": {"c": 1}}),
+    "defaults": ((1,), {}),
+    "missing": ((), {"names": ("a",)}),
+    "twice": ((1,), {"x": 2}),
+    "unknown": ((1,), {"z": 2}),
+    "too many": ((1, (), {}, 3, 4, 5), {}),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+@pytest.mark.parametrize("made", [plain, derived, with_own_constructor])
+@pytest.mark.parametrize("frozen", [True, False])
+def test_instances_before_and_after_the_compilation_of_a_constructor_are_equal(
+    made: Callable[..., type], frozen: bool, call: str
+) -> None:
+    values, named = CALLS[call]
+
+    def asked(kind: Any) -> str:
+        return answer(lambda: list(vars(kind(*values, **named)).items()))
+
+    own, expected = (made(decorator, frozen=frozen) for decorator in (data.dataclass, dataclasses.dataclass))
+    first = asked(own)
+    dataclasses.fields(own)
+    assert first == asked(own) == asked(expected)
+
+
+def test_a_class_with_many_instances_gets_its_constructor_and_one_with_few_does_not() -> None:
+    kind: Any = plain(data.dataclass, frozen=True)
+    made = [kind(number) for number in range(data._MOST_FILLED)]
+    assert isinstance(vars(kind)["__init__"], data._DeferredAttribute)
+    made.append(kind(data._MOST_FILLED))
+    assert not isinstance(vars(kind)["__init__"], data._DeferredAttribute)
+    assert [item.x for item in made] == list(range(data._MOST_FILLED + 1))
+    assert made[0].more is not made[1].more
+
+
+def test_a_class_that_watches_its_attributes_is_filled_by_its_constructor() -> None:
+    seen = []
+
+    @data.dataclass
+    class Watching:
+        x: int
+
+        def __setattr__(self, name: str, value: object) -> None:
+            seen.append((name, value))
+            super().__setattr__(name, value)
+
+    assert vars(Watching(3)) == {"x": 3}
+    assert seen == [("x", 3)]
+
+
+def test_a_fault_in_a_class_is_an_error_at_its_first_instance() -> None:
+    @data.dataclass
+    class Unordered:
+        x: int = 1
+        y: int  # type: ignore[misc]  # the fault
+
+    @data.dataclass
+    class Shared:
+        x: list[int] = []  # noqa: RUF012  # the fault
+
+    with pytest.raises(TypeError, match="non-default argument 'y' follows default argument"):
+        Unordered(1, 2)
+    with pytest.raises(ValueError, match="mutable default"):
+        Shared()
+
+
 @data.dataclass(frozen=True)
 class Sent:
     """Point of a module, so that it can be pickled."""

@@ -399,10 +399,16 @@ ORDER: dict[str, tuple[str, ...]] = {
 #: Imports within functions, by importing room or module: what is imported, and why it waits. No others are allowed.
 LATE: dict[str, dict[str, str]] = {
     "__main__": {"cli": "Ctrl-C while it is imported leaves no traceback"},
-    "solvers.consistency": {"solvers.strain_energy": "SciPy; few loops strain their beams"},
+    "solvers.consistency": {
+        "solvers.strain_energy": "SciPy; few loops strain their beams",
+        "solvers.rigid_beams": "few models have exact beams",
+    },
+    "solvers.constraint_rows": {"solvers.sparse_rows": "rows of large systems alone are sparse"},
+    "compiled.beams": {"solvers": "few models have exact beams"},
     "eomgen": {
         "base.calls": "for a mistake only",
         "base.data": "for public names; the package alone is imported in no time",
+        "base.threads": "likewise",
         "base.products": "the core needs no product; most imports are of files",
     },
     "integrators.families.generalized_alpha": {

@@ -3,7 +3,8 @@ small matrices.
 
 OpenBLAS, which NumPy and SciPy bring along, wakes a thread for each processor for matrices from some tens of rows on,
 and threads that wait for the next matrix stay busy. So analyses of models with some hundred velocities take several
-times as long on a machine with other work, and no less on an idle one.
+times as long on a machine with other work, and no less on an idle one. The import of NumPy takes twice as long: its
+threads wait for a first matrix meanwhile.
 """
 
 from __future__ import annotations
@@ -72,6 +73,29 @@ def share(call: Callable[[int, int], None], pieces: Iterable[tuple[int, int]], t
         other.join()
     if failures:
         raise failures[0]
+
+
+@contextlib.contextmanager
+def variables(**values: str) -> Iterator[None]:
+    """Set variables of the environment within the block: for libraries that read them when they are loaded.
+
+    Variables of the user stay as they are, and all do while other threads run, which might start processes or read
+    the environment.
+    """
+    alone = threading.active_count() == 1
+    added = {name: value for name, value in values.items() if alone and name not in os.environ}
+    os.environ.update(added)
+    try:
+        yield
+    finally:
+        for name in added:
+            os.environ.pop(name, None)
+
+
+def calm_imports() -> contextlib.AbstractContextManager[None]:
+    """Return a context in which an OpenBLAS that is loaded has threads that wait busily for 2^20 cycles, 0.4 ms, and
+    not for 2^26, 27 ms, before they sleep."""
+    return contextlib.nullcontext() if "numpy" in sys.modules else variables(OPENBLAS_THREAD_TIMEOUT="20")
 
 
 #: Velocities of a model up to which the model's matrices are small.

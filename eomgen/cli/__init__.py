@@ -16,6 +16,7 @@ from typing import TextIO
 import click
 
 from eomgen.base.extensions import distribution
+from eomgen.base.threads import calm_imports
 from eomgen.base.verbs import Verb, others, own
 from eomgen.base.version import __version__
 from eomgen.cli.options import debug_option
@@ -37,7 +38,10 @@ class _Verbs(click.Group):
         verb = _verb_named(cmd_name)
         if verb is None:
             return None
-        command: click.Command = verb.imported(verb.command, lambda it: isinstance(it, click.Command), "click.Command")
+        with calm_imports():
+            command: click.Command = verb.imported(
+                verb.command, lambda it: isinstance(it, click.Command), "click.Command"
+            )
         return command
 
     def resolve_command(

@@ -18,7 +18,6 @@ from eomgen.compiled.terms import ExtensibleModel, Inputs, Parameters, States
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.solvers.beams import Beams, beams_of
-from eomgen.solvers.rigid_beams import RigidBeams
 from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES
 
@@ -83,6 +82,8 @@ def placed_nodes(
     shapes, beams = beams_at(model, 0.0, model.parameter_array()), beams_at(model, 0.0, p)
     if shapes is None or beams is None:
         return after
+    from eomgen.solvers.rigid_beams import RigidBeams  # noqa: PLC0415  # few models have exact beams
+
     rigid = RigidBeams(shapes, model.factors, np.array([unit == "rad/s" for unit in model.v_units]), before[0])
     at_start = rigid.velocities(before[0], before[1][np.newaxis])[0]
     rigid = rigid.of(beams)

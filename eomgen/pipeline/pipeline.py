@@ -440,7 +440,8 @@ def build(
     (3, ('rocker_pin: origins meet along x', 'rocker_pin: origins meet along y'))
     """
     _check_terms(terms)
-    stored = record_of(scene) or stored_scene(scene, _DEFAULTS)
+    with without_garbage_collection():
+        stored = record_of(scene) or stored_scene(scene, _DEFAULTS)
     other = None if stored else other_document(scene, {"terms": terms, "real": real not in (None, "double")})
     if other is not None:
         return cast("Model", other[0].build(other[1], method, profile))

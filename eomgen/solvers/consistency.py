@@ -33,9 +33,9 @@ from eomgen.solvers.constraint_rows import (
     RowsInMetric,
     long_lever,
 )
-from eomgen.solvers.rigid_beams import RigidBeams
 
 if TYPE_CHECKING:
+    from eomgen.solvers.rigid_beams import RigidBeams
     from eomgen.solvers.strain_energy import Strains
 
 
@@ -147,6 +147,8 @@ def _with_beams(
     shapes of the beams in the guess; configuration, by corrections of least kinetic size if neither way closes the
     loops; strain of the beams, or None; number of corrections
     """
+    from eomgen.solvers.rigid_beams import RigidBeams  # noqa: PLC0415  # few models have exact beams
+
     rigid = RigidBeams(beams, system.factors, system.angular, q)
     closed, iterations, met = _turned(rigid.reduced(system), q, t)
     if met:

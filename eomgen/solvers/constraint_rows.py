@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,9 @@ from eomgen.base.data import dataclass, replace
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.beams import Beams
-from eomgen.solvers.sparse_rows import SparseRows
+
+if TYPE_CHECKING:
+    from eomgen.solvers.sparse_rows import SparseRows
 
 EPSILON = float(np.finfo(float).eps)
 #: Rounding errors of a row, in units of the last place of the sum of the magnitudes of summands: upper bound.
@@ -159,7 +161,11 @@ class RowsInMetric:
     def __init__(self, system: ConstrainedSystem, q: Array, t: float) -> None:
         self.holonomic = system.holonomic
         B, mass = _jacobian(system, q, t), system.mass(q)
-        self._sparse = None if isinstance(B, np.ndarray) else SparseRows(B, mass)
+        self._sparse: SparseRows | None = None
+        if not isinstance(B, np.ndarray):
+            from eomgen.solvers.sparse_rows import SparseRows  # noqa: PLC0415  # of large systems alone
+
+            self._sparse = SparseRows(B, mass)
         self._whole = B, mass
         self.angular = system.angular
         self.size, extent = system.sizes(q, t)

@@ -3,6 +3,8 @@ to one thread."""
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -12,7 +14,7 @@ import pytest
 import scipy.linalg  # noqa: F401  # brings a library of its own along
 
 import eomgen
-from eomgen.base.threads import _openblas, one_thread_of_algebra, share
+from eomgen.base.threads import _openblas, one_thread_of_algebra, share, variables
 from eomgen.compiled import functions
 from eomgen.errors import UsageError
 from tests.models.scenes import pendulum_scene
@@ -107,3 +109,42 @@ def test_small_matrices_are_left_to_one_thread_until_all_have_ended() -> None:
     finally:
         for (_, write), number in zip(libraries, own, strict=True):
             write(number)
+
+
+def test_variables_are_set_within_a_block_and_those_of_the_user_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EOMGEN_GIVEN", "1")
+    with variables(EOMGEN_GIVEN="2", EOMGEN_ADDED="3"):
+        assert (os.environ["EOMGEN_GIVEN"], os.environ["EOMGEN_ADDED"]) == ("1", "3")
+    assert (os.environ["EOMGEN_GIVEN"], "EOMGEN_ADDED" in os.environ) == ("1", False)
+
+
+def test_no_variable_is_set_while_other_threads_run() -> None:
+    ended = threading.Event()
+    other = threading.Thread(target=ended.wait)
+    other.start()
+    with variables(EOMGEN_ADDED="3"):
+        added = "EOMGEN_ADDED" in os.environ
+    ended.set()
+    other.join()
+    assert not added
+
+
+_NOTED = """
+import os, sys
+noted = []
+class Finder:
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        if name == "numpy":
+            noted.append(os.environ.get("OPENBLAS_THREAD_TIMEOUT"))
+sys.meta_path.insert(0, Finder)
+import eomgen
+eomgen.Scene
+print(noted, "OPENBLAS_THREAD_TIMEOUT" in os.environ)
+"""
+
+
+def test_threads_of_algebra_sleep_soon_after_the_import_of_numpy(tmp_path: Path) -> None:
+    """They waited busily through the import, 30 to 60 ms of the processor."""
+    ran = subprocess.run([sys.executable, "-c", _NOTED], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert ran.stdout == "['20'] False\n"

@@ -30,10 +30,12 @@ def _show(path: str, method: str | None, options: Mapping[str, Any], as_json: bo
 
 
 def _simulate(path: str, folder: str, options: Mapping[str, Any], plots: bool, as_json: bool) -> int | None:
-    from eomgen.products.fields.commands import run  # noqa: PLC0415  # of the command line
-
     document = hamiltonian_of(path)
-    return None if document is None else run(document, folder, options, plots=plots, as_json=as_json)
+    if document is None:
+        return None
+    from eomgen.products.fields.commands import run  # noqa: PLC0415  # of the command line, for this kind of files
+
+    return run(document, folder, options, plots=plots, as_json=as_json)
 
 
 def _schema(*, mesh: bool) -> str:
