@@ -212,7 +212,10 @@ GUIDES = (
     "hamiltonian", "fields", "optimisers", "fmu", "live", "compilers", "extending",
 )  # fmt: skip  # a list of words
 EVIDENCE = ("verification", "accuracy", "orders", "extremes", "benchmarks")
-THEORY = ("equations", "equilibria", "time_integration", "derivatives_of_runs", "generated_code")
+THEORY = (
+    "separated_form", "lie_groups", "tape_and_loops", "constraints", "beams", "time_integration", "errors_of_runs",
+    "equilibria", "derivatives_of_runs", "random_vibration", "waves", "fields", "generated_code",
+)  # fmt: skip  # a list of words
 TUTORIALS: tuple[str, ...] = ("pendulum", "active_vehicle", "four_bar")
 PROJECT = ("support", "architecture", "modules")
 #: How-to pages by subject.
