@@ -198,3 +198,13 @@ def test_sphinx_builds_pages_of_each_kind_without_a_warning(tmp_path: Path) -> N
         encoding="utf-8"
     )
     assert 'id="eomgen.linear.modes.Modes"' in modes and "Participation" not in modes.partition("<body")[0]
+
+
+@pytest.mark.slow
+def test_subscripts_of_dotted_letters_stand_beside_them_in_displays() -> None:
+    from docutils.utils.math import latex2mathml
+
+    from docs.site.mathml import beside  # imports Sphinx, as the test before
+
+    tree = beside(latex2mathml.tex2mathml(r"\dot v_{n+1} = \int_0^1 a_n", as_block=True))
+    assert "munderover" not in tree.partition("=")[0] and '<msub><mover accent="true"><mi>v</mi>' in tree
