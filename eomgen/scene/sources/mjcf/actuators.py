@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from eomgen.scene.sources.draft import Place
+from eomgen.scene.sources.mjcf import quaternions
+from eomgen.scene.sources.mjcf.controllers import SIGNALS, Plant, motor_force, nearest, pid_force
 from eomgen.scene.sources.mjcf.draft import Draft, clipped, number, odd_power, polynomial, times, total
-from eomgen.scene.sources.mjcf.equalities import site_place
 from eomgen.scene.sources.mjcf.muscles import Muscle, activation_rate
-from eomgen.scene.sources.mjcf.tree import BALL, FREE, HINGE, SLIDE
-from eomgen.system.description import BASE
-
-_UNITS = {HINGE: "N m", SLIDE: "N"}
+from eomgen.scene.sources.mjcf.tendons import add_armature, add_tension
+from eomgen.scene.sources.mjcf.transmissions import Drive, relative_motion, transmission, turn_site
+from eomgen.scene.sources.mjcf.tree import HINGE, SLIDE
 
 
 def convert_actuators(draft: Draft) -> None:
@@ -44,89 +44,126 @@ class _Actuator:
     def __init__(self, draft: Draft, index: int, name: str, place: Place) -> None:
         self.draft, self.model = draft, draft.model
         self.index, self.name, self.line = index, name, place
-        # before 4.0 every actuator has one control
+        self.length, self.rate, self.period = "0.0", "0.0", 0.0
+        # before 4.0 every actuator has one control and one output
         self.address = int(self.model.actuator_ctrladr[index]) if hasattr(self.model, "actuator_ctrladr") else index
+        self.output = int(self.model.actuator_outadr[index]) if hasattr(self.model, "actuator_outadr") else index
 
     def refuse(self, fault: str, hint: str = "a motor, and a controller in a scene that includes the file") -> None:
         self.draft.refuse(self.line, f"actuator {self.name}", fault, hint)
 
+    def is_of(self, kind: str, name: str) -> bool:
+        """Return whether a property of the actuator, as ``gain``, has a value that MuJoCo has."""
+        values = getattr(self.draft.mujoco, f"mjt{kind.capitalize()}")
+        value = getattr(values, f"mj{kind.upper()}_{name}", None)
+        fields = {"trn": "trntype", "dyn": "dyntype", "gain": "gaintype", "bias": "biastype"}
+        return value is not None and int(getattr(self.model, f"actuator_{fields[kind]}")[self.index]) == int(value)
+
     def convert(self, efforts: dict[int, list[str]]) -> None:
         """Add the actuator; ``efforts`` are the terms of joints."""
-        model, index, kinds = self.model, self.index, self.draft.mujoco.mjtTrn
-        kind, target = int(model.actuator_trntype[index]), int(model.actuator_trnid[index][0])
-        if hasattr(model, "actuator_ctrlnum") and int(model.actuator_ctrlnum[index]) != 1:
-            self.refuse("an actuator with several controls is not supported")
+        model, index = self.model, self.index
+        if self.is_of("trn", "BODY"):
+            note = f"not modelled: the actuator {self.name}, which acts on contacts alone"
+            self.draft.leave_out(self.line, note)
             return
         if hasattr(model, "actuator_delay") and float(model.actuator_delay[index]) > 0.0:
             self.refuse("a delay of the control is not supported", "delay 0")
             return
-        gear = [float(value) for value in model.actuator_gear[index]]
-        in_joint = kind in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT)
-        if in_joint and int(model.jnt_type[target]) in (HINGE, SLIDE):
-            joint = self.draft.joints[target]
-            self.add_to_joint(target, gear[0])
-            force = self.force(times(gear[0], f"q.{joint}"), times(gear[0], f"v.{joint}"))
-            if force:
-                efforts.setdefault(target, []).append(times(gear[0], f"({force})"))
-        elif in_joint and (kind == kinds.mjTRN_JOINT or int(model.jnt_type[target]) == BALL):
-            self.on_ball_or_free(target, gear, in_parent=kind == kinds.mjTRN_JOINTINPARENT)
-        elif kind == kinds.mjTRN_SITE and int(model.actuator_trnid[index][1]) < 0:
-            self.on_site(target, gear)
-        elif kind == kinds.mjTRN_TENDON and target in self.draft.tendons:
-            self.on_tendon(target, gear[0], efforts)
-        else:
-            word = kinds(kind).name.removeprefix("mjTRN_").lower()
-            self.refuse(f"an actuator with a transmission of type {word} is not supported")
+        gear = [float(value) for value in model.actuator_gear[self.output]]
+        drive = Drive(self.draft, self.name, index, gear, efforts)
+        if self.is_of("gain", "SO3"):
+            self.orient(drive)
+            return
+        found = transmission(drive)
+        if isinstance(found, str):
+            self.refuse(f"an actuator with a transmission of type {found} is not supported")
+            return
+        self.length, self.rate, self.period = found.length, found.rate, found.period
+        self.draft.actuator_motions[index] = found.length, found.rate
+        self.add_inertia_and_damping(drive)
+        force = self.force()
+        self.draft.actuator_forces[index] = force
+        if force:
+            found.load(force)
 
-    def add_to_joint(self, joint: int, gear: float) -> None:
-        """Add the armature and the damping of the actuator to its joint."""
-        name = self.draft.joints[joint]
-        entry = self.draft.section("joints")[name]
-        armature = gear**2 * float(self.model.actuator_armature[self.index])
-        if armature:
-            entry["rotor_inertia"] = entry.get("rotor_inertia", 0.0) + armature
-        damping = [
-            float(self.model.actuator_damping[self.index]),
-            *map(float, self.model.actuator_dampingpoly[self.index]),
-        ]
-        if any(damping) and not self.draft.disabled("DAMPER"):
-            effort = polynomial(f"v.{name}", [gear**2 * c for c in damping], odd_power)
-            own = self.draft.name("effort", "", f"{self.name}_damping")
-            self.draft.section("efforts")[own] = {"joint": name, "effort": f"-({effort})"}
+    def add_inertia_and_damping(self, drive: Drive) -> None:
+        """Add the armature and the damping of the actuator to its joint or tendon; others have none in MuJoCo."""
+        model, draft, target, square = self.model, self.draft, drive.targets()[0], drive.gear[0] ** 2
+        armature = square * float(model.actuator_armature[self.index])
+        damping = [float(model.actuator_damping[self.index]), *map(float, model.actuator_dampingpoly[self.index])]
+        damping = [0.0 if draft.disabled("DAMPER") else square * c for c in damping]
+        if not (armature or any(damping)):
+            return
+        if self.is_of("trn", "TENDON"):
+            if not add_armature(draft, target, armature):
+                self.refuse("armature on a tendon of several joints is not supported", "armature of the joints")
+            if any(damping):
+                add_tension(draft, target, [polynomial(f"{draft.tendons[target]}_rate", damping, odd_power)])
+        elif self.is_of("trn", "JOINT") or self.is_of("trn", "JOINTINPARENT"):
+            if int(model.jnt_type[target]) not in (HINGE, SLIDE):
+                self.refuse("armature or damping on a ball or free joint is not supported", "damping of the joint")
+                return
+            name = draft.joints[target]
+            if armature:
+                entry = draft.section("joints")[name]
+                entry["rotor_inertia"] = entry.get("rotor_inertia", 0.0) + armature
+            if any(damping):
+                own = draft.name("effort", "", f"{self.name}_damping")
+                effort = f"-({polynomial(f'v.{name}', damping, odd_power)})"
+                draft.section("efforts")[own] = {"joint": name, "effort": effort}
 
-    def has_own_inertia(self) -> bool:
+    def controls(self) -> dict[str, str]:
+        """Add the inputs, and return the controls within their ranges by their words; one control has none."""
         model = self.model
-        own = (model.actuator_armature[self.index], model.actuator_damping[self.index])
-        return any(own) or bool(np.any(model.actuator_dampingpoly[self.index]))
+        count = int(model.actuator_ctrlnum[self.index]) if hasattr(model, "actuator_ctrlnum") else 1
+        signals = int(model.actuator_ctrlspec[self.index]) if hasattr(model, "actuator_ctrlspec") else 0
+        words = [word for word, bit in SIGNALS.items() if signals & bit]
+        if len(words) != count:
+            words = [""] if count == 1 else ["w", "x", "y", "z"][-count:] if count else []
+        return {word: self.control(k, word if count > 1 else "") for k, word in enumerate(words)}
 
-    def control(self) -> str:
-        """Add the input, and return the control within its range."""
-        model, draft = self.model, self.draft
+    def control(self, number_of_control: int, word: str) -> str:
+        """Add an input, and return the control within its range."""
+        model, draft, address = self.model, self.draft, self.address + number_of_control
+        name = draft.name("signal", "", f"{self.name}_{word}") if word else self.name
         entry: dict[str, Any] = {"description": f"control of the actuator {self.name}"}
         if draft.key >= 0:
-            value = float(model.key_ctrl[draft.key][self.address])
+            value = float(model.key_ctrl[draft.key][address])
             entry |= {"formula": value} if value else {}
-        draft.section("inputs")[self.name] = entry
-        draft.lines[f"inputs.{self.name}"] = str(self.line)
-        if model.actuator_ctrllimited[self.index] and not draft.disabled("CLAMPCTRL"):
-            return clipped(self.name, *map(float, model.actuator_ctrlrange[self.index]))
-        return self.name
+        draft.section("inputs")[name] = entry
+        draft.lines[f"inputs.{name}"] = str(self.line)
+        if model.actuator_ctrllimited[address] and not draft.disabled("CLAMPCTRL"):
+            return clipped(name, *map(float, model.actuator_ctrlrange[address]))
+        return name
+
+    def state(self, word: str, number_of_state: int, rate: str = "") -> str:
+        """Add an internal state, and return its name."""
+        model, draft = self.model, self.draft
+        name = draft.name("signal", "", f"{self.name}_{word}")
+        entry: dict[str, Any] = {"rate": rate, "description": f"{word} of the actuator {self.name}"}
+        if draft.key >= 0:
+            value = float(model.key_act[draft.key][int(model.actuator_actadr[self.index]) + number_of_state])
+            entry |= {"initial": value} if value else {}
+        draft.section("states")[name] = entry
+        if model.actuator_actearly[self.index] and not number_of_state:
+            note = f"not modelled: actearly of the actuator {self.name}, which acts one step of MuJoCo earlier"
+            draft.leave_out(self.line, note)
+        return name
 
     def driving(self) -> str:
         """Return the control, or the activation, whose state is added; empty for a fault."""
-        model, draft, kinds = self.model, self.draft, self.draft.mujoco.mjtDyn
+        model, kinds = self.model, self.draft.mujoco.mjtDyn
         kind = int(model.actuator_dyntype[self.index])
-        if kind == kinds.mjDYN_NONE:
-            return self.control()
-        muscle = kind == kinds.mjDYN_MUSCLE
-        if not muscle and kind not in (kinds.mjDYN_INTEGRATOR, kinds.mjDYN_FILTER, kinds.mjDYN_FILTEREXACT):
+        if not any(self.is_of("dyn", word) for word in ("NONE", "MUSCLE", "INTEGRATOR", "FILTER", "FILTEREXACT")):
             word = kinds(kind).name.removeprefix("mjDYN_").lower()
             self.refuse(f"an actuator with dynamics of type {word} is not supported")
             return ""
-        control = self.control()
-        name = draft.name("signal", "", f"{self.name}_activation")
+        control = next(iter(self.controls().values()))
+        if kind == kinds.mjDYN_NONE:
+            return self.nearest(control)
+        name = self.state("activation", 0)
         rate = control
-        if muscle:
+        if kind == kinds.mjDYN_MUSCLE:
             rate = activation_rate(f"({control})", name, model.actuator_dynprm[self.index])
         elif kind != kinds.mjDYN_INTEGRATOR:
             time = max(float(model.actuator_dynprm[self.index][0]), 1e-15)
@@ -134,142 +171,148 @@ class _Actuator:
         if model.actuator_actlimited[self.index]:
             low, high = (number(float(value)) for value in model.actuator_actrange[self.index])
             rate = f"({rate} if {low} < {name} < {high} else max({rate}, 0) if {name} <= {low} else min({rate}, 0))"
-        entry: dict[str, Any] = {"rate": rate, "description": f"activation of the actuator {self.name}"}
-        if draft.key >= 0 and (value := float(model.key_act[draft.key][int(model.actuator_actadr[self.index])])):
-            entry["initial"] = value
-        draft.section("states")[name] = entry
-        if model.actuator_actearly[self.index]:
-            note = f"not modelled: actearly of the actuator {self.name}, which acts one step of MuJoCo earlier"
-            draft.leave_out(self.line, note)
-        return name
+        self.draft.section("states")[name]["rate"] = rate
+        return self.nearest(name) if kind == kinds.mjDYN_INTEGRATOR else name
 
-    def force(self, length: str, rate: str) -> str:
-        """Return the formula of the actuator's force, and keep the formula for sensors; empty for a fault."""
-        text = self._force(length, rate)
-        self.draft.actuator_forces[self.index] = text
-        return text
+    def nearest(self, setpoint: str) -> str:
+        """Return the setpoint of a servo of rotations, as an angle by less than half a turn away."""
+        model, gain = self.model, float(self.model.actuator_gainprm[self.index][0])
+        servo = self.is_of("gain", "FIXED") and self.is_of("bias", "AFFINE")
+        if not (self.period and servo and gain == -float(model.actuator_biasprm[self.index][1])):
+            return setpoint
+        return f"({self.length} + {nearest(f'({setpoint} - {self.length})', self.period)})"
 
-    def _force(self, length: str, rate: str) -> str:
+    def force(self) -> str:
+        """Return the formula of the actuator's force; empty for a fault."""
         model, gains, biases = self.model, self.draft.mujoco.mjtGain, self.draft.mujoco.mjtBias
-        gain_kind, bias_kind = int(model.actuator_gaintype[self.index]), int(model.actuator_biastype[self.index])
-        if gain_kind == gains.mjGAIN_MUSCLE and bias_kind == biases.mjBIAS_MUSCLE:
-            return self.muscle_force(length, rate)
-        known = gain_kind in (gains.mjGAIN_FIXED, gains.mjGAIN_AFFINE)
-        if not known or bias_kind not in (biases.mjBIAS_NONE, biases.mjBIAS_AFFINE):
+        if self.is_of("gain", "MUSCLE") and self.is_of("bias", "MUSCLE"):
+            return self.muscle_force()
+        if self.is_of("gain", "PID") or self.is_of("gain", "DCMOTOR"):
+            return self.controlled_force()
+        affine = self.is_of("gain", "AFFINE")
+        known = affine or self.is_of("gain", "FIXED")
+        if not known or not (self.is_of("bias", "NONE") or self.is_of("bias", "AFFINE")):
+            gain_kind, bias_kind = int(model.actuator_gaintype[self.index]), int(model.actuator_biastype[self.index])
             word = (gains(gain_kind) if not known else biases(bias_kind)).name.rpartition("_")[2].lower()
             self.refuse(f"an actuator of type {word} is not supported")
             return ""
         driving = self.driving()
         if not driving:
             return ""
-        gain, bias = (
-            [float(value) for value in parameters[self.index][: 3 if affine else first]]
-            for parameters, affine, first in (
-                (model.actuator_gainprm, gain_kind == gains.mjGAIN_AFFINE, 1),
-                (model.actuator_biasprm, bias_kind == biases.mjBIAS_AFFINE, 0),
-            )
-        )
+        gain = self.parameters("gain")[: 3 if affine else 1]
+        bias = self.parameters("bias")[: 3 if self.is_of("bias", "AFFINE") else 0]
         terms = []
         if any(gain[1:]):
-            terms.append(f"{_affine(gain, length, rate)} * {driving}")
+            terms.append(f"{_affine(gain, self.length, self.rate)} * {driving}")
         elif gain[0]:
             terms.append(times(gain[0], driving))
         if any(bias):
-            terms.append(_affine(bias, length, rate))
+            terms.append(_affine(bias, self.length, self.rate))
         return self.limited(total(terms))
 
+    def parameters(self, kind: str) -> list[float]:
+        """Return the parameters of the dynamics ``dyn``, the ``gain`` or the ``bias``."""
+        return [float(value) for value in getattr(self.model, f"actuator_{kind}prm")[self.index]]
+
+    def controlled_force(self) -> str:
+        """Return the force of a PID controller or a DC motor; empty for a fault."""
+        model, draft = self.model, self.draft
+        if not hasattr(model, "actuator_ctrlspec"):
+            self.refuse("a pid or dcmotor of MuJoCo before 3.12 is not supported", "pip install -U 'eomgen[mujoco]'")
+            return ""
+        count = 0
+
+        def state(word: str) -> str:
+            nonlocal count
+            count += 1
+            return self.state(word, count - 1)
+
+        plant = Plant(
+            self.controls(),
+            self.length,
+            self.rate,
+            self.period,
+            float(model.opt.timestep),
+            lambda word, formula: draft.define(f"{self.name}_{word}", formula),
+            state,
+            lambda name, rate: draft.section("states")[name].update(rate=rate),
+        )
+        dynamics, gains, biases = (self.parameters(kind) for kind in ("dyn", "gain", "bias"))
+        if self.is_of("gain", "PID"):
+            return self.limited(pid_force(plant, dynamics, gains, biases))
+        return motor_force(plant, dynamics, gains, biases, self.limited)
+
     def limited(self, force: str) -> str:
-        """Return a force within the range of forces."""
+        """Return a force within the ranges of forces of its tendon and its own."""
         model = self.model
+        if self.is_of("trn", "TENDON"):
+            force = self.limited_by_tendon(force, int(model.actuator_trnid[self.index][0]))
         if not model.actuator_forcelimited[self.index]:
             return force
         return clipped(force, *map(float, model.actuator_forcerange[self.index]))
 
-    def muscle_force(self, length: str, rate: str) -> str:
+    def limited_by_tendon(self, force: str, tendon: int) -> str:
+        model = self.model
+        if not model.tendon_actfrclimited[tendon]:
+            return force
+        on_tendons = np.array(model.actuator_trntype) == int(self.draft.mujoco.mjtTrn.mjTRN_TENDON)
+        if np.count_nonzero(on_tendons & (np.array(model.actuator_trnid)[:, 0] == tendon)) > 1:
+            self.refuse("actuatorfrcrange of a tendon with several actuators is not supported", "forcerange of each")
+        return clipped(force, *map(float, model.tendon_actfrcrange[tendon]))
+
+    def muscle_force(self) -> str:
         """Return the force of a muscle; empty for a fault."""
         model, draft = self.model, self.draft
         driving = self.driving()
         if not driving:
             return ""
-        low, high = (float(value) for value in model.actuator_lengthrange[self.index])
-        gain, passive = (
-            Muscle([float(value) for value in parameters[self.index][:9]], (low, high), self.acceleration)
-            for parameters in (model.actuator_gainprm, model.actuator_biasprm)
-        )
-        own, pace = (draft.name("signal", "", f"{self.name}_{word}") for word in ("length", "rate"))
-        draft.section("definitions")[own] = {"formula": gain.length(f"({length})")}
-        draft.section("definitions")[pace] = {"formula": gain.rate(f"({rate})")}
+        low, high = (float(value) for value in model.actuator_lengthrange[self.output])
+        acceleration = float(model.actuator_acc0[self.output])
+        gain, passive = (Muscle(self.parameters(kind)[:9], (low, high), acceleration) for kind in ("gain", "bias"))
+        own = draft.define(f"{self.name}_length", gain.length(f"({self.length})"))
+        pace = draft.define(f"{self.name}_rate", gain.rate(f"({self.rate})"))
         return self.limited(f"({gain.gain(own, pace)} * {driving} + {passive.passive(own)})")
 
-    @property
-    def acceleration(self) -> float:
-        return float(self.model.actuator_acc0[self.index])
-
-    def plain_force(self, element: str) -> str:
-        """Return the force of an actuator whose transmission has no length; empty for a fault."""
-        model = self.model
-        affine = int(model.actuator_biastype[self.index]) == self.draft.mujoco.mjtBias.mjBIAS_AFFINE
-        by_gain = int(model.actuator_gaintype[self.index]) == self.draft.mujoco.mjtGain.mjGAIN_AFFINE
-        if (affine and any(model.actuator_biasprm[self.index][1:3])) or (
-            by_gain and any(model.actuator_gainprm[self.index][1:3])
-        ):
-            self.refuse(f"an actuator on {element} whose force depends on length or rate is not supported")
-            return ""
-        if self.has_own_inertia():
-            self.refuse(f"an actuator on {element} with armature or damping is not supported")
-            return ""
-        return self.force("0.0", "0.0")
-
-    def on_ball_or_free(self, joint: int, gear: list[float], *, in_parent: bool) -> None:
-        kind = int(self.model.jnt_type[joint])
-        if in_parent:
-            self.refuse("a torque in the axes of the parent on a ball or free joint is not supported")
-            return
-        force = self.plain_force("a ball or free joint")
-        if not force:
-            return
-        name = self.draft.joints[joint]
-        turning = gear[:3] if kind == BALL else gear[3:]
-        for index, part in enumerate(turning):
-            if part:
-                own = self.draft.name("effort", "", f"{self.name}_{'xyz'[index]}")
-                effort = {"joint": name, "index": index, "effort": times(part, f"({force})")}
-                self.draft.section("efforts")[own] = effort
-        if kind == FREE and any(gear[:3]):
-            own = self.draft.name("force", "", f"{self.name}_force")
-            components = [times(part, f"({force})") if part else 0.0 for part in gear[:3]]
-            self.draft.section("forces")[own] = {"body": self.draft.data["joints"][name]["child"], "force": components}
-
-    def on_site(self, site: int, gear: list[float]) -> None:
-        place = site_place(self.draft, site)
-        force = self.plain_force("a site")
-        if not force:
-            return
-        if place.body == BASE:
-            self.draft.leave_out(self.line, f"not modelled: the actuator {self.name}, which acts on the world")
-            return
-        pushes, turns = (place.orientation @ np.array(part) for part in (gear[:3], gear[3:]))
-        entry: dict[str, Any] = {"body": place.body, "point": place.position.tolist(), "axes": "body"}
-        for key, vector in (("force", pushes), ("torque", turns)):
-            if vector.any():
-                entry[key] = [times(float(part), f"({force})") if part else 0.0 for part in vector]
-        self.draft.section("forces")[self.draft.name("force", "", f"{self.name}_wrench")] = entry
-
-    def on_tendon(self, tendon: int, gear: float, efforts: dict[int, list[str]]) -> None:
-        if self.has_own_inertia():
-            self.refuse("an actuator on a tendon with armature or damping is not supported")
-            return
-        length = self.draft.tendons[tendon]
-        force = self.force(times(gear, length), times(gear, f"{length}_rate"))
-        if not force:
-            return
-        own = self.draft.name("signal", "", f"{self.name}_force")
-        self.draft.section("definitions")[own] = {"formula": force}
-        if tendon in self.draft.branches:
-            self.draft.pulls[tendon].append(times(-gear, own))
-            return
-        for joint, coefficient in self.draft.tendon_joints[tendon]:
-            efforts.setdefault(joint, []).append(times(gear * coefficient, own))
+    def orient(self, drive: Drive) -> None:
+        """Add the torque that turns a ball joint, or a site against another one, to an orientation."""
+        model, draft, (target, reference) = self.model, self.draft, drive.targets()
+        names = list(self.controls().values())
+        if len(names) == 4:
+            size = draft.define(f"{self.name}_size", f"sqrt({total([f'({name})**2' for name in names])})")
+            wanted = [draft.define(f"{self.name}_{a}", f"{x} / {size}") for a, x in zip("wxyz", names, strict=True)]
+        else:
+            if not self.is_of("dyn", "NONE"):
+                if not self.is_of("dyn", "INTEGRATOR"):
+                    self.refuse("dynamics of an orientation actuator are not supported")
+                    return
+                names = [self.state(f"activation_{'xyz'[k]}", k, name) for k, name in enumerate(names)]
+            wanted = quaternions.exponential(draft, f"{self.name}_wanted", names)
+        if reference < 0:
+            joint = draft.joints[target]
+            now, speeds = [f"q.{joint}[{i}]" for i in range(4)], [f"v.{joint}[{i}]" for i in range(3)]
+        else:
+            now, speeds = relative_motion(drive, target, reference)
+        error = quaternions.product(draft, f"{self.name}_error", quaternions.inverse(now), wanted)
+        turn = quaternions.logarithm(draft, f"{self.name}_turn", error)
+        gain, bias = self.parameters("gain")[0], self.parameters("bias")
+        forces = [
+            draft.define(
+                f"{self.name}_torque_{axis}",
+                f"{number(gain)} * {e} + {number(bias[0])} + {number(bias[2])} * {speed}",
+            )
+            for axis, e, speed in zip("xyz", turn, speeds, strict=True)
+        ]
+        if model.actuator_forcelimited[self.index]:
+            size = draft.define(f"{self.name}_torque", f"sqrt({total([f'{part}**2' for part in forces])})")
+            bound = number(float(model.actuator_forcerange[self.index][1]))
+            scale = draft.define(f"{self.name}_scale", f"({bound} / {size} if {size} > {bound} else 1.0)")
+            forces = [f"({scale} * {part})" for part in forces]
+        if reference < 0:
+            for index, part in enumerate(forces):
+                own = draft.name("effort", "", f"{self.name}_{'xyz'[index]}")
+                draft.section("efforts")[own] = {"joint": draft.joints[target], "index": index, "effort": part}
+        else:
+            turn_site(drive, target, reference, forces)
 
 
 def _affine(coefficients: list[float], length: str, rate: str) -> str:

@@ -65,7 +65,7 @@ class Draft(SceneDraft):
     tendon_joints : joints of fixed tendons with their coefficients
     points : names of the points at sites
     frame_origins : names of the points at frames, by the wanted names
-    actuator_forces : formulas of the forces of actuators
+    actuator_forces, actuator_motions : formulas of the forces of actuators, and of their lengths and rates
     branches : of spatial tendons: names in the scene, and the divisors of their lengths
     pulls : of spatial tendons: formulas of actuators that pull the ends together
     """
@@ -83,6 +83,7 @@ class Draft(SceneDraft):
     points: dict[int, str] = field(default_factory=dict)
     frame_origins: dict[str, str] = field(default_factory=dict)
     actuator_forces: dict[int, str] = field(default_factory=dict)
+    actuator_motions: dict[int, tuple[str, str]] = field(default_factory=dict)
     branches: dict[int, list[tuple[str, float]]] = field(default_factory=dict)
     pulls: dict[int, list[str]] = field(default_factory=dict)
 
@@ -90,6 +91,12 @@ class Draft(SceneDraft):
         """Return the name of an element in the file; empty without one."""
         kinds = self.mujoco.mjtObj
         return self.mujoco.mj_id2name(self.model, getattr(kinds, f"mjOBJ_{kind.upper()}"), index) or ""
+
+    def define(self, wanted: str, formula: str) -> str:
+        """Return the name of a definition, which is added."""
+        name = self.name("signal", "", wanted)
+        self.section("definitions")[name] = {"formula": formula}
+        return name
 
     def point(self, wanted: str, place: LinkPlace) -> str:
         """Return the name of a point at the origin of a frame, which is added once for each wanted name."""

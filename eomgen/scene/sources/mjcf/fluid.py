@@ -46,8 +46,8 @@ def _add_drag(draft: Draft, body: int, density: float, viscosity: float) -> None
         wind = [number(float(value)) for value in model.opt.wind]
         speeds = [f"{a} * (velocity.{center}[{i}] - {wind[i]})" for i, a in enumerate(along)]
         turns = [f"{a} * angular_velocity.{place.body}[{i}]" for i, a in enumerate(along)]
-        linear.append(_definition(draft, f"{written}_speed_{axis}", total(speeds)))
-        angular.append(_definition(draft, f"{written}_spin_{axis}", total(turns)))
+        linear.append(draft.define(f"{written}_speed_{axis}", total(speeds)))
+        angular.append(draft.define(f"{written}_spin_{axis}", total(turns)))
     mean = float(np.mean(box))
     forces: list[str] = []
     torques: list[str] = []
@@ -76,12 +76,6 @@ def _box(inertia: Array, mass: float) -> Array:
     """Return the edges of the homogeneous box with a mass and principal moments of inertia."""
     squares = 6.0 * np.maximum(_SMALLEST, float(np.sum(inertia)) - 2.0 * inertia) / mass
     return np.asarray(np.sqrt(squares))
-
-
-def _definition(draft: Draft, wanted: str, formula: str) -> str:
-    name = draft.name("signal", "", wanted)
-    draft.section("definitions")[name] = {"formula": formula}
-    return name
 
 
 def _turned(orientation: Array, components: list[str]) -> list[str]:

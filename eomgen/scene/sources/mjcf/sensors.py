@@ -14,7 +14,6 @@ from eomgen.base.messages import listed
 from eomgen.scene.sources.draft import LinkPlace
 from eomgen.scene.sources.mjcf.draft import Draft, clipped, number, times, total
 from eomgen.scene.sources.mjcf.equalities import site_place
-from eomgen.scene.sources.mjcf.tree import HINGE, SLIDE
 from eomgen.system.description import BASE
 
 
@@ -71,16 +70,10 @@ def _tendon(suffix: str) -> _Components:
     return components
 
 
-def _actuator_motion(letter: str, suffix: str) -> _Components:
+def _actuator_motion(part: int) -> _Components:
     def components(draft: Draft, index: int) -> list[str] | None:
-        model, kinds, actuator = draft.model, draft.mujoco.mjtTrn, _object(draft, index)
-        kind, target = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator][0])
-        gear = float(model.actuator_gear[actuator][0])
-        if kind == kinds.mjTRN_JOINT and int(model.jnt_type[target]) in (HINGE, SLIDE):
-            return [times(gear, f"{letter}.{draft.joints[target]}")]
-        if kind == kinds.mjTRN_TENDON and target in draft.tendons:
-            return [times(gear, f"{draft.tendons[target]}{suffix}")]
-        return None
+        motion = draft.actuator_motions.get(_object(draft, index))
+        return [motion[part]] if motion else None
 
     return components
 
@@ -207,8 +200,8 @@ _KINDS: dict[str, _Components] = {
     "BALLANGVEL": _joint("v", 3),
     "TENDONPOS": _tendon(""),
     "TENDONVEL": _tendon("_rate"),
-    "ACTUATORPOS": _actuator_motion("q", ""),
-    "ACTUATORVEL": _actuator_motion("v", "_rate"),
+    "ACTUATORPOS": _actuator_motion(0),
+    "ACTUATORVEL": _actuator_motion(1),
     "ACTUATORFRC": _actuator_force,
     "FRAMEPOS": _of_frame(_position, local=False),
     "FRAMEXAXIS": _axis(0),

@@ -53,8 +53,9 @@ def convert_tendons(draft: Draft) -> None:
 
 def _forces(draft: Draft, index: int, name: str) -> None:
     model, place = draft.model, draft.place("tendon", index, draft.model.ntendon)
-    if model.tendon_armature[index]:
-        draft.refuse(place, f"tendon {name}", "a tendon with armature is not supported", "armature of its joints")
+    if not add_armature(draft, index, float(model.tendon_armature[index])):
+        fault = "armature of a tendon along several joints is not supported"
+        draft.refuse(place, f"tendon {name}", fault, "armature of its joints")
     if model.tendon_springyield[index]:
         draft.refuse(
             place,
@@ -66,10 +67,6 @@ def _forces(draft: Draft, index: int, name: str) -> None:
         draft.left_out("dry friction of tendons (frictionloss)", name)
     if model.tendon_limited[index] and not draft.disabled("LIMIT"):
         draft.left_out("limits of tendons (range)", name)
-    if model.tendon_actfrclimited[index]:
-        draft.refuse(
-            place, f"tendon {name}", "actuatorfrcrange of a tendon is not supported", "forcerange of its actuator"
-        )
     stiffness = [float(model.tendon_stiffness[index]), *map(float, model.tendon_stiffnesspoly[index])]
     damping = [float(model.tendon_damping[index]), *map(float, model.tendon_dampingpoly[index])]
     terms = []
@@ -79,17 +76,33 @@ def _forces(draft: Draft, index: int, name: str) -> None:
         terms.append(polynomial(f"({name} - {slack})", stiffness, plain_power))
     if any(damping) and not draft.disabled("DAMPER"):
         terms.append(polynomial(f"{name}_rate", damping, odd_power))
+    draft.pulls[index] = []
+    add_tension(draft, index, terms)
+
+
+def add_tension(draft: Draft, index: int, terms: list[str]) -> None:
+    """Add the terms of a tension, of fixed tendons as efforts of their joints."""
     if index in draft.branches:
-        draft.pulls[index] = terms
+        draft.pulls[index] += terms
     elif terms:
-        tension = draft.name("signal", "", name.replace("length_of_", "tension_of_", 1))
-        draft.section("definitions")[tension] = {"formula": total(terms)}
+        name = draft.tendons[index]
+        tension = draft.define(name.replace("length_of_", "tension_of_", 1), total(terms))
         for joint, coefficient in draft.tendon_joints[index]:
             own = draft.name("effort", "", f"{tension}_on_{draft.joints[joint]}")
             draft.section("efforts")[own] = {
                 "joint": draft.joints[joint],
                 "effort": f"-({times(coefficient, tension)})",
             }
+
+
+def add_armature(draft: Draft, index: int, armature: float) -> bool:
+    """Add the inertia of a tendon, kg or kg m², to its joint; return whether it has a place in the scene."""
+    joints = draft.tendon_joints.get(index, ())
+    if armature and len(joints) == 1:
+        joint, coefficient = joints[0]
+        entry = draft.section("joints")[draft.joints[joint]]
+        entry["rotor_inertia"] = entry.get("rotor_inertia", 0.0) + armature * coefficient**2
+    return not armature or len(joints) == 1
 
 
 def _acts(draft: Draft, index: int) -> bool:
