@@ -12,7 +12,7 @@ from eomgen.scene.sources.mjcf.controllers import SIGNALS, Plant, motor_force, n
 from eomgen.scene.sources.mjcf.draft import Draft, clipped, number, odd_power, polynomial, times, total
 from eomgen.scene.sources.mjcf.muscles import Muscle, activation_rate
 from eomgen.scene.sources.mjcf.tendons import add_armature, add_tension
-from eomgen.scene.sources.mjcf.transmissions import Drive, relative_motion, transmission, turn_site
+from eomgen.scene.sources.mjcf.transmissions import Drive, transmission
 from eomgen.scene.sources.mjcf.tree import HINGE, SLIDE
 
 
@@ -145,7 +145,8 @@ class _Actuator:
             value = float(model.key_act[draft.key][int(model.actuator_actadr[self.index]) + number_of_state])
             entry |= {"initial": value} if value else {}
         draft.section("states")[name] = entry
-        if model.actuator_actearly[self.index] and not number_of_state:
+        early = model.actuator_actearly[self.index] and not self.is_of("dyn", "DCMOTOR")
+        if early and not number_of_state:
             note = f"not modelled: actearly of the actuator {self.name}, which acts one step of MuJoCo earlier"
             draft.leave_out(self.line, note)
         return name
@@ -274,8 +275,11 @@ class _Actuator:
         return self.limited(f"({gain.gain(own, pace)} * {driving} + {passive.passive(own)})")
 
     def orient(self, drive: Drive) -> None:
-        """Add the torque that turns a ball joint, or a site against another one, to an orientation."""
+        """Add the torque that turns a ball joint to an orientation."""
         model, draft, (target, reference) = self.model, self.draft, drive.targets()
+        if reference >= 0:
+            self.refuse("an orientation actuator between sites is not supported", "one on a ball joint")
+            return
         names = list(self.controls().values())
         if len(names) == 4:
             size = draft.define(f"{self.name}_size", f"sqrt({total([f'({name})**2' for name in names])})")
@@ -287,11 +291,8 @@ class _Actuator:
                     return
                 names = [self.state(f"activation_{'xyz'[k]}", k, name) for k, name in enumerate(names)]
             wanted = quaternions.exponential(draft, f"{self.name}_wanted", names)
-        if reference < 0:
-            joint = draft.joints[target]
-            now, speeds = [f"q.{joint}[{i}]" for i in range(4)], [f"v.{joint}[{i}]" for i in range(3)]
-        else:
-            now, speeds = relative_motion(drive, target, reference)
+        joint = draft.joints[target]
+        now, speeds = [f"q.{joint}[{i}]" for i in range(4)], [f"v.{joint}[{i}]" for i in range(3)]
         error = quaternions.product(draft, f"{self.name}_error", quaternions.inverse(now), wanted)
         turn = quaternions.logarithm(draft, f"{self.name}_turn", error)
         gain, bias = self.parameters("gain")[0], self.parameters("bias")
@@ -307,12 +308,9 @@ class _Actuator:
             bound = number(float(model.actuator_forcerange[self.index][1]))
             scale = draft.define(f"{self.name}_scale", f"({bound} / {size} if {size} > {bound} else 1.0)")
             forces = [f"({scale} * {part})" for part in forces]
-        if reference < 0:
-            for index, part in enumerate(forces):
-                own = draft.name("effort", "", f"{self.name}_{'xyz'[index]}")
-                draft.section("efforts")[own] = {"joint": draft.joints[target], "index": index, "effort": part}
-        else:
-            turn_site(drive, target, reference, forces)
+        for index, part in enumerate(forces):
+            own = draft.name("effort", "", f"{self.name}_{'xyz'[index]}")
+            draft.section("efforts")[own] = {"joint": joint, "index": index, "effort": part}
 
 
 def _affine(coefficients: list[float], length: str, rate: str) -> str:

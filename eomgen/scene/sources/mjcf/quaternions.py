@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.scene.sources.mjcf.draft import Draft, times, total
-from eomgen.system.description import BASE
 
 #: Square of a length below which a direction does not count.
 _SMALLEST = "1e-32"
@@ -49,13 +48,6 @@ def logarithm(draft: Draft, wanted: str, quaternion: Sequence[str]) -> list[str]
         f"{wanted}_factor", f"2.0 * atan2({size}, abs({w})) / {size} * (1.0 if {w} >= 0.0 else (-1.0))"
     )
     return [draft.define(f"{wanted}_{axis}", f"{factor} * {x}") for axis, x in zip("xyz", vector, strict=True)]
-
-
-def of_body(draft: Draft, wanted: str, body: str) -> list[str]:
-    """Return the quaternion of a body's axes in the world."""
-    if body == BASE:
-        return ["1.0", "0.0", "0.0", "0.0"]
-    return exponential(draft, wanted, [f"rotation.{body}[{i}]" for i in range(3)])
 
 
 def turned_back(quaternion: Sequence[str], vector: Sequence[float]) -> list[str]:

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.scene.sources.draft import LinkPlace
 from eomgen.scene.sources.mjcf import quaternions
@@ -237,7 +236,9 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
         loads.append(push)
     if drive.turns:
         turn = _in_world(drive, "turn_axis", origin, ends, drive.gear[3:])
-        vector = quaternions.logarithm(draft, f"{drive.name}_turn", _relative_quaternion(drive, site, reference))
+        _, own = draft.frame_points(words[0], places[0])
+        own_axes, axes = [draft.along(center, end) for end in own], [draft.along(origin, end) for end in ends]
+        vector = _relative_turn(drive, axes, own_axes)
         lengths.append(total([times(c, x) for c, x in zip(drive.gear[3:], vector, strict=True) if c]))
         spins = [f"({a} - {b})" for a, b in zip(_spin(places[0].body), _spin(places[1].body), strict=True)]
         rates.append(_dot(turn, spins))
@@ -256,46 +257,15 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
     return Transmission(draft.define(f"{drive.name}_length", total(lengths)), total(rates), load, period)
 
 
-def _relative_quaternion(drive: Drive, site: int, reference: int) -> list[str]:
-    """Return the names of the quaternion of a site's axes in the axes of another site."""
-    draft = drive.draft
-    both = []
-    for number_of_site, word in ((site, "site"), (reference, "reference")):
-        place = site_place(draft, number_of_site)
-        of_body = quaternions.of_body(draft, f"{drive.name}_{word}_body", place.body)
-        fixed = [number(float(part)) for part in _quaternion(draft, place)]
-        both.append(quaternions.product(draft, f"{drive.name}_{word}", of_body, fixed))
-    return quaternions.product(draft, f"{drive.name}_relative", quaternions.inverse(both[1]), both[0])
-
-
-def relative_motion(drive: Drive, site: int, reference: int) -> tuple[list[str], list[str]]:
-    """Return the quaternion of a site's axes in the axes of another site, and the angular velocity in the former."""
-    places = [site_place(drive.draft, number_of_site) for number_of_site in (site, reference)]
-    spins = [f"({a} - {b})" for a, b in zip(_spin(places[0].body), _spin(places[1].body), strict=True)]
-    word = f"site_{drive.draft.written('site', site) or site}"
-    center, ends = drive.draft.frame_points(word, places[0])
-    speeds = [
-        drive.draft.define(f"{drive.name}_spin_{axis}", _dot(drive.draft.along(center, end), spins))
-        for axis, end in zip("xyz", ends, strict=True)
-    ]
-    return _relative_quaternion(drive, site, reference), speeds
-
-
-def turn_site(drive: Drive, site: int, reference: int, torque: Sequence[str]) -> None:
-    """Add a torque in the axes of a site, and its reaction on the body of another site."""
-    draft = drive.draft
-    places = [site_place(draft, number_of_site) for number_of_site in (site, reference)]
-    center, ends = draft.frame_points(f"site_{draft.written('site', site) or site}", places[0])
-    axes = [draft.along(center, end) for end in ends]
-    world = drive.names("in_world", [_dot(torque, [axis[i] for axis in axes]) for i in range(3)])
-    drive.add_load(places[0].body, "torque", torque=world)
-    drive.add_load(places[1].body, "counter_torque", torque=[f"-{part}" for part in world])
-
-
-def _quaternion(draft: Draft, place: LinkPlace) -> Array:
-    quaternion = np.zeros(4)
-    draft.mujoco.mju_mat2Quat(quaternion, place.orientation.ravel())
-    return quaternion
+def _relative_turn(drive: Drive, axes: Sequence[Sequence[str]], others: Sequence[Sequence[str]]) -> list[str]:
+    """Return the names of the rotation vector from axes to others, by less than half a turn, in both axes."""
+    cosines = [[_dot(axis, other) for other in others] for axis in axes]
+    pairs = ((2, 1), (0, 2), (1, 0))
+    sines = drive.names("sine", [f"0.5 * ({cosines[i][j]} - {cosines[j][i]})" for i, j in pairs])
+    size = drive.draft.define(f"{drive.name}_size", f"sqrt(max({_dot(sines, sines)}, 1e-32))")
+    cosine = f"0.5 * ({total([cosines[i][i] for i in range(3)])} - 1.0)"
+    factor = drive.draft.define(f"{drive.name}_factor", f"atan2({size}, {cosine}) / {size}")
+    return drive.names("turn", [f"{factor} * {sine}" for sine in sines])
 
 
 def _in_world(drive: Drive, word: str, origin: str, ends: Sequence[str], vector: Sequence[float]) -> list[str]:
