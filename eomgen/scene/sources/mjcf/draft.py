@@ -29,6 +29,17 @@ def total(terms: Sequence[str]) -> str:
     return f"({' + '.join(terms)})" if len(terms) > 1 else terms[0] if terms else "0.0"
 
 
+def dot(first: Sequence[str], second: Sequence[str]) -> str:
+    """Return the scalar product of two vectors."""
+    return total([f"{a} * {b}" for a, b in zip(first, second, strict=True)])
+
+
+def cross(first: Sequence[str], second: Sequence[str]) -> list[str]:
+    """Return the vector product of two vectors."""
+    pairs = ((1, 2), (2, 0), (0, 1))
+    return [f"({first[i]} * {second[j]} - {first[j]} * {second[i]})" for i, j in pairs]
+
+
 def clipped(term: str, low: float, high: float) -> str:
     """Return a term within a range."""
     return f"max({number(low)}, min({number(high)}, {term}))"

@@ -1,53 +1,73 @@
-"""Forces of the medium in MJCF: each body drags like the box of its inertia.
+"""Forces of the medium in MJCF: a body drags like the box of its inertia, or its geoms move like ellipsoids.
 
-Formulas: MuJoCo's documentation, "Computation: Fluid forces, inertia model".
+Formulas: MuJoCo's documentation, "Computation: Fluid forces". Inertia of the medium acts by the velocity alone, as in
+MuJoCo: the part that goes with the acceleration is left out there.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import pi
 
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.scene.sources.mjcf.draft import Draft, number, total
+from eomgen.scene.sources.draft import LinkPlace
+from eomgen.scene.sources.mjcf.draft import Draft, cross, dot, number, times, total
 from eomgen.system.description import BASE
 
-#: Mass and moments of inertia below which MuJoCo counts a body as without inertia.
+#: Mass and moments of inertia below which MuJoCo counts a body as without inertia, and its smallest divisor.
 _SMALLEST = 1e-15
 
 
 def convert_fluid(draft: Draft) -> None:
-    """Add the forces of the medium on all bodies; report bodies with the ellipsoid model."""
+    """Add the forces of the medium on all bodies."""
+    model = draft.model
+    if not (float(model.opt.density) > 0.0 or float(model.opt.viscosity) > 0.0):
+        return
+    by_geom: dict[int, list[int]] = {}
+    for geom in np.flatnonzero(model.geom_fluid[:, 0] > 0.0):
+        by_geom.setdefault(int(model.geom_bodyid[geom]), []).append(int(geom))
+    for body in range(1, model.nbody):
+        if float(model.body_mass[body]) <= _SMALLEST or draft.places[body].body == BASE:
+            continue
+        if body not in by_geom:
+            _add_drag(draft, body)
+        for geom in by_geom.get(body, ()):
+            _add_ellipsoid(draft, body, geom)
+
+
+def _motion(draft: Draft, written: str, place: LinkPlace) -> tuple[list[str], list[str]]:
+    """Return the names of velocity against the medium and of angular velocity, in the axes of a frame."""
+    center, ends = draft.frame_points(f"{written}_center", place)
+    wind = [float(value) for value in draft.model.opt.wind]
+    flow = [f"(velocity.{center}[{i}] - {number(wind[i])})" if wind[i] else f"velocity.{center}[{i}]" for i in range(3)]
+    spin = [f"angular_velocity.{place.body}[{i}]" for i in range(3)]
+    axes = [draft.along(center, end) for end in ends]
+    return (
+        [draft.define(f"{written}_speed_{k}", dot(axis, flow)) for k, axis in zip("xyz", axes, strict=True)],
+        [draft.define(f"{written}_spin_{k}", dot(axis, spin)) for k, axis in zip("xyz", axes, strict=True)],
+    )
+
+
+def _add(draft: Draft, written: str, place: LinkPlace, forces: list[str], torques: list[str]) -> None:
+    draft.section("forces")[draft.name("force", "", f"{written}_drag")] = {
+        "body": place.body,
+        "point": place.position.tolist(),
+        "axes": "body",
+        "force": _turned(place.orientation, forces),
+        "torque": _turned(place.orientation, torques),
+    }
+
+
+def _add_drag(draft: Draft, body: int) -> None:
+    """Add the drag of the box of a body's inertia."""
     model = draft.model
     density, viscosity = float(model.opt.density), float(model.opt.viscosity)
-    if not (density > 0.0 or viscosity > 0.0):
-        return
-    by_geom = sorted({int(model.geom_bodyid[k]) for k in range(model.ngeom) if model.geom_fluid[k][0] > 0.0})
-    for body in range(1, model.nbody):
-        if body in by_geom:
-            place = draft.place("body", body - 1, model.nbody - 1)
-            name = draft.written("body", body) or f"body {body}"
-            fault = f"forces of the medium on ellipsoids (fluidshape) are not supported: {name}"
-            draft.refuse(place, "option", fault, 'fluidshape="none", or density 0 and viscosity 0')
-        elif float(model.body_mass[body]) > _SMALLEST and draft.places[body].body != BASE:
-            _add_drag(draft, body, density, viscosity)
-
-
-def _add_drag(draft: Draft, body: int, density: float, viscosity: float) -> None:
-    model = draft.model
     place = draft.places[body].of(np.array(model.body_ipos[body]), model.body_iquat[body])
     box = _box(np.array(model.body_inertia[body]), float(model.body_mass[body]))
     written = draft.written("body", body) or f"body_{body}"
-    center, ends = draft.frame_points(f"{written}_center", place)
-    linear, angular = [], []
-    for axis, end in zip("xyz", ends, strict=True):
-        along = draft.along(center, end)
-        wind = [number(float(value)) for value in model.opt.wind]
-        speeds = [f"{a} * (velocity.{center}[{i}] - {wind[i]})" for i, a in enumerate(along)]
-        turns = [f"{a} * angular_velocity.{place.body}[{i}]" for i, a in enumerate(along)]
-        linear.append(draft.define(f"{written}_speed_{axis}", total(speeds)))
-        angular.append(draft.define(f"{written}_spin_{axis}", total(turns)))
+    linear, angular = _motion(draft, written, place)
     mean = float(np.mean(box))
     forces: list[str] = []
     torques: list[str] = []
@@ -63,13 +83,79 @@ def _add_drag(draft: Draft, body: int, density: float, viscosity: float) -> None
         ]
         for parts, all_parts in ((push, forces), (turn, torques)):
             all_parts.append(total([f"{number(-factor)} * {term}" for factor, term in parts if factor]))
-    draft.section("forces")[draft.name("force", "", f"{written}_drag")] = {
-        "body": place.body,
-        "point": place.position.tolist(),
-        "axes": "body",
-        "force": _turned(place.orientation, forces),
-        "torque": _turned(place.orientation, torques),
-    }
+    _add(draft, written, place, forces, torques)
+
+
+def _add_ellipsoid(draft: Draft, body: int, geom: int) -> None:
+    """Add the forces on a geom that moves through the medium like an ellipsoid."""
+    model = draft.model
+    density, viscosity = float(model.opt.density), float(model.opt.viscosity)
+    place = draft.places[body].of(np.array(model.geom_pos[geom]), model.geom_quat[geom])
+    axes = _semi_axes(draft, geom)
+    blunt, slender, turning, kutta, magnus = (float(value) for value in model.geom_fluid[geom][1:6])
+    mass, inertia = (density * np.array(model.geom_fluid[geom][k : k + 3]) for k in (6, 9))
+    written = draft.written("geom", geom) or f"geom_{geom}"
+    v, w = _motion(draft, written, place)
+
+    def own(word: str, formula: str) -> str:
+        return draft.define(f"{written}_{word}", formula)
+
+    speed = own("speed", _norm(v))
+    # areas of the projections along the axes, by pi, and their squares
+    sides = [float(np.prod(axes) / axis) for axis in axes]
+    cast = own("cast", total([f"{number(side**4)} * {x}**2" for side, x in zip(sides, v, strict=True)]))
+    seen = own("seen", total([f"{number(side**2)} * {x}**2" for side, x in zip(sides, v, strict=True)]))
+    area = own("area", f"{number(pi)} * sqrt(max({cast} / max({_SMALLEST!r}, {seen}), 1e-60))")
+    middle, large = np.sort(axes)[1:]
+    widest = pi * float(large * middle)
+    wide = _sum([(blunt - slender, area), (slender * widest, "")])
+    mean = float(np.sum(axes)) / 3.0
+    drag = own("drag", f"{number(6.0 * pi * mean * viscosity)} + {number(density)} * {speed} * {wide}")
+    swept = [8.0 / 15.0 * pi * float(axes[k] * max(axes[k - 1], axes[k - 2]) ** 4) for k in range(3)]
+    most = 8.0 / 15.0 * pi * float(middle * large**4)
+    moments = [times(turning * own_part + slender * (most - own_part), x) for own_part, x in zip(swept, w, strict=True)]
+    slowing = own("slowing", f"{number(8.0 * pi * mean**3 * viscosity)} + {number(density)} * {_norm(moments)}")
+    normal = [times(side**2, x) for side, x in zip(sides, v, strict=True)]
+    lift = own("lift", f"{number(kutta * density)} * {area} * {seen} / max({_SMALLEST!r}, {speed} * {cast})")
+    circulation = [own(f"circulation_{k}", f"{lift} * {part}") for k, part in zip("xyz", cross(normal, v), strict=True)]
+    momentum = [times(float(m), x) for m, x in zip(mass, v, strict=True)]
+    spin = [times(float(m), x) for m, x in zip(inertia, w, strict=True)]
+    whirl = magnus * density * 4.0 / 3.0 * pi * float(np.prod(axes))
+    forces = [
+        total([carried, times(whirl, side), lifted, f"(-{drag} * {x})"])
+        for carried, side, lifted, x in zip(cross(momentum, w), cross(w, v), cross(circulation, v), v, strict=True)
+    ]
+    torques = [
+        total([pushed, turned, f"(-{slowing} * {x})"])
+        for pushed, turned, x in zip(cross(momentum, v), cross(spin, w), w, strict=True)
+    ]
+    _add(
+        draft,
+        written,
+        place,
+        [own(f"force_{k}", part) for k, part in zip("xyz", forces, strict=True)],
+        [own(f"torque_{k}", part) for k, part in zip("xyz", torques, strict=True)],
+    )
+
+
+def _semi_axes(draft: Draft, geom: int) -> Array:
+    """Return the semi-axes of the ellipsoid that stands for a geom, m."""
+    kinds, kind = draft.mujoco.mjtGeom, int(draft.model.geom_type[geom])
+    size = np.array(draft.model.geom_size[geom])
+    if kind == kinds.mjGEOM_SPHERE:
+        return np.full(3, size[0])
+    if kind in (kinds.mjGEOM_CAPSULE, kinds.mjGEOM_CYLINDER):
+        return np.array([size[0], size[0], size[1] + (size[0] if kind == kinds.mjGEOM_CAPSULE else 0.0)])
+    return size
+
+
+def _norm(vector: Sequence[str]) -> str:
+    return f"sqrt(max({dot(vector, vector)}, 1e-60))"
+
+
+def _sum(parts: Sequence[tuple[float, str]]) -> str:
+    """Return the sum of factors times terms, of which one without a term is a number."""
+    return total([times(factor, term) if term else number(factor) for factor, term in parts])
 
 
 def _box(inertia: Array, mass: float) -> Array:

@@ -16,7 +16,7 @@ import numpy as np
 from eomgen.base.data import dataclass
 from eomgen.scene.sources.draft import LinkPlace
 from eomgen.scene.sources.mjcf import quaternions
-from eomgen.scene.sources.mjcf.draft import Draft, number, times, total
+from eomgen.scene.sources.mjcf.draft import Draft, cross, dot, number, times, total
 from eomgen.scene.sources.mjcf.equalities import site_place
 from eomgen.scene.sources.mjcf.tree import BALL, HINGE, SLIDE
 from eomgen.system.description import BASE
@@ -177,7 +177,7 @@ def _on_site(drive: Drive, site: int) -> Transmission:
             (drive.gear[k + 3], f"angular_velocity.{place.body}"),
         ):
             if factor and place.body != BASE:
-                rates.append(times(factor, _dot(draft.along(center, end), [f"{word}[{i}]" for i in range(3)])))
+                rates.append(times(factor, dot(draft.along(center, end), [f"{word}[{i}]" for i in range(3)])))
 
     def load(force: str) -> None:
         pushes, turns = (place.orientation @ np.array(part) for part in (drive.gear[:3], drive.gear[3:]))
@@ -188,15 +188,6 @@ def _on_site(drive: Drive, site: int) -> Transmission:
         drive.add_load(place.body, "wrench", **entry)
 
     return Transmission("0.0", total(rates), load)
-
-
-def _dot(first: Sequence[str], second: Sequence[str]) -> str:
-    return total([f"{a} * {b}" for a, b in zip(first, second, strict=True)])
-
-
-def _cross(first: Sequence[str], second: Sequence[str]) -> list[str]:
-    pairs = ((1, 2), (2, 0), (0, 1))
-    return [f"({first[i]} * {second[j]} - {first[j]} * {second[i]})" for i, j in pairs]
 
 
 def _spin(body: str) -> list[str]:
@@ -218,10 +209,10 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
     if any(drive.gear[:3]):
         offset = drive.names("offset", draft.along(origin, center))
         axis = _in_world(drive, "direction", origin, ends, drive.gear[:3])
-        lengths.append(_dot(offset, axis))
+        lengths.append(dot(offset, axis))
         relative = [f"(velocity.{center}[{i}] - velocity.{origin}[{i}])" for i in range(3)]
-        relative = [f"({speed} - {turn})" for speed, turn in zip(relative, _cross(_spin(common), offset), strict=True)]
-        rates.append(_dot(axis, relative))
+        relative = [f"({speed} - {turn})" for speed, turn in zip(relative, cross(_spin(common), offset), strict=True)]
+        rates.append(dot(axis, relative))
 
         def push(force: str) -> None:
             drive.add_load(
@@ -230,7 +221,7 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
             drive.add_load(
                 places[1].body, "reaction", point=places[1].position.tolist(), force=[f"-{a} * ({force})" for a in axis]
             )
-            moment = _cross(axis, offset)
+            moment = cross(axis, offset)
             drive.add_load(common, "balance", torque=[f"{part} * ({force})" for part in moment])
 
         loads.append(push)
@@ -241,7 +232,7 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
         vector = _relative_turn(drive, axes, own_axes)
         lengths.append(total([times(c, x) for c, x in zip(drive.gear[3:], vector, strict=True) if c]))
         spins = [f"({a} - {b})" for a, b in zip(_spin(places[0].body), _spin(places[1].body), strict=True)]
-        rates.append(_dot(turn, spins))
+        rates.append(dot(turn, spins))
 
         def twist(force: str) -> None:
             for place, word, sign in zip(places, ("torque", "counter_torque"), ("", "-"), strict=True):
@@ -259,10 +250,10 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
 
 def _relative_turn(drive: Drive, axes: Sequence[Sequence[str]], others: Sequence[Sequence[str]]) -> list[str]:
     """Return the names of the rotation vector from axes to others, by less than half a turn, in both axes."""
-    cosines = [[_dot(axis, other) for other in others] for axis in axes]
+    cosines = [[dot(axis, other) for other in others] for axis in axes]
     pairs = ((2, 1), (0, 2), (1, 0))
     sines = drive.names("sine", [f"0.5 * ({cosines[i][j]} - {cosines[j][i]})" for i, j in pairs])
-    size = drive.draft.define(f"{drive.name}_size", f"sqrt(max({_dot(sines, sines)}, 1e-32))")
+    size = drive.draft.define(f"{drive.name}_size", f"sqrt(max({dot(sines, sines)}, 1e-32))")
     cosine = f"0.5 * ({total([cosines[i][i] for i in range(3)])} - 1.0)"
     factor = drive.draft.define(f"{drive.name}_factor", f"atan2({size}, {cosine}) / {size}")
     return drive.names("turn", [f"{factor} * {sine}" for sine in sines])
@@ -299,8 +290,8 @@ def _slider_crank(drive: Drive, crank: int, slider: int) -> Transmission:
     rod, gear = float(model.actuator_cranklength[drive.index]), drive.gear[0]
     offset = drive.names("offset", draft.along(origin, center))
     axis = drive.names("slide", draft.along(origin, ends[2]))
-    along = draft.define(f"{drive.name}_along", _dot(offset, axis))
-    square = draft.define(f"{drive.name}_square", f"{along}**2 + {number(rod**2)} - {_dot(offset, offset)}")
+    along = draft.define(f"{drive.name}_along", dot(offset, axis))
+    square = draft.define(f"{drive.name}_square", f"{along}**2 + {number(rod**2)} - {dot(offset, offset)}")
     root = draft.define(f"{drive.name}_root", f"sqrt(max({square}, 1e-32))")
     length = draft.define(f"{drive.name}_length", times(gear, f"({along} - ({root} if {square} > 0.0 else 0.0))"))
     share = draft.define(f"{drive.name}_share", f"(1.0 - {along} / {root} if {square} > 0.0 else 1.0)")
@@ -308,9 +299,9 @@ def _slider_crank(drive: Drive, crank: int, slider: int) -> Transmission:
         "direction",
         [f"{share} * {a} + ({x} / {root} if {square} > 0.0 else 0.0)" for a, x in zip(axis, offset, strict=True)],
     )
-    moment = [f"({share} * {part})" for part in _cross(axis, offset)]
+    moment = [f"({share} * {part})" for part in cross(axis, offset)]
     relative = [f"(velocity.{center}[{i}] - velocity.{origin}[{i}])" for i in range(3)]
-    rate = f"({_dot(push, relative)} + {_dot(moment, _spin(places[1].body))})"
+    rate = f"({dot(push, relative)} + {dot(moment, _spin(places[1].body))})"
 
     def load(force: str) -> None:
         pull = times(gear, f"({force})")
