@@ -34,6 +34,7 @@ def mjcf_data(
     limits: bool = False,
     friction: bool = False,
     keyframe: str = "",
+    mocap: bool = False,
 ) -> ConvertedScene:
     """Return an MJCF file in the form of a scene file, with notes on all that is left out.
 
@@ -51,6 +52,8 @@ def mjcf_data(
         Take limits of position as stops, and dry friction.
     keyframe : str
         Name or number of the keyframe at the start.
+    mocap : bool
+        Move mocap bodies by motions from outside.
 
     Raises
     ------
@@ -62,6 +65,7 @@ def mjcf_data(
     name = legal_name(_name_of(mujoco, model) or "model", ())
     data: dict[str, Any] = {"format": 1, "name": name, "bodies": {}, "joints": {}}
     draft = Draft(Report(file, {}), data, mujoco=mujoco, model=model, elements=elements)
+    draft.moving_targets = mocap
     draft.key = _keyframe(draft, keyframe, file)
     draft.qpos = np.array(model.qpos0 if draft.key < 0 else model.key_qpos[draft.key])
     draft.qvel = np.zeros(model.nv) if draft.key < 0 else np.array(model.key_qvel[draft.key])

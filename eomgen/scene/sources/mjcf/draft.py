@@ -73,6 +73,7 @@ class Draft(SceneDraft):
         by number in the compiled model
     qpos, qvel : MuJoCo's coordinates and velocities at the start
     key : number of the keyframe at the start; -1 for none
+    moving_targets : whether motions from outside move mocap bodies
     tendon_joints : joints of fixed tendons with their coefficients
     points : names of the points at sites
     frame_origins : names of the points at frames, by the wanted names
@@ -90,6 +91,7 @@ class Draft(SceneDraft):
     qpos: Array = field(default_factory=lambda: np.zeros(0))
     qvel: Array = field(default_factory=lambda: np.zeros(0))
     key: int = -1
+    moving_targets: bool = False
     tendon_joints: dict[int, list[tuple[int, float]]] = field(default_factory=dict)
     points: dict[int, str] = field(default_factory=dict)
     frame_origins: dict[str, str] = field(default_factory=dict)

@@ -17,6 +17,7 @@ def read_mjcf(
     limits: bool = False,
     friction: bool = False,
     keyframe: str = "",
+    mocap: bool = False,
 ) -> ConvertedScene:
     """Return an MJCF file in the form of a scene file; the options as in ``MJCF``.
 
@@ -31,7 +32,9 @@ def read_mjcf(
     """
     from eomgen.scene.sources.mjcf.conversion import mjcf_data  # noqa: PLC0415  # most scenes are not MJCF
 
-    return mjcf_data(text, file=file, strict=strict, path=path, limits=limits, friction=friction, keyframe=keyframe)
+    return mjcf_data(
+        text, file=file, strict=strict, path=path, limits=limits, friction=friction, keyframe=keyframe, mocap=mocap
+    )
 
 
 MJCF = Source(
@@ -49,6 +52,13 @@ MJCF = Source(
             metavar="KEY",
             of_key="the initial state is this keyframe",
             elsewhere="`initial` of the joints in the scene file",
+        ),
+        Option(
+            "mocap",
+            False,
+            "move mocap bodies by motions from outside, NAME_x to NAME_roll",
+            of_key="motions from outside move mocap bodies",
+            elsewhere="`drive` of joints with `motion` inputs in the scene file",
         ),
     ),
     root="mujoco",

@@ -42,7 +42,9 @@ def convert_tree(draft: Draft, *, limits: bool, friction: bool) -> None:
         draft.lines[f"bodies.{name}"] = str(draft.place("body", body - 1, model.nbody - 1))
         carrier = draft.places[int(model.body_parentid[body])]
         rest = carrier.of(model.body_pos[body].copy(), model.body_quat[body])
-        if model.body_jntnum[body]:
+        if draft.moving_targets and model.body_mocapid[body] >= 0:
+            _add_moved(draft, body, name)
+        elif model.body_jntnum[body]:
             _Chain(draft, body, name, limits=limits, friction=friction).attach(rest)
         else:
             draft.places[body] = rest
@@ -50,13 +52,17 @@ def convert_tree(draft: Draft, *, limits: bool, friction: bool) -> None:
             draft.lines[f"frames.{name}"] = draft.lines[f"bodies.{name}"]
             merged.append(name)
             if model.body_mocapid[body] >= 0:
-                note = f"not modelled: the motion of the mocap body {name}, which rests at its place in the file"
+                note = (
+                    f"not modelled: the motion of the mocap body {name}, which rests at its place; mocap=True moves it"
+                )
                 draft.leave_out(draft.place("body", body - 1, model.nbody - 1), note)
         place = draft.places[body]
         parts.setdefault(place.body, []).append(_inertia(model, body).moved(place.orientation, place.position))
     for link, of_link in parts.items():
         if link != BASE:
             draft.section("bodies")[link] |= body_entry(combined(of_link))
+    if draft.moving_targets:
+        _add_mass_of_moved(draft)
     if merged:
         draft.notes.append(
             f"bodies without joints are parts of the ones that carry them, kept as frames: {listed(merged)}"
@@ -69,6 +75,45 @@ def _inertia(model: Any, body: int) -> Inertia:
     turned = rotation_matrix(np.array(model.body_iquat[body]))
     about = turned @ np.diag(model.body_inertia[body]) @ turned.T
     return Inertia(float(model.body_mass[body]), np.array(model.body_ipos[body]), 0.5 * (about + about.T))
+
+
+def _add_moved(draft: Draft, body: int, name: str) -> None:
+    """Add a mocap body on a chain of joints that motions from outside drive: three travels in the axes of the world,
+    then turns about z, y and x."""
+    model, which = draft.model, int(draft.model.body_mocapid[body])
+    position, quaternion = model.body_pos[body], model.body_quat[body]
+    if draft.key >= 0:
+        position, quaternion = model.key_mpos[draft.key][3 * which :], model.key_mquat[draft.key][4 * which :]
+    R = rotation_matrix(np.array(quaternion[:4]) / np.linalg.norm(quaternion[:4]))
+    angles = [np.arctan2(R[1, 0], R[0, 0]), -np.arcsin(np.clip(R[2, 0], -1.0, 1.0)), np.arctan2(R[2, 1], R[2, 2])]
+    parent = BASE
+    rows = (*(("prismatic", axis) for axis in "xyz"), *(("revolute", axis) for axis in "zyx"))
+    words = ("x", "y", "z", "yaw", "pitch", "roll")
+    for word, (kind, axis), value in zip(words, rows, [*position[:3], *angles], strict=True):
+        motion = draft.name("signal", "", f"{name}_{word}")
+        joint = draft.name("joint", "", f"{name}_{word}")
+        link = name if word == "roll" else draft.name("body", "", f"{name}_{word}")
+        draft.section("inputs")[motion] = {"motion": True, "initial": float(value)}
+        draft.section("bodies")[link] = {"mass": 0.0}
+        draft.section("joints")[joint] = {
+            "type": kind,
+            "parent": parent,
+            "child": link,
+            "axis": [float(axis == letter) for letter in "xyz"],
+            "drive": motion,
+        }
+        draft.lines[f"joints.{joint}"] = draft.lines[f"bodies.{name}"]
+        parent = link
+    draft.places[body] = LinkPlace(name, np.eye(3), np.zeros(3))
+
+
+def _add_mass_of_moved(draft: Draft) -> None:
+    """Give mocap bodies without mass some, so that the equations of their drives can be solved."""
+    for body in np.flatnonzero(draft.model.body_mocapid >= 0):
+        name = draft.places[int(body)].body
+        if not draft.section("bodies")[name].get("mass"):
+            draft.section("bodies")[name] |= {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
+            draft.notes.append(f"the mocap body {name} has no mass in the file; its 1 kg here loads its drives alone")
 
 
 class _Chain:
