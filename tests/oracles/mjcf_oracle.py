@@ -103,6 +103,16 @@ class Imported:
             )
         )
 
+    def rates(self, *, seed: int = 0, states: int = STATES) -> tuple[Array, Array]:
+        """Return the rates of internal states at random states, (states, nz), and MuJoCo's of activations."""
+        state = self.states(1.0, 1.0, seed, states)
+        own = tape_evaluator(self.system)("internal_rate", state)["zdot"]
+        expected = []
+        for k in range(states):
+            self.equations(*(state[name][k] for name in ("q", "v", "u", "z")))
+            expected.append(self.data.act_dot.copy())
+        return own, np.array(expected)
+
     def sensors(self, *, seed: int = 0, states: int = STATES) -> dict[str, tuple[Array, Array]]:
         """Return by name the outputs of sensors at random states and accelerations, and MuJoCo's values."""
         state = self.states(1.0, 1.0, seed, states)

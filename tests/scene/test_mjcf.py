@@ -11,7 +11,9 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
+from eomgen.pipeline.pipeline import derive
 from eomgen.scene.load import load
+from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.mjcf_oracle import Imported
 
 TOLERANCE = 1e-12
@@ -112,6 +114,72 @@ CASES = {
             ' fpmax="1.3" fvmax="1.2" timeconst="0.01 0.04" tausmooth="5"/><muscle joint="a" lengthrange="-2 2"/>'
         ),
     ),
+    "servos of balls": arm(
+        second='type="ball"',
+        rest=actuators(
+            '<position joint="b" kp="3" kv="0.4" gear="1 2 0.5"/><motor jointinparent="b" gear="1 2 3"/>'
+            '<general joint="b" biastype="affine" gainprm="2" biasprm="0.1 -0.7 -0.2" gear="0 1 0"/>'
+            '<orientation joint="b" kp="3" kv="0.4" forcerange="0 1"/><orientation joint="b" input="quat" kp="2"/>'
+        ),
+    ),
+    "dampers of free joints and sites": arm(
+        rest=actuators(
+            '<velocity joint="free" kv="3" gear="1 2 3 4 5 6"/><damper site="s" kv="3" gear="1 2 3 4 5 6"'
+            ' ctrlrange="0 1"/><velocity jointinparent="free" kv="2" gear="1 -1 2 3 0.4 5"/>'
+        )
+    ),
+    "site against site": arm(
+        rest=actuators(
+            '<position site="s" refsite="c" kp="3" kv="0.4" gear="1 2 0.5 0 0 0"/><position site="s" refsite="c"'
+            ' kp="3" kv="0.4" gear="0 0 0 0.3 -0.2 1"/><general site="s" refsite="c" biastype="affine" gainprm="2"'
+            ' biasprm="0.1 -0.7 -0.2" gear="0 1 0 1 2 3"/>'
+        )
+    ),
+    "sites on one chain": arm(
+        body='><site name="p" pos="0.1 0.1 0.05" euler="10 0 30"/',
+        rest=actuators(
+            '<position site="s" refsite="u" kp="3" kv="0.4" gear="1 2 0.5 0 0 0"/><motor site="s" refsite="p"'
+            ' gear="1 2 3 1 2 3"/><position site="u" refsite="p" kp="3" kv="0.4" gear="1 2 3 0.3 -0.2 1"/>'
+        ),
+    ).replace('<body name="lower"', '<site name="u" pos="0.1 -0.1 0.2" euler="40 10 0"/><body name="lower"'),
+    "slider and crank": arm(
+        rest=actuators(
+            '<position cranksite="s" slidersite="c" cranklength="3" kp="3" kv="2" gear="2"/>'
+            '<motor cranksite="s" slidersite="c" cranklength="0.1"/>'
+        )
+    ),
+    "pid": arm(
+        second='type="ball"',
+        rest=actuators(
+            '<pid joint="a" kp="3" kv="0.4" ki="2"/><pid joint="a" input="vel" kv="2"/><pid joint="a" kp="3" kv="0.4"'
+            ' input="pos vel ff" ki="2" imax="0.3" slewmax="5" forcerange="-2 2"/>'
+            '<pid joint="b" gear="1 0 2" kp="2" kv="0.1" ki="1" slewmax="3"/>'
+        ),
+    ),
+    "dcmotor": arm(
+        rest=actuators(
+            '<dcmotor joint="a" motorconst="0.1 0.2" resistance="2"/><dcmotor joint="a" gear="3" motorconst="0.3"'
+            ' resistance="2" inductance="0.1" thermal="2 3 0 0.004 25 20" lugre="100 2 0.3 0.5 0.1"'
+            ' cogging="0.1 7 0.3" saturation="0.2 0 5"/><dcmotor joint="b" motorconst="0.3" resistance="2"'
+            ' input="pos vel ff voltage" controller="5 2 0.3 4 0.2 3" thermal="2 3 0 0.004 25 20"/>'
+            '<dcmotor joint="a" input="none" motorconst="0.1" resistance="1"/>'
+        )
+    ),
+    "ellipsoids in a medium": arm(
+        option='<default><geom fluidshape="ellipsoid" fluidcoef="0.4 0.3 1.2 0.9 1.1"/></default>'
+        '<option density="1.2" viscosity="0.3" wind="1 -2 0.5"/>',
+        second='type="ball"',
+        body='><geom type="ellipsoid" size="0.1 0.03 0.2" pos="0.1 0.2 0"/><geom type="cylinder" size="0.03 0.2"'
+        ' euler="10 20 30" fluidshape="none"/',
+    ),
+    "limited tendon": arm(
+        rest=_TENDON.replace("<fixed", '<fixed actuatorfrcrange="-1 1"')
+        + actuators('<motor tendon="t" gear="2" damping="0.3 0.1"/>')
+    ),
+    "tendon of one joint": arm(
+        rest=_TENDON.replace('<joint joint="b" coef="-0.5"/>', "").replace("<fixed", '<fixed armature="0.3"')
+        + actuators('<motor tendon="t" gear="2" damping="0.3 0.1" armature="0.2"/>')
+    ),
     "tendon": arm(
         rest=_TENDON + actuators('<motor tendon="t" gear="2"/><position tendon="t" kp="7" kv="2" forcerange="-3 3"/>')
     ),
@@ -126,9 +194,54 @@ def file(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("name", CASES)
 def test_mass_and_forces_are_mujoco_s(name: str, file: Path) -> None:
     file.write_text(CASES[name], encoding="utf-8")
-    mass, forces = Imported.of(file).errors()
+    imported = Imported.of(file)
+    # of DC motors MuJoCo takes the current at the end of its step, unless it is asked to take it as it is
+    imported.model.actuator_actearly[:] = 0
+    mass, forces = imported.errors()
     assert mass < TOLERANCE
     assert forces < TOLERANCE
+
+
+@pytest.mark.parametrize("name", ["pid", "dcmotor", "muscle"])
+def test_activations_change_as_mujoco_s(name: str, file: Path) -> None:
+    file.write_text(CASES[name], encoding="utf-8")
+    rates, theirs = Imported.of(file, terms=("mass", "residual", "internal_rate")).rates()
+    assert rates.shape[1] >= 2
+    np.testing.assert_allclose(rates, theirs, rtol=1e-11, atol=1e-12)
+
+
+MOCAP = """<mujoco><option><flag contact="disable"/></option><worldbody>
+  <body name="target" mocap="true" pos="0.3 0.1 1" euler="10 20 30"><geom size="0.1"/><site name="eye" pos="0.1 0 0"/>
+    <body pos="0 0 0.2"><joint name="p" axis="1 0 0"/><geom size="0.1" pos="0 0.1 0"/></body></body>
+  <body name="arm" pos="0 0 2"><joint name="a" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.05"/>
+    <site name="s" pos="0.5 0 0"/></body></worldbody>
+  <tendon><spatial stiffness="30"><site site="eye"/><site site="s"/></spatial></tendon>
+  <keyframe><key name="up" mpos="0.4 0 1.5" mquat="0.6 0 0.8 0"/></keyframe></mujoco>"""
+
+
+def test_motions_from_outside_move_mocap_bodies(file: Path) -> None:
+    file.write_text(MOCAP, encoding="utf-8")
+    assert any("mocap=True moves it" in note for note in load(file).notes)
+    scene = load(file, mocap=True, keyframe="up")
+    assert not any("not modelled" in note for note in scene.notes)
+    system = derive(scene, ["mass", "residual", "constraint"])
+    q = np.array([0.4, 0.0, 1.5, 0.0, 0.0, 0.0, 0.7, -0.4])
+    v = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.3, -1.1])
+    model = mujoco.MjModel.from_xml_string(MOCAP)
+    data = mujoco.MjData(model)
+    for turn, quaternion in ((0.0, [1, 0, 0, 0]), (0.5, [np.cos(0.25), 0, np.sin(0.25), 0])):
+        q[4] = turn
+        data.mocap_pos[0], data.mocap_quat[0], data.qpos[:], data.qvel[:] = q[:3], quaternion, q[6:], v[6:]
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        M = np.zeros((2, 2))
+        mujoco.mj_fullM(model, data, M)
+        given = {"q": q, "v": v, "a": np.zeros(8), "lam": np.zeros(6), "t": np.zeros(1)}
+        own, r = (tape_evaluator(system)(term, given)[key] for term, key in (("mass", "M"), ("residual", "r")))
+        np.testing.assert_allclose(own.reshape(8, 8)[6:, 6:], M, rtol=1e-12)
+        np.testing.assert_allclose(r.ravel()[6:8], data.qfrc_bias - data.qfrc_passive, rtol=1e-12, atol=1e-12)
+    Phi = tape_evaluator(system)("constraint", given)["Phi"].ravel()  # the drives hold the keyframe's pose
+    np.testing.assert_allclose(np.abs(Phi), [0, 0, 0, 0, abs(0.5 - 2.0 * np.arctan2(0.8, 0.6) + np.pi), 0], atol=2.0)
 
 
 _SENSORS = """<sensor>
@@ -283,14 +396,19 @@ REFUSED = {
     arm(second='type="ball" armature="3"'): r"model\.xml:8 \(joints\.b\): a ball joint with armature on a body that"
     " moves is not supported",
     arm(first='stiffness="1" springyield="0.1"'): r"model\.xml:5 \(joints\.a\): springyield makes the spring plastic",
-    arm(option='<default><geom fluidshape="ellipsoid"/></default><option density="1.2"/>'): (
-        r"model\.xml:4 \(option\): forces of the medium on ellipsoids \(fluidshape\) are not supported: upper"
-    ),
     arm(
         rest='<tendon>\n<spatial name="r" armature="1"><site site="s"/><site site="c"/></spatial></tendon>'
-    ): r"model\.xml:18 \(tendon length_of_r\): a tendon with armature",
-    arm(rest=actuators('\n<motor name="m" site="s" refsite="s"/>')): r"model\.xml:18 \(actuator m\): an actuator with a"
-    " transmission of type site",
+    ): r"model\.xml:18 \(tendon length_of_r\): armature of a tendon along several joints is not",
+    arm(
+        rest=actuators('\n<motor name="m" joint="a" delay="0.1" nsample="3"/>')
+    ): r"model\.xml:18 \(actuator m\): a delay"
+    " of the control is not supported",
+    arm(rest=actuators('\n<orientation name="m" site="s" refsite="c" kp="1"/>')): r"model\.xml:18 \(actuator m\): an"
+    " orientation actuator between sites is not supported",
+    arm(
+        rest=_TENDON + actuators('\n<motor name="m" tendon="t" armature="1"/>')
+    ): r"model\.xml:18 \(actuator m\): armature"
+    " on a tendon of several joints is not supported",
     "<robot/>": r"model\.xml",
     "<mujoco><worldbody>": r"model\.xml:1: this is not XML: no element found",
 }
