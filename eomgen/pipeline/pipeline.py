@@ -85,7 +85,8 @@ def load(
         ``actuated``, to give every moving joint of one coordinate an effort input of its own name;
         ``transmissions``, to make the efforts of actuators inputs, which transmissions carry to the joints;
         ``tunable``, links whose mass, centre of mass and inertia become tunable parameters.
-        For MJCF: ``keyframe``, the start; ``limits`` and ``friction``.
+        For MJCF: ``keyframe``, the start; ``mocap``, to move mocap bodies by motions from outside; ``limits`` and
+        ``friction``.
         For SDF: ``weld``, links and frames that are fixed to the base at their places; ``packages``, folders of
         packages and models that the file names, each as ``NAME=FOLDER``; ``lock``, ``limits``, ``friction`` and
         ``actuated``.

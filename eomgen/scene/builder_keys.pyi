@@ -20,6 +20,7 @@ class IncludeKeys(TypedDict, total=False):
     transmissions: bool | None
     tunable: Sequence[str] | None
     keyframe: str | None
+    mocap: bool | None
     weld: Sequence[str] | None
     packages: Sequence[str] | None
 
