@@ -74,17 +74,17 @@ class _Actuator:
         if self.is_of("gain", "SO3"):
             self.orient(drive)
             return
-        found = transmission(drive)
-        if isinstance(found, str):
-            self.refuse(f"an actuator with a transmission of type {found} is not supported")
+        path = transmission(drive)
+        if isinstance(path, str):
+            self.refuse(f"an actuator with a transmission of type {path} is not supported")
             return
-        self.length, self.rate, self.period = found.length, found.rate, found.period
-        self.draft.actuator_motions[index] = found.length, found.rate
+        self.length, self.rate, self.period = path.length, path.rate, path.period
+        self.draft.actuator_motions[index] = path.length, path.rate
         self.add_inertia_and_damping(drive)
         force = self.force()
         self.draft.actuator_forces[index] = force
         if force:
-            found.load(force)
+            path.load(force)
 
     def add_inertia_and_damping(self, drive: Drive) -> None:
         """Add the armature and the damping of the actuator to its joint or tendon; others have none in MuJoCo."""

@@ -26,8 +26,8 @@ def convert_fluid(draft: Draft) -> None:
     if not (float(model.opt.density) > 0.0 or float(model.opt.viscosity) > 0.0):
         return
     by_geom: dict[int, list[int]] = {}
-    for geom in np.flatnonzero(model.geom_fluid[:, 0] > 0.0):
-        by_geom.setdefault(int(model.geom_bodyid[geom]), []).append(int(geom))
+    for number_of_geom in np.flatnonzero(model.geom_fluid[:, 0] > 0.0):
+        by_geom.setdefault(int(model.geom_bodyid[number_of_geom]), []).append(int(number_of_geom))
     for body in range(1, model.nbody):
         if float(model.body_mass[body]) <= _SMALLEST or draft.places[body].body == BASE:
             continue

@@ -77,7 +77,7 @@ class Drive:
 
 
 def transmission(drive: Drive) -> Transmission | str:
-    """Return the transmission of an actuator, or what it is if no scene has it."""
+    """Return the transmission of an actuator; the word for it if no scene has one."""
     draft, kinds = drive.draft, drive.draft.mujoco.mjtTrn
     kind = int(draft.model.actuator_trntype[drive.index])
     target, second = drive.targets()
