@@ -212,10 +212,26 @@ def taken(case: Case, name: str = "taken") -> tuple[Any, dict[str, float]]:
     return eomgen.from_sympy(case.system, parameters=values, name=name, **options), values
 
 
+def accelerations(document: Any, blocks: dict[str, Any]) -> Any:
+    """Return vdot of a document, with multipliers if it has constraints."""
+    terms = ["mass", "coupling", "force", "constraint_jacobian", "constraint_bias"]
+    system = eomgen.derive(document, terms if document.rows.names else ["forward_dynamics"])
+    results = {}
+    for name, function in system.functions.items():
+        results[name] = evaluate(system.tape, function.refs, {block: blocks[block] for block in function.inputs})
+    if not document.rows.names:
+        return results["forward_dynamics"]
+    n, rows = len(document.coordinates), len(document.rows.names)
+    B = results["constraint_jacobian"].reshape(rows, n)
+    whole = np.block([[results["mass"].reshape(n, n), B.T], [B, np.zeros((rows, rows))]])
+    right = np.concatenate([results["force"] - results["coupling"], -results["constraint_bias"]])
+    return np.linalg.solve(whole, right)[:n]
+
+
 def largest_error(case: Case, states: int = 5) -> float:
     """Return the largest relative difference of accelerations, and of speeds, from SymPy's own at random states."""
     document, values = taken(case)
-    system = eomgen.derive(document, ["forward_dynamics", "outputs"])
+    system = eomgen.derive(document, ["outputs"])
     speeds = [sympy.Dummy() for _ in case.u]
     coordinates = [sympy.Dummy() for _ in case.q]
     given = [sympy.Dummy() for _ in case.inputs]
@@ -223,15 +239,15 @@ def largest_error(case: Case, states: int = 5) -> float:
     own = dict(zip((*case.u, *case.q, *case.inputs), (*speeds, *coordinates, *given), strict=True))
     arguments = [T, coordinates, speeds, sympy.symbols(names), given]
     rates = sympy.Matrix([case.rates[item.diff(T)] for item in case.q])
-    accelerations = [sympy.Dummy() for _ in case.u]
+    rates_of_u = [sympy.Dummy() for _ in case.u]
     change = (
-        rates.jacobian(case.u) * sympy.Matrix(accelerations) + rates.jacobian(case.q) * rates
+        rates.jacobian(case.u) * sympy.Matrix(rates_of_u) + rates.jacobian(case.q) * rates
         if not isinstance(case.u[0], sympy.Derivative)
-        else sympy.Matrix(accelerations)
+        else sympy.Matrix(rates_of_u)
     )
     terms = [sympy.Matrix(item).subs(case.rates).xreplace(own) for item in (case.mass, case.force, rates)]
     of_motion = sympy.lambdify(arguments, terms, cse=True)
-    of_change = sympy.lambdify([*arguments, accelerations], change.xreplace(own), cse=True)
+    of_change = sympy.lambdify([*arguments, rates_of_u], change.xreplace(own), cse=True)
     random, worst = np.random.default_rng(1), 0.0
     for _ in range(states):
         q, u = random.uniform(0.2, 1.0, len(case.q)), random.uniform(-1.0, 1.0, len(case.u))
@@ -240,11 +256,13 @@ def largest_error(case: Case, states: int = 5) -> float:
         mass, force, v = (np.array(item, dtype=float) for item in of_motion(*state))
         expected = np.array(of_change(*state, np.linalg.solve(mass, force).ravel()), dtype=float).ravel()
         blocks = {"q": q, "v": v.ravel(), "u": inputs, "t": [0.37], "p": [values[name] for name in document.parameters]}
-        for name, wanted in (("forward_dynamics", expected), ("outputs", u)):
-            if name in system.functions:
-                function = system.functions[name]
-                result = evaluate(system.tape, function.refs, {block: blocks[block] for block in function.inputs})
-                worst = max(worst, float(np.abs(result - wanted).max() / np.abs(wanted).max()))
+        results = [(accelerations(document, blocks), expected)]
+        if document.speeds:
+            function = system.functions["outputs"]
+            result = evaluate(system.tape, function.refs, {block: blocks[block] for block in function.inputs})
+            results.append((result, u))
+        for result, wanted in results:
+            worst = max(worst, float(np.abs(result - wanted).max() / np.abs(wanted).max()))
     return worst
 
 
@@ -279,21 +297,155 @@ def test_a_chain_in_space_is_the_one_of_universal_joints(links: int) -> None:
         np.testing.assert_allclose(results[0], results[1], rtol=0, atol=1e-12 * np.abs(results[1]).max())
 
 
-@pytest.mark.slow
-def test_constraints_hold_along_runs() -> None:
-    """A point on a circle in x and y: it starts on the circle, stays there, and moves as a pendulum."""
+def pendulum() -> tuple[Any, list[Any], dict[Any, float]]:
+    """A point on a circle in x and y: description, coordinates, values of the symbols."""
     x, y = dynamicsymbols("x y")
     m, g, length = sympy.symbols("m g l")
     lagrangian = m * (x.diff(T) ** 2 + y.diff(T) ** 2) / 2 - m * g * y
     system = me.LagrangesMethod(lagrangian, [x, y], hol_coneqs=[x**2 + y**2 - length**2])
-    start = {x: 0.5, y: -0.8, x.diff(T): 1.0}
-    document = eomgen.from_sympy(system, parameters={m: 2.0, g: 9.81, length: 1.0}, initial=start)
+    return system, [x, y], {m: 2.0, g: 9.81, length: 1.0}
+
+
+def test_constraints_are_equations_of_the_model() -> None:
+    """The start is on the circle, and the multiplier is the tension of the string over twice its length."""
+    system, (x, y), values = pendulum()
+    document = eomgen.from_sympy(system, parameters=values, initial={x: 0.5, y: -0.8, x.diff(T): 1.0})
     q, v = np.array(document.initial_q), np.array(document.initial_v)
     np.testing.assert_allclose([q @ q, q @ v], [1.0, 0.0], atol=1e-12)
-    run = eomgen.build(document, profile="quick").simulate(2.0, 1e-3, method="rk4")
-    np.testing.assert_allclose(np.hypot(*run.q.T), 1.0, atol=1e-9)
-    energy = 0.5 * np.sum(run.v**2, axis=1) + 9.81 * run.q[:, 1]
-    np.testing.assert_allclose(energy, energy[0], atol=1e-8)
+    assert document.rows.names == ("holonomic 1: formula",)
+    derived = eomgen.derive(document, ["residual", "constraint", "constraint_velocity", "energy"])
+    assert derived.facts.constraints
+    assert derived.facts.conservative
+    assert not derived.facts.velocity_constraints
+    tension = 2.0 * (v @ v - 9.81 * q[1])
+    a = (np.array([0.0, -2.0 * 9.81]) - tension * q) / 2.0
+    state = {"q": q, "v": v, "a": a, "lam": [0.5 * tension], "p": document.values}
+    for name, expected in (("residual", [0, 0]), ("constraint", [0]), ("constraint_velocity", [0])):
+        function = derived.functions[name]
+        result = evaluate(derived.tape, function.refs, {block: state[block] for block in function.inputs})
+        np.testing.assert_allclose(result, expected, atol=1e-11)
+
+
+@pytest.mark.slow
+def test_constraints_hold_along_runs() -> None:
+    """Positions, to rounding, over 20 000 steps; accelerations of the pendulum, and its frequency."""
+    system, (x, y), values = pendulum()
+    document = eomgen.from_sympy(system, parameters=values, initial={x: 0.5, y: -0.8, x.diff(T): 1.0})
+    model = eomgen.build(document, profile="quick")
+    for method in ("rk4_partitioned", "generalized_alpha"):
+        run = model.simulate(20.0, 1e-3, method=method)
+        assert run.success
+        assert np.abs(np.sum(run.q**2, axis=1) - 1.0).max() <= 1e-12
+        assert np.ptp(run.energy["total"]) < 1e-4
+    modes = model.linearize(model.equilibrium().q).modes()
+    np.testing.assert_allclose(np.abs(modes.eigenvalues), np.sqrt(9.81), rtol=1e-9)
+
+
+def four_bar() -> tuple[Any, dict[Any, float], dict[Any, float]]:
+    """Three links on pins, whose end is held: joints, two holonomic constraints, a spring, gravity."""
+    lengths, (g, rho, k) = sympy.symbols("l1:5"), sympy.symbols("g rho k")
+    q, u = list(dynamicsymbols("q1:4")), list(dynamicsymbols("u1:4"))
+    ground = me.RigidBody("ground")
+    links = []
+    for number, length in enumerate(lengths[:3]):
+        frame, center = me.ReferenceFrame(f"F{number}"), me.Point(f"C{number}")
+        inertia = me.inertia(frame, 0, 0, rho * length**3 / 12)
+        links.append(me.RigidBody(f"link{number + 1}", center, frame, rho * length, (inertia, center)))
+    system = me.System.from_newtonian(ground)
+    for number, (parent, child) in enumerate(zip([ground, *links], links, strict=False)):
+        place = None if number == 0 else lengths[number - 1] / 2 * parent.x
+        pin = me.PinJoint(
+            f"j{number + 1}", parent, child, q[number], u[number], place, -lengths[number] / 2 * child.x,
+            joint_axis=parent.z,
+        )  # fmt: skip  # arguments by place
+        system.add_joints(pin)
+    end = links[2].masscenter.locatenew("end", lengths[2] / 2 * links[2].x)
+    loop = end.pos_from(ground.masscenter) - lengths[3] * ground.x
+    system.add_holonomic_constraints(loop.dot(ground.x), loop.dot(ground.y))
+    system.q_ind, system.q_dep, system.u_ind, system.u_dep = [q[0]], q[1:], [u[0]], u[1:]
+    system.apply_uniform_gravity(-g * ground.y)
+    system.add_actuators(me.LinearSpring(k, me.LinearPathway(ground.masscenter, links[1].masscenter), lengths[0]))
+    values = dict(zip(lengths, (0.3, 0.8, 0.6, 0.9), strict=True)) | {g: 9.81, rho: 2.0, k: 10.0}
+    return system, values, {q[0]: 1.2, q[1]: -1.0, q[2]: -1.0, q[0].diff(T): 2.0}
+
+
+def test_bodies_have_poses_and_energies() -> None:
+    """Poses and twists by hand; kinetic energy of twists; no power; joints and springs are drawn."""
+    system, values, start = four_bar()
+    document = eomgen.from_sympy(system, parameters=values, initial=start, name="four_bar")
+    assert document.observed.bodies == ("link1", "link2", "link3")
+    assert [hinge.parent for hinge in document.observed.drawing.hinges] == ["base", "link1", "link2"]
+    (spring,) = document.observed.drawing.lines
+    assert spring.elastic
+    derived = eomgen.derive(document, ["poses", "twists", "energy", "mass"])
+    assert derived.facts.conservative
+    state = {"q": document.initial_q, "v": document.initial_v, "p": document.values}
+    at = {
+        name: evaluate(derived.tape, item.refs, {block: state[block] for block in item.inputs})
+        for name, item in derived.functions.items()
+    }
+    pose, twist = at["poses"].reshape(3, 7), at["twists"].reshape(3, 6)
+    angles, rates = np.cumsum(state["q"]), np.cumsum(state["v"])
+    np.testing.assert_allclose(pose[:, [0, 3]], np.column_stack([np.cos(angles / 2), np.sin(angles / 2)]))
+    lengths, masses = np.array([0.3, 0.8, 0.6]), 2.0 * np.array([0.3, 0.8, 0.6])
+    ends = np.cumsum(lengths[:, None] * np.column_stack([np.cos(angles), np.sin(angles)]), axis=0)
+    np.testing.assert_allclose(ends[-1], [0.9, 0.0], atol=1e-11)
+    np.testing.assert_allclose(pose[1, 4:6], 0.5 * (ends[0] + ends[1]), atol=1e-14)
+    np.testing.assert_allclose(twist[:, 2], rates)
+    kinetic = 0.5 * masses @ np.sum(twist[:, 3:] ** 2, axis=1) + 0.5 * (masses * lengths**2 / 12) @ rates**2
+    M = at["mass"].reshape(3, 3)
+    np.testing.assert_allclose([0.5 * np.dot(state["v"], M @ state["v"]), at["energy"][0]], kinetic, rtol=1e-12)
+    stretch = np.linalg.norm(pose[1, 4:]) - 0.3
+    np.testing.assert_allclose(at["energy"][1], 9.81 * masses @ pose[:, 5] + 5.0 * stretch**2, rtol=1e-12)
+
+
+@pytest.mark.slow
+def test_loops_of_joints_are_closed_along_runs() -> None:
+    system, values, start = four_bar()
+    model = eomgen.build(eomgen.from_sympy(system, parameters=values, initial=start, name="four_bar"), profile="quick")
+    run = model.simulate(10.0, 1e-3, method="rk4_partitioned")
+    assert np.abs(model.evaluate("constraint", run.q)["Phi"]).max() <= 1e-12
+    assert np.ptp(run.energy["total"]) < 1e-6
+    assert run.poses["link3"].shape == (10001, 7)
+
+
+def test_places_that_time_moves_have_a_driver() -> None:
+    """A point on a rail that is moved by sin(w t): the rate of its energy is the power of the driver, F v_t."""
+    q, (m, w) = dynamicsymbols("q"), sympy.symbols("m w")
+    frame, origin = me.ReferenceFrame("N"), me.Point("O")
+    origin.set_vel(frame, 0)
+    place = origin.locatenew("P", q * frame.x + sympy.sin(w * T) * frame.x)
+    place.set_vel(frame, place.pos_from(origin).dt(frame))
+    u = dynamicsymbols("u")
+    system = me.KanesMethod(frame, [q], [u], [q.diff(T) - u], bodies=[me.Particle("p", place, m)], forcelist=[])
+    document = eomgen.from_sympy(system, parameters={m: 2.0, w: 3.0})
+    derived = eomgen.derive(document, ["energy", "poses"])
+    function = derived.functions["energy"]
+    state = {"q": [0.3], "v": [0.7], "a": [1.1], "t": [0.4], "p": document.values}
+    result = evaluate(derived.tape, function.refs, {block: state[block] for block in function.inputs})
+    speed = 0.7 + 3.0 * np.cos(1.2)
+    np.testing.assert_allclose(result, [speed**2, 0.0, 0.0, 2.0 * speed * (1.1 - 9.0 * np.sin(1.2))], atol=1e-13)
+    function = derived.functions["poses"]
+    result = evaluate(derived.tape, function.refs, {block: state[block] for block in function.inputs})
+    np.testing.assert_allclose(result, [1, 0, 0, 0, 0.3 + np.sin(1.2), 0, 0])
+
+
+def test_any_rotation_has_a_quaternion() -> None:
+    """Of a frame by three angles about fixed axes, which SymPy keeps as one matrix, over all four cases."""
+    angles = dynamicsymbols("a b c")
+    frame, origin = me.ReferenceFrame("N"), me.Point("O")
+    origin.set_vel(frame, 0)
+    turned = frame.orientnew("B", "Space", angles, "ZXY")
+    body = me.RigidBody("b", origin, turned, 1, (me.inertia(turned, 1, 2, 3), origin))
+    speeds = dynamicsymbols("u1:4")
+    kinematic = [angle.diff(T) - speed for angle, speed in zip(angles, speeds, strict=True)]
+    document = eomgen.from_sympy(me.KanesMethod(frame, angles, speeds, kinematic, bodies=[body], forcelist=[]))
+    derived = eomgen.derive(document, ["poses"])
+    matrix = sympy.lambdify([angles], frame.dcm(turned))
+    for q in ([0.1, 0.2, 0.3], [3.0, 0.1, 0.2], [0.1, 3.0, 0.1], [0.2, 0.1, 3.0], [3.0, 3.1, 2.9]):
+        w, x, y, z = evaluate(derived.tape, derived.functions["poses"].refs, {"q": q})[:4]
+        own = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        np.testing.assert_allclose(np.eye(3) + 2 * w * own + 2 * own @ own, matrix(q), atol=1e-14)
 
 
 def test_coordinates_without_inertia_move_by_constraints() -> None:
@@ -302,10 +454,8 @@ def test_coordinates_without_inertia_move_by_constraints() -> None:
     m, k = sympy.symbols("m k")
     system = me.LagrangesMethod(m * x.diff(T) ** 2 / 2 - k * s**2 / 2, [x, s], hol_coneqs=[s - 2 * x])
     document = eomgen.from_sympy(system, parameters={m: 2.0, k: 3.0}, initial={x: 0.4, s: 0.8})
-    derived = eomgen.derive(document, ["forward_dynamics"])
-    function = derived.functions["forward_dynamics"]
     state = {"q": document.initial_q, "v": document.initial_v, "p": document.values}
-    result = evaluate(derived.tape, function.refs, {block: state[block] for block in function.inputs})
+    result = accelerations(document, state)
     np.testing.assert_allclose(result, [-2.4, -4.8], rtol=1e-14)
 
 

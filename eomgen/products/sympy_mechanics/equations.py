@@ -1,7 +1,8 @@
-"""Equations M(q) vdot + h(q, v, t) = Q(q, v, t, u) on a tape as a document: description, System and front end.
+"""Equations M(q) vdot + h(q, v, t) + B^T lam = Q(q, v, t, u) with constraints on a tape as a document: description,
+System and front end.
 
-The velocities are the rates of the coordinates. Partials are recorded operation by operation, and accelerations by
-Cholesky's elimination without roots, M = L D L^T.
+The velocities are the rates of the coordinates. Partials are recorded operation by operation, and accelerations without
+constraints by Cholesky's elimination without roots, M = L D L^T.
 """
 
 from __future__ import annotations
@@ -11,22 +12,50 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
-from eomgen.base.data import dataclass, field
+from eomgen.base.data import dataclass, field, replace
 from eomgen.formula.nodes import Symbol
 from eomgen.lie.product import Factor
 from eomgen.pipeline.front_end import FrontEnd
-from eomgen.symbolic.calculus.partials import forward_partials
-from eomgen.symbolic.operations import Op
+from eomgen.products.sympy_mechanics.rows import Rows
+from eomgen.symbolic.calculus.partials import Seeds, forward_partials, jacobian_vector
+from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
-from eomgen.system.description import Coordinates, Description
+from eomgen.system.description import Coordinates, Description, Drawing
 from eomgen.system.signals import Input, Output, Parameter
-from eomgen.system.system import Block, Facts, Function, Quantity, System
+from eomgen.system.system import INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 from eomgen.system.terms import TERMS
 
 #: Most coordinates for which partials of the residual are recorded without a request.
 _SMALL = 40
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
+
+
+@dataclass(frozen=True)
+class Observations:
+    """Quantities besides equations.
+
+    Attributes
+    ----------
+    bodies : tuple of str
+        Bodies that move.
+    poses, twists : tuples of references
+        Of each body: quaternion and place, 7; angular and linear velocity in body axes, 6.
+    energy : tuple of references
+        Kinetic and potential energy, J, non-conservative power, power of drivers, W; empty if unknown.
+    angular : (n,) tuple of bool
+        Which coordinates are angles.
+    drawing : Drawing
+    notes : tuple of str
+    """
+
+    bodies: tuple[str, ...] = ()
+    poses: tuple[Ref, ...] = field(default=(), repr=False)
+    twists: tuple[Ref, ...] = field(default=(), repr=False)
+    energy: tuple[Ref, ...] = field(default=(), repr=False)
+    angular: tuple[bool, ...] = ()
+    drawing: Drawing = field(default_factory=Drawing, repr=False)
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -44,11 +73,15 @@ class SymbolicEquations:
     values : (np,) tuple
         Values of the parameters.
     initial_q, initial_v : (n,) tuples
+        On the constraints.
     tape : Tape
     mass, coupling, force : tuples of references
         M row by row, h and Q.
     outputs : tuple of references
         Of the speeds.
+    rows : Rows
+        Constraints, kept by multipliers.
+    observed : Observations
     """
 
     name: str
@@ -64,12 +97,16 @@ class SymbolicEquations:
     coupling: tuple[Ref, ...] = field(repr=False)
     force: tuple[Ref, ...] = field(repr=False)
     outputs: tuple[Ref, ...] = field(repr=False)
+    rows: Rows = field(default_factory=Rows)
+    observed: Observations = field(default_factory=Observations)
 
     @cached_property
     def content(self) -> bytes:
         """All data that determine the equations, for the key of the cache."""
-        tape = self.tape
+        tape, rows, observed = self.tape, self.rows, self.observed
         data = (
+            *(rows.names, rows.positions, rows.velocities, rows.sizes, rows.extents, rows.left_out),
+            *(observed.bodies, observed.poses, observed.twists, observed.energy, observed.angular, observed.notes),
             *(self.name, self.coordinates, self.parameters, self.inputs, self.speeds, self.values),
             *(self.initial_q, self.initial_v, list(map(int, tape.op)), tape.a, tape.b, tape.constants),
             *(tape.inputs, self.mass, self.coupling, self.force, self.outputs),
@@ -93,27 +130,57 @@ def describe(document: SymbolicEquations) -> Description:
         inputs=tuple(Input(name) for name in document.inputs),
         outputs=tuple(Output(name, (Symbol("output", name),)) for name in document.speeds),
         coordinates=tuple(Coordinates(name, ("",)) for name in document.coordinates),
+        drawing=document.observed.drawing,
     )
 
 
 def derive(document: SymbolicEquations, terms: Sequence[str] | None) -> System:
     """Return the System with the wanted terms, all that a run may need by default."""
     recorder = _Recorder(document)
+    blocks = {name: tuple(_TERMS[name](recorder)) for name in _wanted(document, recorder, terms)}
+    tape = recorder.tape
+    read = tape.blocks_read({name: [ref for block in made for ref in block.refs] for name, made in blocks.items()})
+    absent = {
+        *("z", "base"),
+        *(() if document.parameters else ("p",)),
+        *(() if document.inputs else ("u",)),
+        *(() if any("t" in used for used in read.values()) else ("t",)),
+        *(() if document.rows.names else ("lam",)),
+    }
     made: dict[str, Function] = {}
-    usual = [name for name in _TERMS if not TERMS[name].on_request and (name != "partials" or recorder.count <= _SMALL)]
-    for name in usual if terms is None else [name for name in _TERMS if name in terms]:
-        if name.startswith("output") and not document.speeds:
-            continue
-        blocks = tuple(_TERMS[name](recorder))
-        refs = [ref for block in blocks for ref in block.refs]
-        read = {symbol.block for symbol in recorder.tape.depends_on(refs)}
-        inputs = tuple(block for block in TERMS[name].inputs if block in read)
-        made[name] = Function(name, TERMS[name].description, inputs, blocks)
+    for name, outputs in blocks.items():
+        term = TERMS[name]
+        unread = {block for block in ("a", "lam") if term.of_motion and block not in read[name]}
+        # if time moves places, terms take time that take none of scenes
+        given = ({*term.inputs} | read[name]) - absent - unread
+        inputs = tuple(block for block in INPUT_BLOCKS if block in given)
+        made[name] = Function(name, term.description, inputs, outputs)
     return _system(document, recorder, made)
 
 
+def _wanted(document: SymbolicEquations, recorder: _Recorder, terms: Sequence[str] | None) -> list[str]:
+    """Return the terms to be recorded, in order."""
+    rows, observed = document.rows, document.observed
+    facts = {
+        "constraints" if rows.names else "unconstrained",
+        *(("outputs", "tunable_outputs") if document.speeds else ()),
+        *(("tunable",) if document.parameters else ()),
+    }
+    small = recorder.count <= _SMALL or bool(rows.names)
+    missing = {
+        *(() if observed.bodies else ("poses", "twists")),
+        *(() if observed.energy else ("energy",)),
+    }
+    existing = [name for name in _TERMS if TERMS[name].exists_with(facts) and name not in missing]
+    if not document.parameters:
+        existing = [name for name in existing if name not in ("parameter_partials", "output_parameter_partials")]
+    if terms is not None:
+        return [name for name in existing if name in terms]
+    return [name for name in existing if not TERMS[name].on_request and (name != "partials" or small)]
+
+
 def _system(document: SymbolicEquations, recorder: _Recorder, made: Mapping[str, Function]) -> System:
-    tape, count = recorder.tape, recorder.count
+    tape, count, rows, observed = recorder.tape, recorder.count, document.rows, document.observed
     of_mass = {symbol.block for symbol in tape.depends_on(document.mass)}
     of_force = {symbol.block for symbol in tape.depends_on(document.force)}
     every = [*document.mass, *document.coupling, *document.force]
@@ -122,6 +189,9 @@ def _system(document: SymbolicEquations, recorder: _Recorder, made: Mapping[str,
         velocity_forces="v" in of_force,
         smooth=all(tape.op[node] not in _NON_SMOOTH for node in tape.live(every)),
         moving_base=False,
+        constraints=bool(rows.names),
+        velocity_constraints=bool(rows.velocities),
+        conservative="energy" in made and observed.energy[2:] == (ZERO, ZERO),
     )
     return System(
         document.name,
@@ -131,12 +201,18 @@ def _system(document: SymbolicEquations, recorder: _Recorder, made: Mapping[str,
         tuple(Quantity(name, value) for name, value in zip(document.parameters, document.values, strict=True)),
         tuple(Quantity(name) for name in document.inputs),
         tuple(Quantity(name) for name in document.speeds),
-        (),
+        observed.bodies,
         document.initial_q,
         document.initial_v,
         tuple(range(-1, count - 1)),
-        angular=(False,) * count,
+        angular=observed.angular or (False,) * count,
         facts=facts,
+        multipliers=rows.names,
+        row_units=tuple("m" if k < len(rows.positions) else "m/s" for k in range(len(rows.names))),
+        holonomic=len(rows.positions),
+        patterns=dict(recorder.patterns),
+        left_out=rows.left_out,
+        notes=observed.notes,
     )
 
 
@@ -179,9 +255,11 @@ class _Recorder:
         self.tape = copy.deepcopy(document.tape)
         self.algebra = Algebra(self.tape)
         self.q, self.v, self.a = (self.algebra.block(block, self.count) for block in "qva")
+        self.lam = self.algebra.block("lam", len(document.rows.names))
         self.mass, self.coupling, self.force = (
             [Scalar(self.tape, ref) for ref in refs] for refs in (document.mass, document.coupling, document.force)
         )
+        self.patterns: dict[str, tuple[tuple[int, int], ...]] = {}
 
     @cached_property
     def inverse_dynamics(self) -> list[Scalar]:
@@ -194,8 +272,57 @@ class _Recorder:
             result.append(total)
         return result
 
+    @cached_property
+    def residual(self) -> list[Scalar]:
+        """M a + h - Q + B^T lam."""
+        result = list(self.inverse_dynamics)
+        for multiplier, tangent in zip(self.lam, self.slopes, strict=True):
+            for place, ref in tangent.items():
+                result[place] = result[place] + Scalar(self.tape, ref) * multiplier
+        return result
+
+    @cached_property
+    def slopes(self) -> list[dict[int, Ref]]:
+        """Rows of B: nonzeros by column."""
+        rows = self.document.rows
+        result: list[dict[int, Ref]] = []
+        for refs, block in ((rows.positions, self.q), (rows.velocities, self.v)):
+            seeds: Seeds = {item.ref: {place: ONE} for place, item in enumerate(block)}
+            result += [dict(row) for row in forward_partials(self.tape, refs, seeds)]
+        return result
+
+    @property
+    def _along(self) -> dict[Ref | InputSymbol, Ref]:
+        along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip(self.q, self.v, strict=True)}
+        along[InputSymbol("t", 0)] = ONE
+        return along
+
+    @cached_property
+    def row_rates(self) -> list[Ref]:
+        """Rates of the positions, then the rows of velocities."""
+        return [*jacobian_vector(self.tape, self.document.rows.positions, self._along), *self.document.rows.velocities]
+
+    @cached_property
+    def row_biases(self) -> list[Ref]:
+        """Accelerations of the rows at vdot = 0."""
+        return jacobian_vector(self.tape, self.row_rates, self._along)
+
+    @cached_property
+    def row_accelerations(self) -> list[Ref]:
+        """B a + g."""
+        result = []
+        for tangent, bias in zip(self.slopes, self.row_biases, strict=True):
+            total = Scalar(self.tape, bias)
+            for place, ref in tangent.items():
+                total = total + Scalar(self.tape, ref) * self.a[place]
+            result.append(total.ref)
+        return result
+
     def block(self, name: str, shape: tuple[int, ...], values: Sequence[Scalar], text: str = "") -> list[Block]:
         return [Block(name, shape, tuple(value.ref for value in values), text)]
+
+    def vector(self, name: str, refs: Sequence[Ref], text: str) -> Block:
+        return Block(name, (len(refs),), tuple(refs), text)
 
     def forward_dynamics(self) -> list[Block]:
         """M^-1 (Q - h)."""
@@ -209,25 +336,94 @@ class _Recorder:
         refs = tuple(row.get(place, ZERO) for row in rows for place in range(len(block)))
         return Block(name, (len(values), len(block)), refs, text)
 
-    def partials(self, ending: str = "") -> list[Block]:
-        """Partials of the residual in q, v and a; ``ending``: of the names of the matrices."""
-        residual = [item.ref for item in self.inverse_dynamics]
-        return [
-            self.in_block(f"K{ending}", residual, self.q, "in q"),
-            self.in_block(f"C{ending}", residual, self.v, "in v"),
-            Block(f"M{ending}", (self.count, self.count), self.document.mass, "in a"),
-        ]
+    @cached_property
+    def matrices(self) -> tuple[Block, Block, Block]:
+        """Partials of the residual in q, v and a."""
+        residual = [item.ref for item in self.residual]
+        return (
+            self.in_block("K", residual, self.q, "in q"),
+            self.in_block("C", residual, self.v, "in v"),
+            Block("M", (self.count, self.count), self.document.mass, "in a"),
+        )
 
     def linearization(self) -> list[Block]:
         """Partials of the residual, and of the forces in inputs."""
         forces = [(force - bias).ref for force, bias in zip(self.force, self.coupling, strict=True)]
         inputs = self.algebra.block("u", len(self.document.inputs))
-        return [*self.partials("0"), *([self.in_block("B0", forces, inputs, "dQ/du")] if inputs else [])]
+        own = [replace(block, name=f"{block.name}0") for block in self.matrices]
+        return [*own, *([self.in_block("B0", forces, inputs, "dQ/du")] if inputs else [])]
 
     def output_partials(self) -> list[Block]:
         """Partials of the speeds in q and v."""
         speeds = self.document.outputs
         return [self.in_block("Yq", speeds, self.q, "in q"), self.in_block("Yv", speeds, self.v, "in v")]
+
+    # -- constraints --------------------------------------------------------------------------------------------------
+
+    def positions(self) -> Block:
+        """Phi."""
+        return self.vector("Phi", self.document.rows.positions, "holonomic constraints")
+
+    def velocities(self) -> Block:
+        """Rates of the positions, then the rows of velocities."""
+        return self.vector("w", self.row_rates, "rates of the positions, then constraints of velocities")
+
+    @cached_property
+    def jacobian(self) -> Block:
+        """B."""
+        refs = tuple(row.get(place, ZERO) for row in self.slopes for place in range(self.count))
+        return Block("B", (len(self.slopes), self.count), refs, "constraint Jacobian")
+
+    @cached_property
+    def velocity_partials(self) -> Block:
+        """Z."""
+        return self.in_block("Z", self.row_rates, self.q, "partials in q of the velocity rows")
+
+    def sizes(self) -> list[Block]:
+        """Scales of the rows."""
+        rows = self.document.rows
+        return [
+            self.vector("size", rows.sizes, "sum of the magnitudes of the summands of each row"),
+            self.vector("extent", rows.extents, "change of each row per radian"),
+        ]
+
+    def equations(self) -> list[Block]:
+        """Residual, positions and rates."""
+        return [*self.block("r", (self.count,), self.residual), self.positions(), self.velocities()]
+
+    def nonzeros(self, block: Block) -> Block:
+        """Return the entries that are not zero by structure, and note the positions."""
+        columns = block.shape[1]
+        self.patterns[block.name] = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)
+        return self.vector(block.name, [ref for ref in block.refs if ref != ZERO], f"nonzeros of {block.name}")
+
+    def iteration(self) -> list[Block]:
+        """Nonzeros of all partials of an implicit step."""
+        return [self.nonzeros(block) for block in (*self.matrices, self.jacobian, self.velocity_partials)]
+
+    def acceleration_partials(self) -> list[Block]:
+        """Partials of B a + g in q and v."""
+        rows = self.row_accelerations
+        return [self.in_block("Aq", rows, self.q, "a held"), self.in_block("Av", rows, self.v, "a held")]
+
+    # -- parameters ---------------------------------------------------------------------------------------------------
+
+    def parameter_partials(self) -> list[Block]:
+        """Partials of residual and constraints in the parameters."""
+        p = self.algebra.block("p", len(self.document.parameters))
+        blocks = [self.in_block("Rp", [item.ref for item in self.residual], p, "d residual / dp")]
+        if self.document.rows.names:
+            blocks += [
+                self.in_block("Phip", self.document.rows.positions, p, "d Phi / dp"),
+                self.in_block("Zp", self.row_rates, p, "d w / dp"),
+                self.in_block("Ap", self.row_accelerations, p, "d(B a + g) / dp"),
+            ]
+        return blocks
+
+    def output_parameter_partials(self) -> list[Block]:
+        """Partials of the speeds in the parameters."""
+        p = self.algebra.block("p", len(self.document.parameters))
+        return [self.in_block("Yp", self.document.outputs, p, "d outputs / dp")]
 
 
 _TERMS: Mapping[str, Callable[[_Recorder], list[Block]]] = {
@@ -236,10 +432,26 @@ _TERMS: Mapping[str, Callable[[_Recorder], list[Block]]] = {
     "force": lambda made: made.block("Q", (made.count,), made.force),
     "inverse_dynamics": lambda made: made.block("tau", (made.count,), made.inverse_dynamics),
     "forward_dynamics": _Recorder.forward_dynamics,
-    "residual": lambda made: made.block("r", (made.count,), made.inverse_dynamics),
-    "partials": _Recorder.partials,
+    "residual": lambda made: made.block("r", (made.count,), made.residual),
+    "partials": lambda made: [*made.matrices],
+    "constraint": lambda made: [made.positions()],
+    "constraint_velocity": lambda made: [made.velocities()],
+    "constraint_bias": lambda made: [made.vector("g", made.row_biases, "rates of the velocity rows at vdot = 0")],
+    "constraint_acceleration": lambda made: [made.vector("w_dot", made.row_accelerations, "B a + g")],
+    "constraint_jacobian": lambda made: [made.jacobian],
+    "constraint_size": _Recorder.sizes,
+    "velocity_partials": lambda made: [made.velocity_partials],
+    "equations": _Recorder.equations,
+    "iteration": _Recorder.iteration,
+    "jacobian_values": lambda made: [made.nonzeros(made.jacobian)],
+    "poses": lambda made: [Block("pose", (len(made.document.observed.bodies), 7), made.document.observed.poses)],
+    "twists": lambda made: [Block("twist", (len(made.document.observed.bodies), 6), made.document.observed.twists)],
     "outputs": lambda made: [Block("y", (len(made.document.speeds),), made.document.outputs)],
     "linearization": _Recorder.linearization,
+    "acceleration_partials": _Recorder.acceleration_partials,
     "output_partials": _Recorder.output_partials,
+    "parameter_partials": _Recorder.parameter_partials,
+    "output_parameter_partials": _Recorder.output_parameter_partials,
+    "energy": lambda made: [Block("energy", (4,), made.document.observed.energy)],
 }
 EQUATIONS = FrontEnd("sympy", SymbolicEquations, describe, derive)

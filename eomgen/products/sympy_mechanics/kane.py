@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 from sympy.physics.mechanics import Particle, ReferenceFrame
 
 from eomgen.errors import DescriptionError, Problem
-from eomgen.products.sympy_mechanics.equations import solved
 from eomgen.products.sympy_mechanics.expressions import Expressions
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
@@ -150,35 +149,15 @@ def kane(kinematics: Kinematics, bodies: Sequence[Any], loads: Sequence[tuple[An
     return terms
 
 
-def constrained(kinematics: Kinematics, terms: Terms, rows: Sequence[Scalar]) -> Terms:
-    """Return the terms with the forces of constraints c(q, v, t) = 0, linear in v, which keep the rates of c at zero.
+def augmented(kinematics: Kinematics, terms: Terms, rows: Sequence[Scalar]) -> Terms:
+    """Return the terms with M + B^T B and Q - B^T g, of constraints w(q, v, t) = 0 with rates B vdot + g.
 
-    With B = dc/dv and g the rate of c at vdot = 0, the multipliers are (B M^-1 B^T)^-1 (B M^-1 (Q - h) + g). If M is
-    singular by structure, since the constraints alone move some coordinates, M + B^T B and Q - B^T g take the places of
-    M and Q, which changes no acceleration with B vdot = -g.
+    These change no acceleration with B vdot = -g, and no multiplier, and give an inertia to coordinates that
+    constraints alone move.
     """
-    biases = kinematics.rates(rows)
-    partials = kinematics.rows_of(rows)
-    try:
-        solved(terms.mass, partials)
-    except ZeroDivisionError:
-        terms = _augmented(terms, partials, biases)
-    balance = [force - bias for force, bias in zip(terms.force, terms.coupling, strict=True)]
-    *moved, free = solved(terms.mass, [*partials, balance])
-    metric = [dot(one, other) for one in partials for other in moved]
-    sides = [dot(row, free) + bias for row, bias in zip(partials, biases, strict=True)]
-    (multipliers,) = solved(metric, [sides])
-    force = list(terms.force)
-    for row, multiplier in zip(partials, multipliers, strict=True):
-        force = [item - multiplier * entry for item, entry in zip(force, row, strict=True)]
-    return terms._replace(force=force)
-
-
-def _augmented(terms: Terms, partials: Sequence[Sequence[Scalar]], biases: Sequence[Scalar]) -> Terms:
-    """Return the terms with M + B^T B and Q - B^T g."""
     count = len(terms.coupling)
     mass, force = list(terms.mass), list(terms.force)
-    for row, bias in zip(partials, biases, strict=True):
+    for row, bias in zip(kinematics.rows_of(rows), kinematics.rates(rows), strict=True):
         for i in range(count):
             force[i] = force[i] - row[i] * bias
             for j in range(count):
@@ -213,4 +192,4 @@ def _add_body(kinematics: Kinematics, body: Any, terms: Terms) -> None:
                     terms.mass[j * count + i] = terms.mass[j * count + i] + entry
 
 
-__all__ = ["Kinematics", "Terms", "constrained", "kane"]
+__all__ = ["Kinematics", "Terms", "augmented", "kane"]

@@ -14,21 +14,31 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.messages import counted, is_legal, shown
 from eomgen.errors import DescriptionError, Problem, UsageError
-from eomgen.products.sympy_mechanics.equations import SymbolicEquations
+from eomgen.products.sympy_mechanics.equations import Observations, SymbolicEquations
 from eomgen.products.sympy_mechanics.expressions import Expressions, name_of
-from eomgen.products.sympy_mechanics.kane import Kinematics, Terms, constrained, kane
+from eomgen.products.sympy_mechanics.kane import Kinematics, Terms, augmented, kane
+from eomgen.products.sympy_mechanics.observed import (
+    Energies,
+    Observed,
+    center_of,
+    lagrangian_energies,
+    moved,
+    power_of_drivers,
+    stored_energy,
+)
+from eomgen.products.sympy_mechanics.rows import Constraints, Rows, State, angles, blocks_at, is_singular, values_at
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, Ref, Tape
 
-#: Most corrections of an initial state, and the violation that counts as none.
-_CORRECTIONS, _MET = 50, 1e-11
 #: Most parameters without a value in a hint.
 _LISTED = 6
-#: Seed of the state at which pivots are chosen.
+#: Seed of the states at which pivots are chosen and equalities are checked.
 _SEED = 1
+#: Largest rate that counts as none.
+_AT_REST = 1e-12
 
 
 @checked_call("eomgen.from_sympy(system, parameters={m: 1.0})")
@@ -45,7 +55,8 @@ def from_sympy(
     Velocities and accelerations are composed and differentiated on the tape, so neither ``form_eoms`` nor
     ``kanes_equations`` nor ``form_lagranges_equations`` is called or needed. Free symbols become tunable parameters,
     and functions of time besides coordinates become inputs. The velocities v are the rates of the coordinates;
-    other speeds become outputs.
+    other speeds become outputs. Constraints hold by multipliers, and the initial state is moved to meet all. Bodies
+    have poses, and loads and springs energies.
 
     Parameters
     ----------
@@ -100,34 +111,16 @@ class _Reading:
         #: Holonomic constraints, and constraints of velocities, which have the rates of the holonomic ones among them.
         self.positions: list[Any] = []
         self.constraints: list[Any] = []
-        if isinstance(system, System):
-            self._refuse_auxiliary(system.u_aux)
-            self.positions, self.constraints = list(system.holonomic_constraints), list(system.velocity_constraints)
-            self.q, self.u, self.kdes = list(system.q), list(system.u), list(system.kdes)
-            self.inertial, self.bodies = system.frame, list(system.bodies)
-            self.loads = [*system.loads, *(load for item in system.actuators for load in item.to_loads())]
-        elif isinstance(system, KanesMethod):
-            self._refuse_auxiliary(system._uaux)
-            self.positions = list(system._f_h)
-            self.constraints = list(system._k_nh * system.u + system._f_nh) if len(system._f_nh) else []
-            if not system.bodies:
-                hint = "KanesMethod(..., bodies=[...], forcelist=[...])"
-                raise DescriptionError(Problem(name, "the KanesMethod has no bodies", hint))
-            self.q, self.u = list(system.q), list(system.u)
-            self.kdes = [rate - value for rate, value in system.kindiffdict().items()]
-            self.inertial, self.bodies, self.loads = system._inertial, list(system.bodies), list(system.forcelist or ())
-        elif isinstance(system, LagrangesMethod):
-            self.positions, self.constraints = list(system._hol_coneqs), list(system.coneqs)
-            self.q, self.u, self.kdes = list(system.q), [], []
-            self.inertial, self.bodies, self.loads = system.inertial, [], list(system.forcelist or ())
-        elif isinstance(system, tuple | list) and len(system) == 2:
-            self.q, self.u, self.kdes, self.loads, self.bodies, self.inertial = list(q), [], [], [], [], None
-            if not self.q:
-                raise UsageError(Problem("q", "matrices alone have no coordinates", "q=[theta, x]"))
-        else:
-            hint = "System, KanesMethod, LagrangesMethod, or (M, f) with q"
-            raise UsageError(Problem("system", f"{type(system).__name__} is none of SymPy's descriptions", hint))
-        self.loads = [(getattr(load, "location", load[0]), getattr(load, "vector", load[1])) for load in self.loads]
+        self.q: list[Any] = []
+        self.u: list[Any] = []
+        self.kdes: list[Any] = []
+        self.bodies: list[Any] = []
+        self.actuators: list[Any] = []
+        self.joints: list[Any] = []
+        self.inertial: Any = None
+        self.origin: Any = None
+        self._read(q)
+        self.every_load = [*self.loads, *((load[0], load[1]) for item in self.actuators for load in item.to_loads())]
         self.algebra = Algebra(Tape())
         self.time = dynamicsymbols._t
         count = len(self.q)
@@ -137,6 +130,38 @@ class _Reading:
         self.expressions = Expressions(self.algebra, name, known, absent)
         self.speeds = [item for item in self.u if not isinstance(item, sympy.Derivative)]
 
+    def _read(self, q: Sequence[Any]) -> None:
+        """Take the parts of the system; ``q``: coordinates of matrices."""
+        system, loads = self.system, list[Any]()
+        if isinstance(system, System):
+            self._refuse_auxiliary(system.u_aux)
+            self.positions, self.constraints = list(system.holonomic_constraints), list(system.velocity_constraints)
+            self.actuators, self.joints, self.origin = list(system.actuators), list(system.joints), system.fixed_point
+            self.q, self.u, self.kdes = list(system.q), list(system.u), list(system.kdes)
+            self.inertial, self.bodies, loads = system.frame, list(system.bodies), list(system.loads)
+        elif isinstance(system, KanesMethod):
+            self._refuse_auxiliary(system._uaux)
+            self.positions = list(system._f_h)
+            self.constraints = list(system._k_nh * system.u + system._f_nh) if len(system._f_nh) else []
+            if not system.bodies:
+                hint = "KanesMethod(..., bodies=[...], forcelist=[...])"
+                raise DescriptionError(Problem(self.name, "the KanesMethod has no bodies", hint))
+            self.q, self.u = list(system.q), list(system.u)
+            self.kdes = [rate - value for rate, value in system.kindiffdict().items()]
+            self.inertial, self.bodies, loads = system._inertial, list(system.bodies), list(system.forcelist or ())
+        elif isinstance(system, LagrangesMethod):
+            self.positions, self.constraints = list(system._hol_coneqs), list(system.coneqs)
+            self.q, self.inertial, loads = list(system.q), system.inertial, list(system.forcelist or ())
+            self.bodies = list(system.bodies or ()) if system.inertial is not None else []
+        elif isinstance(system, tuple | list) and len(system) == 2:
+            self.q = list(q)
+            if not self.q:
+                raise UsageError(Problem("q", "matrices alone have no coordinates", "q=[theta, x]"))
+        else:
+            hint = "System, KanesMethod, LagrangesMethod, or (M, f) with q"
+            raise UsageError(Problem("system", f"{type(system).__name__} is none of SymPy's descriptions", hint))
+        self.loads = [(load[0], load[1]) for load in loads]
+
     def _refuse_auxiliary(self, speeds: Any) -> None:
         if len(speeds):
             fault = f"{counted(len(speeds), 'auxiliary speed')} of a {type(self.system).__name__} are not supported"
@@ -144,7 +169,9 @@ class _Reading:
 
     def terms(self) -> Terms:
         """Record the equations."""
-        self.expressions.declare(self._everything())
+        every = self._everything()
+        self.expressions.declare(every)
+        self.angular = angles(self.q, every)
         self._solve_speeds()
         kinematics = Kinematics(self.expressions, self.inertial, self.q_scalars, self.v_scalars)
         if isinstance(self.system, LagrangesMethod):
@@ -152,11 +179,12 @@ class _Reading:
         elif isinstance(self.system, tuple | list):
             terms = self._matrices()
         else:
-            terms = kane(kinematics, self.bodies, self.loads)
-        if not self.constraints:
-            return terms
-        rows = [self.expressions(item) for item in self.constraints]
-        return constrained(kinematics, terms, rows)
+            terms = kane(kinematics, self.bodies, self.every_load)
+        self.kinematics = kinematics
+        self.rows = Constraints(
+            self.expressions, self.positions, self.constraints, self.q_scalars, self.v_scalars, self.angular
+        )
+        return terms
 
     def _everything(self) -> list[Any]:
         """Return all expressions, for the lists of parameters and inputs."""
@@ -166,12 +194,13 @@ class _Reading:
             result.append(self.system._L[0])
         elif isinstance(self.system, tuple | list):
             result += [entry for item in self.system for entry in sympy.Matrix(item)]
-        frames, points = _reached(self.bodies, self.loads, self.inertial)
+        result += [item for actuator in self.actuators if (item := stored_energy(actuator)) is not None]
+        frames, points = _reached(self.bodies, self.every_load, self.inertial)
         for body in self.bodies:
             result.append(body.mass)
             if hasattr(body, "central_inertia"):
                 result += body.central_inertia.to_matrix(body.frame)
-        vectors = [vector for _, vector in self.loads]
+        vectors = [vector for _, vector in self.every_load]
         for frame in frames:
             result += [entry for matrix in frame._dcm_dict.values() for entry in matrix]
             vectors += frame._ang_vel_dict.values()
@@ -231,6 +260,7 @@ class _Reading:
         """Return the parameters and inputs on which no term depends."""
         refs = [item.ref for part in terms for item in part]
         refs += [self.expressions.known[item].ref for item in self.speeds]
+        refs += [*self.rows.positions, *self.rows.velocities]
         used = {(symbol.block, symbol.index) for symbol in self.algebra.tape.depends_on(refs)}
         return frozenset(
             name
@@ -247,11 +277,13 @@ class _Reading:
         names = [name_of(item) for item in self.q]
         given, start = self._values(parameters), self._start(names, initial)
         speeds = [item for item in self.speeds if name_of(item) not in names]
-        q, v = self._consistent(
-            np.array([start.get(item, 0.0) for item in names]),
-            np.array([start.get(f"v.{item}", 0.0) for item in names]),
-            np.array([given[item] for item in record.parameters]),
-        )
+        p, inputs = np.array([given[item] for item in record.parameters]), len(record.inputs)
+        asked = State(*(np.array([start.get(f"{key}{item}", 0.0) for item in names]) for key in ("", "v.")))
+        begun = self.rows.met(asked, p, inputs)
+        states = self.rows.near(begun, p, inputs)
+        rows = self.rows.rows(states, p, inputs)
+        samples = [blocks_at(state, p, inputs) for state in states]
+        terms = self._with_inertia(terms, rows, samples)
         mass, coupling, force = (tuple(item.ref for item in part) for part in terms)
         return SymbolicEquations(
             self.name,
@@ -260,38 +292,83 @@ class _Reading:
             tuple(record.inputs),
             tuple(name_of(item) for item in speeds),
             tuple(given[item] for item in record.parameters),
-            tuple(q.tolist()),
-            tuple(v.tolist()),
+            tuple(begun.q.tolist()),
+            tuple(begun.v.tolist()),
             self.algebra.tape,
             mass,
             coupling,
             force,
             tuple(record(item).ref for item in speeds),
+            rows,
+            self._observations(terms, rows, samples),
         )
 
-    def _consistent(self, q: Array, v: Array, p: Array) -> tuple[Array, Array]:
-        """Return the nearest initial state that satisfies the constraints, at time 0 and zero inputs."""
+    def _with_inertia(self, terms: Terms, rows: Rows, samples: Sequence[Mapping[str, Array]]) -> Terms:
+        """Return the terms with an inertia of all coordinates that constraints move, if M has none."""
+        if not rows.names:
+            return terms
+        refs, count = [item.ref for item in terms.mass], len(self.q)
+        if not is_singular([values_at(self.algebra.tape, refs, item).reshape(count, count) for item in samples]):
+            return terms
+        rates = self.kinematics.rates([Scalar(self.algebra.tape, ref) for ref in rows.positions])
+        return augmented(self.kinematics, terms, [*rates, *(Scalar(self.algebra.tape, ref) for ref in rows.velocities)])
+
+    def _observations(self, terms: Terms, rows: Rows, samples: Sequence[Mapping[str, Array]]) -> Observations:
+        """Return poses, twists, energies and the drawing."""
+        random = np.random.default_rng(_SEED)
+        moving = [{**sample, "v": random.normal(size=len(self.q))} for sample in samples]
+        angular = tuple(self.angular)
+        if isinstance(self.system, tuple):
+            return Observations(angular=angular)
+        observed = None
+        if self.inertial is not None:
+            observed = Observed(self.kinematics, self.bodies, self.origin, moving)
+        if isinstance(self.system, LagrangesMethod):
+            lagrangian = self.expressions(self.system._L[0]).ref
+            energies = lagrangian_energies(self.algebra, lagrangian, self.v_scalars, terms.force)
+        elif observed is not None:
+            energies = observed.energies(self.loads, self.actuators)
+        energy = self._balance(energies, rows, moving)
+        if observed is None or not observed.bodies:
+            return Observations(energy=energy, angular=angular)
+        fault = "no point at rest leads to {}, which is drawn from a point with a given velocity"
+        return Observations(
+            tuple(observed.names),
+            tuple(item.ref for item in observed.poses()),
+            tuple(item.ref for item in observed.twists()),
+            energy,
+            angular,
+            observed.drawing(self.joints, self.actuators),
+            tuple(fault.format(name) for name in observed.adrift),
+        )
+
+    def _balance(self, energies: Energies, rows: Rows, samples: Sequence[Mapping[str, Array]]) -> tuple[Ref, ...]:
+        """Return energies and powers; drivers have power if something moves at rest."""
+        tape, algebra = self.algebra.tape, self.algebra
+        at_rest = [*self.kinematics.rates([Scalar(tape, ref) for ref in rows.positions]), *self._moved_by_time(rows)]
+        refs = [item.ref for item in at_rest]
+        values = [values_at(tape, refs, {**sample, "v": 0.0 * sample["v"]}) for sample in samples]
+        still = not any(np.any(np.abs(item) > _AT_REST) for item in values)
+        a = algebra.block("a", len(self.q))
+        drivers = algebra.zero if still else power_of_drivers(algebra, energies, self.q_scalars, self.v_scalars, a)
+        return tuple(item.ref for item in (*energies, drivers))
+
+    def _moved_by_time(self, rows: Rows) -> list[Scalar]:
+        """Return quantities that vanish at rest unless time or inputs move places."""
         tape = self.algebra.tape
-        blocks = {"p": p, "t": np.zeros(1), "u": np.zeros(len(self.expressions.inputs))}
-        for expressions, scalars, moved in (
-            (self.positions, self.q_scalars, q),
-            (self.constraints, self.v_scalars, v),
-        ):
-            values = [self.expressions(item).ref for item in expressions]
-            slopes = [ref for value in values for ref in gradient(tape, value, [item.ref for item in scalars])]
-            size = np.inf if values else 0.0
-            for _ in range(_CORRECTIONS):
-                if not values or size < _MET:
-                    break
-                results = evaluate(tape, [*values, *slopes], blocks | {"q": q, "v": v})
-                jacobian = results[len(values) :].reshape(len(values), -1)
-                step = np.linalg.lstsq(jacobian, results[: len(values)], rcond=None)[0]
-                np.subtract(moved, step, out=moved)
-                size = float(np.abs(results[: len(values)]).max())
-            if not size < _MET:
-                fault = f"the constraints are not met near the initial state: off by {size:.3g}"
-                raise DescriptionError(Problem(self.name, fault, "an initial state nearer to the constraints"))
-        return q, v
+        result = [Scalar(tape, ref) for ref in rows.velocities]
+        if isinstance(self.system, LagrangesMethod):
+            lagrangian = self.expressions(self.system._L[0]).ref
+            result += [Scalar(tape, ref) for ref in gradient(tape, lagrangian, [item.ref for item in self.v_scalars])]
+            result += [Scalar(tape, ref) for ref in jacobian_vector(tape, [lagrangian], {InputSymbol("t", 0): ONE})]
+            return result
+        for body in self.bodies:
+            result += self.kinematics.velocity(center_of(body))
+            if hasattr(body, "frame"):
+                result += self.kinematics.angular_velocity(body.frame)
+        for place, _ in self.every_load:
+            result += moved(self.kinematics, place)
+        return result
 
     def _values(self, parameters: Mapping[Any, float]) -> dict[str, float]:
         """Return values of all parameters by name."""

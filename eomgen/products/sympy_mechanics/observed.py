@@ -1,0 +1,411 @@
+"""Quantities of SymPy's systems besides equations: poses and twists of bodies, energies and powers, a drawing.
+
+Poses are of mass centres, in the axes of the bodies' frames. A load is conservative if the rate of its potential is
+minus its power at random states: a constant force at a place, a spring along a pathway; power of all other loads is
+non-conservative. If time moves places or constraints, drivers give the rest of the rate of the energy.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import sympy
+from sympy.core.function import AppliedUndef
+from sympy.physics import mechanics
+
+from eomgen.base.arrays import Array
+from eomgen.formula.nodes import Number
+from eomgen.lie.rotations import quaternion_product
+from eomgen.products.sympy_mechanics.expressions import name_of
+from eomgen.products.sympy_mechanics.kane import Kinematics
+from eomgen.products.sympy_mechanics.rows import values_at
+from eomgen.symbolic.calculus.partials import jacobian_vector
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, dot, minus, plus, transpose
+from eomgen.symbolic.tape import ONE, ZERO, Ref, substituted
+from eomgen.system.description import BASE, Drawing, Hinge, Line, Point, Solid
+
+#: Relative size of a sum of rates that cancels.
+_CANCELLED = 1e-9
+#: Joint of SymPy -> type in drawings, whether the joint turns, and whether the joint slides.
+_HINGES: Mapping[type[Any], tuple[str, bool, bool]] = {
+    mechanics.PinJoint: ("revolute", True, False),
+    mechanics.PrismaticJoint: ("prismatic", False, True),
+    mechanics.CylindricalJoint: ("cylindrical", True, True),
+    mechanics.PlanarJoint: ("planar", False, False),
+    mechanics.SphericalJoint: ("spherical", False, False),
+    mechanics.WeldJoint: ("fixed", False, False),
+}
+
+
+class Energies(NamedTuple):
+    """Kinetic and potential energy, J, and power of non-conservative loads, W."""
+
+    kinetic: Scalar
+    potential: Scalar
+    power: Scalar
+
+
+class Observed:
+    """Places, poses and energies of a system.
+
+    Parameters
+    ----------
+    kinematics : Kinematics
+    bodies : sequence of RigidBody and Particle
+    origin : Point or None
+        At rest, the origin of places; None: a point at rest from which most places follow.
+    samples : sequence of mappings
+        Values of the input blocks in states at which equalities are checked.
+    """
+
+    def __init__(
+        self, kinematics: Kinematics, bodies: Sequence[Any], origin: Any, samples: Sequence[Mapping[str, Array]]
+    ) -> None:
+        self.kinematics, self.samples = kinematics, samples
+        self.algebra, self.tape, self.record = kinematics.algebra, kinematics.tape, kinematics.expressions
+        self.origin = origin
+        every = list(dict.fromkeys(bodies))
+        if origin is None:
+            self.origin = self._best_origin(every)
+        self.resting = [body for body in every if self._rests(body)]
+        self.bodies = [body for body in every if body not in self.resting]
+        self.names = _distinct([name_of(sympy.Symbol(str(body.name))) for body in self.bodies])
+        self._quaternions: dict[Any, list[Scalar]] = {}
+        #: Bodies with a place that is not known against the origin.
+        self.adrift = [
+            name
+            for body, name in zip(self.bodies, self.names, strict=True)
+            if not self._is_rate_of(self.place(center_of(body)), self.kinematics.velocity(center_of(body)))
+        ]
+
+    # -- places -------------------------------------------------------------------------------------------------------
+
+    def _best_origin(self, bodies: Sequence[Any]) -> Any:
+        """Return the point at rest from which the places of most bodies follow; None without one."""
+        inertial = self.kinematics.inertial
+        seen: dict[Any, None] = {}
+        for body in bodies:
+            for point in _joined(center_of(body)):
+                if inertial in point._vel_dict and not getattr(point._vel_dict[inertial], "args", ()):
+                    seen[point] = None
+        best, most = None, -1
+        for candidate in seen:
+            self.origin = candidate
+            placed = sum(
+                self._is_rate_of(self.place(center_of(body)), self.kinematics.velocity(center_of(body)))
+                for body in bodies
+            )
+            if placed > most:
+                best, most = candidate, placed
+        return best
+
+    def place(self, point: Any) -> Vector:
+        """Return the place of a point from the origin in inertial axes; from a point with a given velocity, if none
+        leads to the origin."""
+        ways: dict[Any, Vector] = {point: self.algebra.zero_vector}
+        waiting, moved = deque([point]), None
+        while waiting:
+            here = waiting.popleft()
+            if here is self.origin:
+                return ways[here]
+            if moved is None and self.kinematics.inertial in here._vel_dict and here is not point:
+                moved = here
+            for other in here._pos_dict:
+                if other not in ways:
+                    ways[other] = plus(ways[here], self.kinematics.vector(here.pos_from(other)))
+                    waiting.append(other)
+        return ways[point if moved is None else moved]
+
+    def _is_rate_of(self, place: Sequence[Scalar], velocity: Sequence[Scalar]) -> bool:
+        """Return whether a place has a velocity at all samples."""
+        return self._cancels([[one, -other] for one, other in zip(self.kinematics.rates(place), velocity, strict=True)])
+
+    def _cancels(self, sums: Sequence[Sequence[Scalar]]) -> bool:
+        """Return whether the summands of each sum cancel at all samples."""
+        refs = [item.ref for summands in sums for item in summands]
+        for sample in self.samples:
+            known = values_at(self.tape, refs, sample)
+            if not np.all(np.isfinite(known)):  # an angle may be singular there
+                continue
+            values = iter(known)
+            for summands in sums:
+                parts = np.array([next(values) for _ in summands])
+                if not abs(parts.sum()) <= _CANCELLED * np.abs(parts).max(initial=1e-300):
+                    return False
+        return True
+
+    def _rests(self, body: Any) -> bool:
+        moving = list(self.kinematics.velocity(center_of(body)))
+        if not isinstance(body, mechanics.Particle):
+            moving += self.kinematics.angular_velocity(body.frame)
+        return all(item.is_zero for item in moving)
+
+    # -- poses --------------------------------------------------------------------------------------------------------
+
+    def poses(self) -> list[Scalar]:
+        """Return quaternion, to inertial axes, and place of each body."""
+        return [
+            item
+            for body in self.bodies
+            for item in (*self._quaternion(frame_of(body, self.kinematics)), *self.place(center_of(body)))
+        ]
+
+    def twists(self) -> list[Scalar]:
+        """Return angular velocity, and velocity of the mass centre, of each body, in body axes."""
+        result: list[Scalar] = []
+        for body in self.bodies:
+            frame = frame_of(body, self.kinematics)
+            turned = transpose(self.kinematics.axes(frame))
+            result += apply(turned, self.kinematics.angular_velocity(frame))
+            result += apply(turned, self.kinematics.velocity(center_of(body)))
+        return result
+
+    def _quaternion(self, frame: Any) -> list[Scalar]:
+        """Return the quaternion (w, x, y, z) of a frame, of the rotations on the way from the inertial frame."""
+        if frame is self.kinematics.inertial:
+            return [self.algebra.one, *self.algebra.zero_vector]
+        if frame not in self._quaternions:
+            above = frame._dict_list(self.kinematics.inertial, 0)[1]
+            own = self._turn(above.dcm(frame))
+            product = quaternion_product(self._quaternion(above), own)
+            self._quaternions[frame] = [self.algebra.scalar(item) for item in product]
+        return self._quaternions[frame]
+
+    def _turn(self, matrix: Any) -> list[Scalar]:
+        """Return the quaternion of a matrix of SymPy: of an angle about an axis of the frame, or of any matrix."""
+        for axis in range(3):
+            i, j = (axis + 1) % 3, (axis + 2) % 3
+            cosine, sine = matrix[i, i], matrix[j, i]
+            if matrix[axis, axis] == 1 and isinstance(cosine, sympy.cos):
+                angle = cosine.args[0]
+                if sine in (sympy.sin(angle), -sympy.sin(angle)):
+                    half = self.record(angle if sine == sympy.sin(angle) else -angle) * 0.5
+                    result = [self.algebra.call(Op.COS, half), *self.algebra.zero_vector]
+                    result[1 + axis] = self.algebra.call(Op.SIN, half)
+                    return result
+        rows = [[self.record(entry) for entry in row] for row in matrix.tolist()]
+        return quaternion_of(self.algebra, self.algebra.matrix(rows))
+
+    # -- energies -----------------------------------------------------------------------------------------------------
+
+    def energies(self, loads: Sequence[tuple[Any, Any]], actuators: Sequence[Any]) -> Energies:
+        """Return the energies of bodies, of constant forces and of springs, and the power of other loads.
+
+        Parameters
+        ----------
+        loads : points and forces, frames and torques, without the loads of actuators
+        actuators : of a System
+        """
+        kinetic = potential = power = self.algebra.zero
+        for body in self.bodies:
+            velocity = self.kinematics.velocity(center_of(body))
+            kinetic = kinetic + 0.5 * (self.record(body.mass) * dot(velocity, velocity))
+            if not isinstance(body, mechanics.Particle):
+                axes = transpose(self.kinematics.axes(body.frame))
+                omega = apply(axes, self.kinematics.angular_velocity(body.frame))
+                rows = body.central_inertia.to_matrix(body.frame).tolist()
+                inertia = self.algebra.matrix([[self.record(entry) for entry in row] for row in rows])
+                kinetic = kinetic + 0.5 * dot(omega, apply(inertia, omega))
+        groups: list[tuple[list[Any], Scalar | None]] = []
+        for place, load in loads:
+            value = self.kinematics.vector(load)
+            constant = {symbol.block for symbol in self.tape.depends_on([item.ref for item in value])} <= {"p"}
+            held = constant and isinstance(place, mechanics.Point)
+            groups.append(([(place, load)], -dot(value, self.place(place)) if held else None))
+        for actuator in actuators:
+            pairs = [(item[0], item[1]) for item in actuator.to_loads()]
+            stored = stored_energy(actuator)
+            groups.append((pairs, None if stored is None else self.record(stored)))
+        for pairs, stored_there in groups:
+            own = self.algebra.zero
+            for place, load in pairs:
+                own = own + dot(self.kinematics.vector(load), moved(self.kinematics, place))
+            if stored_there is not None and self._cancels([[*self.kinematics.rates([stored_there]), own]]):
+                potential = potential + stored_there
+            else:
+                power = power + own
+        return Energies(kinetic, potential, power)
+
+    # -- drawing ------------------------------------------------------------------------------------------------------
+
+    def drawing(self, joints: Sequence[Any], actuators: Sequence[Any]) -> Drawing:
+        """Return solids with the inertia of the bodies, hinges of joints, and springs, at the first sample."""
+        hinges = tuple(hinge for joint in joints for hinge in self._hinge(joint))
+        points: dict[Any, Point] = {}
+        lines: list[Line] = []
+        for actuator in actuators:
+            attachments = getattr(getattr(actuator, "pathway", None), "attachments", ())
+            ends = [self._point(item) for item in attachments]
+            known = [item for item in ends if item is not None]
+            if len(ends) == 2 and len(known) == 2:
+                points |= dict(zip(attachments, known, strict=True))
+                elastic = isinstance(actuator, mechanics.LinearSpring | mechanics.DuffingSpring)
+                lines.append(Line(f"actuator_{len(lines) + 1}", known[0].name, known[1].name, elastic=elastic))
+        solids = tuple(self._solid(body, name) for body, name in zip(self.bodies, self.names, strict=True))
+        return Drawing(solids=solids, hinges=hinges, points=tuple(dict.fromkeys(points.values())), lines=tuple(lines))
+
+    def _numbers(self, values: Sequence[Scalar]) -> list[float]:
+        return [float(item) for item in evaluate(self.tape, [value.ref for value in values], self.samples[0])]
+
+    def _solid(self, body: Any, name: str) -> Solid:
+        entries = [self.algebra.zero] * 6
+        if not isinstance(body, mechanics.Particle):
+            matrix = body.central_inertia.to_matrix(body.frame)
+            entries = [self.record(matrix[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        mass, *inertia = map(Number, self._numbers([self.record(body.mass), *entries]))
+        xx, yy, zz, xy, xz, yz = inertia
+        return Solid(name, mass, inertia=(xx, yy, zz, xy, xz, yz), hub="center")
+
+    def _hinge(self, joint: Any) -> Iterator[Hinge]:
+        kind, turns, slides = _HINGES.get(type(joint), ("", False, False))
+        place = self._point(joint.parent_point, joint.parent)
+        child = self._owner(joint.child)
+        if not kind or place is None or child == BASE:
+            return
+        axis = getattr(joint, "joint_axis", None)
+        direction = (0.0, 0.0, 1.0)
+        if axis is not None:
+            frame = frame_of(joint.parent, self.kinematics)
+            local = apply(transpose(self.kinematics.axes(frame)), self.kinematics.vector(axis))
+            x, y, z = self._numbers(local)
+            direction = (x, y, z)
+        name = name_of(sympy.Symbol(str(joint.name)))
+        yield Hinge(name, kind, place.body, child, place.position, direction, turns, slides)
+
+    def _owner(self, body: Any) -> str:
+        return BASE if body in self.resting or body not in self.bodies else self.names[self.bodies.index(body)]
+
+    def _point(self, point: Any, owner: Any = None) -> Point | None:
+        """Return a point with the body that holds the point, and the place there; None if no body does."""
+        for body in [owner] if owner is not None else [*self.bodies, *self.resting]:
+            way = _fixed_way(point, center_of(body), frame_of(body, self.kinematics))
+            if way is None:
+                continue
+            if self._owner(body) == BASE:
+                position = self._numbers(self.place(point))
+            else:
+                axes = transpose(self.kinematics.axes(frame_of(body, self.kinematics)))
+                position = self._numbers(apply(axes, minus(self.place(point), self.place(center_of(body)))))
+            x, y, z = map(Number, position)
+            return Point(name_of(sympy.Symbol(str(point.name))), self._owner(body), (x, y, z))
+        return None
+
+
+def center_of(body: Any) -> Any:
+    """Return the mass centre of a body."""
+    return body.point if isinstance(body, mechanics.Particle) else body.masscenter
+
+
+def frame_of(body: Any, kinematics: Kinematics) -> Any:
+    """Return the frame of a body, the inertial one of a particle."""
+    return kinematics.inertial if isinstance(body, mechanics.Particle) else body.frame
+
+
+def moved(kinematics: Kinematics, place: Any) -> Vector:
+    """Return the velocity of a point, or the angular velocity of a frame."""
+    if isinstance(place, mechanics.ReferenceFrame):
+        return kinematics.angular_velocity(place)
+    return kinematics.velocity(place)
+
+
+def stored_energy(actuator: Any) -> Any:
+    """Return the energy that a spring of SymPy stores, J; None for other actuators."""
+    if isinstance(actuator, mechanics.LinearSpring):
+        return actuator.stiffness * (actuator.pathway.length - actuator.equilibrium_length) ** 2 / 2
+    if isinstance(actuator, mechanics.DuffingSpring):
+        stretch = actuator.pathway.length - actuator.equilibrium_length
+        return actuator.linear_stiffness * stretch**2 / 2 + actuator.nonlinear_stiffness * stretch**4 / 4
+    return None
+
+
+def lagrangian_energies(algebra: Algebra, lagrangian: Ref, v: Sequence[Scalar], forces: Sequence[Scalar]) -> Energies:
+    """Return the part of a Lagrangian that rates move, minus the rest, and the power of generalized forces."""
+    (rest,) = substituted(algebra.tape, [lagrangian], {item.ref: ZERO for item in v})
+    at_rest = Scalar(algebra.tape, rest)
+    return Energies(Scalar(algebra.tape, lagrangian) - at_rest, -at_rest, dot(list(forces), list(v)))
+
+
+def power_of_drivers(
+    algebra: Algebra, energies: Energies, q: Sequence[Scalar], v: Sequence[Scalar], a: Sequence[Scalar]
+) -> Scalar:
+    """Return the rate of the energy beyond the power of non-conservative loads, along accelerations."""
+    along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip((*q, *v), (*v, *a), strict=True)}
+    along[InputSymbol("t", 0)] = ONE
+    (rate,) = jacobian_vector(algebra.tape, [(energies.kinetic + energies.potential).ref], along)
+    return Scalar(algebra.tape, rate) - energies.power
+
+
+def quaternion_of(algebra: Algebra, matrix: Matrix) -> list[Scalar]:
+    """Return the quaternion (w, x, y, z), w not negative, of a rotation matrix: of the largest of four rows."""
+    one, m = algebra.one, matrix
+    x, y, z = m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]
+    xy, xz, yz = m[0][1] + m[1][0], m[0][2] + m[2][0], m[1][2] + m[2][1]
+    rows = [
+        [one + m[0][0] + m[1][1] + m[2][2], x, y, z],
+        [x, one + m[0][0] - m[1][1] - m[2][2], xy, xz],
+        [y, xy, one - m[0][0] + m[1][1] - m[2][2], yz],
+        [z, xz, yz, one - m[0][0] - m[1][1] + m[2][2]],
+    ]
+    chosen, size = rows[0], rows[0][0]
+    for place in (1, 2, 3):
+        larger = algebra.call(Op.LT, size, rows[place][place])
+        chosen = [algebra.select(larger, new, old) for new, old in zip(rows[place], chosen, strict=True)]
+        size = algebra.select(larger, rows[place][place], size)
+    turned = algebra.call(Op.LT, chosen[0], algebra.zero)
+    scale = algebra.scalar(0.5) / algebra.call(Op.SQRT, size)
+    scale = algebra.select(turned, -scale, scale)
+    return [item * scale for item in chosen]
+
+
+def _joined(point: Any) -> list[Any]:
+    """Return all points that are placed against a point, nearest first."""
+    seen = {point: None}
+    waiting = deque([point])
+    while waiting:
+        for other in waiting.popleft()._pos_dict:
+            if other not in seen:
+                seen[other] = None
+                waiting.append(other)
+    return list(seen)
+
+
+def _fixed_way(point: Any, center: Any, frame: Any) -> list[Any] | None:
+    """Return the points on the way from a point to a mass centre along constant vectors of a frame; None without."""
+    ways = {point: [point]}
+    waiting = deque([point])
+    while waiting:
+        here = waiting.popleft()
+        if here is center:
+            return ways[here]
+        for other, vector in here._pos_dict.items():
+            parts = getattr(vector, "args", ())
+            fixed = all(axes is frame and not components.atoms(AppliedUndef) for components, axes in parts)
+            if other not in ways and fixed:
+                ways[other] = [*ways[here], other]
+                waiting.append(other)
+    return None
+
+
+def _distinct(names: Sequence[str]) -> list[str]:
+    """Return names with numbers in place of repetitions."""
+    result: list[str] = []
+    for name in names:
+        number = 1 + sum(one == name or one.startswith(f"{name}_") for one in result)
+        result.append(name if name not in result else f"{name}_{number}")
+    return result
+
+
+__all__ = [
+    "Energies",
+    "Observed",
+    "center_of",
+    "lagrangian_energies",
+    "moved",
+    "power_of_drivers",
+    "stored_energy",
+]

@@ -1,0 +1,233 @@
+"""Constraints of SymPy's systems as rows of positions and of velocities: scales, choice of independent rows, states
+that satisfy the rows.
+
+SymPy lists the rates of holonomic constraints among the constraints of velocities. Rows whose gradients in v depend on
+gradients of earlier rows are rates or copies of these, and are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import sympy
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
+from eomgen.errors import DescriptionError, Problem
+from eomgen.products.sympy_mechanics.expressions import Expressions, basic
+from eomgen.symbolic.calculus.partials import Seeds, forward_partials, jacobian_vector
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.scalar import Scalar
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+
+#: Most corrections of a state, and the violation that counts as none.
+_CORRECTIONS, _MET = 50, 1e-11
+#: Part of a gradient below which the part that is new next to earlier gradients counts as none.
+_NEW = 1e-7
+#: Nearby states at which gradients are compared, and their distance.
+_STATES, _NEAR, _SEED = 3, 0.05, 1
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Independent constraints.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the positions, then of the velocities.
+    positions : tuple of references
+        Phi(q, t).
+    velocities : tuple of references
+        psi(q, v, t), affine in v.
+    sizes, extents : tuples of references
+        Scales of each row, as of ``ConstraintRow``.
+    left_out : tuple of str
+        Positions that follow from other positions.
+    """
+
+    names: tuple[str, ...] = ()
+    positions: tuple[Ref, ...] = field(default=(), repr=False)
+    velocities: tuple[Ref, ...] = field(default=(), repr=False)
+    sizes: tuple[Ref, ...] = field(default=(), repr=False)
+    extents: tuple[Ref, ...] = field(default=(), repr=False)
+    left_out: tuple[str, ...] = ()
+
+
+class State(NamedTuple):
+    """Coordinates and rates, (n,)."""
+
+    q: Array
+    v: Array
+
+
+class Constraints:
+    """Holonomic constraints and constraints of velocities of a system, on the tape.
+
+    Parameters
+    ----------
+    expressions : Expressions
+    positions, velocities : sequences of expressions of SymPy
+    q, v : sequences of Scalar
+        Blocks of the coordinates and of the rates.
+    angular : sequence of bool
+        Which coordinates are angles.
+    """
+
+    def __init__(
+        self,
+        expressions: Expressions,
+        positions: Sequence[Any],
+        velocities: Sequence[Any],
+        q: Sequence[Scalar],
+        v: Sequence[Scalar],
+        angular: Sequence[bool],
+    ) -> None:
+        self.expressions, self.angular, self.count = expressions, angular, len(q)
+        self.tape, self.algebra = expressions.algebra.tape, expressions.algebra
+        self.texts = [basic(item) for item in (*positions, *velocities)]
+        self.q = q
+        self.positions = [expressions(item).ref for item in positions]
+        self.velocities = [expressions(item).ref for item in velocities]
+        along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip(q, v, strict=True)}
+        along[InputSymbol("t", 0)] = ONE
+        self.rates = jacobian_vector(self.tape, self.positions, along)
+        seeds: list[Seeds] = [{item.ref: {place: ONE} for place, item in enumerate(block)} for block in (q, v)]
+        self.slopes = forward_partials(self.tape, self.positions, seeds[0])
+        self.slopes += forward_partials(self.tape, self.velocities, seeds[1])
+
+    def met(self, start: State, p: Array, inputs: int) -> State:
+        """Return the nearest state that satisfies the constraints, at time 0 and zero inputs.
+
+        Raises
+        ------
+        DescriptionError
+            If the correction ends at another state.
+        """
+        q, v = start.q.copy(), start.v.copy()
+        count = len(self.positions)
+        # The rates of the positions have the gradients of the positions.
+        for values, slopes, moved in (
+            (self.positions, self.slopes[:count], q),
+            ([*self.rates, *self.velocities], self.slopes, v),
+        ):
+            refs = [*values, *(row.get(place, ZERO) for row in slopes for place in range(self.count))]
+            size = np.inf if values else 0.0
+            for _ in range(_CORRECTIONS):
+                if not values or size < _MET:
+                    break
+                results = evaluate(self.tape, refs, blocks_at(State(q, v), p, inputs))
+                jacobian = results[len(values) :].reshape(len(values), -1)
+                step = np.linalg.lstsq(jacobian, results[: len(values)], rcond=None)[0]
+                np.subtract(moved, step, out=moved)
+                size = float(np.abs(results[: len(values)]).max())
+            if not size < _MET:
+                fault = f"the constraints are not met near the initial state: off by {size:.3g}"
+                hint = "an initial state nearer to the constraints"
+                raise DescriptionError(Problem(self.expressions.name, fault, hint))
+        return State(q, v)
+
+    def near(self, start: State, p: Array, inputs: int) -> list[State]:
+        """Return a state that satisfies the constraints, and further states nearby."""
+        random = np.random.default_rng(_SEED)
+        states = [start]
+        for _ in range(_STATES - 1):
+            moved = State(*(item + _NEAR * random.normal(size=self.count) for item in start))
+            try:
+                states.append(self.met(moved, p, inputs))
+            except DescriptionError:  # the constraints bend more than the distance
+                continue
+        return states
+
+    def rows(self, states: Sequence[State], p: Array, inputs: int) -> Rows:
+        """Return the independent rows, in order: positions first."""
+        refs = [row.get(place, ZERO) for row in self.slopes for place in range(self.count)]
+        gradients = []
+        for state in states:
+            values = values_at(self.tape, refs, blocks_at(state, p, inputs))
+            if np.all(np.isfinite(values)):  # elsewhere an angle may be singular
+                gradients.append(values.reshape(len(self.slopes), self.count))
+        kept = _independent(np.array(gradients))
+        count = len(self.positions)
+        names = [f"holonomic {k + 1}: formula" for k in range(count)]
+        names += [f"velocity {k + 1}: formula" for k in range(len(self.velocities))]
+        scales = [self._scales(row) for row in kept]
+        return Rows(
+            tuple(names[row] for row in kept),
+            tuple(self.positions[row] for row in kept if row < count),
+            tuple(self.velocities[row - count] for row in kept if row >= count),
+            tuple(size.ref for size, _ in scales),
+            tuple(extent.ref for _, extent in scales),
+            tuple(names[row] for row in range(count) if row not in kept),
+        )
+
+    def _scales(self, row: int) -> tuple[Scalar, Scalar]:
+        """Return the sum of the magnitudes of the summands of a row, and the change per radian."""
+        algebra, of_velocity = self.algebra, row >= len(self.positions)
+        turned = moved = algebra.zero
+        for place, ref in self.slopes[row].items():
+            slope = algebra.call(Op.ABS, Scalar(self.tape, ref))
+            if self.angular[place]:
+                turned = turned + slope
+            moved = moved + slope * algebra.call(Op.ABS, self.q[place])
+        extent = algebra.one if turned.is_zero else turned
+        if of_velocity:
+            return extent, extent
+        parts = (self.expressions(item) for item in sympy.Add.make_args(self.texts[row]))
+        return sum((algebra.call(Op.ABS, part) for part in parts), moved), extent
+
+
+def _independent(gradients: Array) -> list[int]:
+    """Return the rows with a gradient that is new next to earlier gradients, in one of the states (states, rows, n)."""
+    kept: list[int] = []
+    bases: list[list[Array]] = [[] for _ in gradients]
+    for row in range(gradients.shape[1]):
+        new = []
+        for basis, of_state in zip(bases, gradients, strict=True):
+            rest = of_state[row].copy()
+            for direction in [*basis, *basis]:  # twice, for digits
+                rest -= (direction @ rest) * direction
+            if np.linalg.norm(rest) > _NEW * np.linalg.norm(of_state[row]):
+                new.append((basis, rest / np.linalg.norm(rest)))
+        for basis, direction in new:
+            basis.append(direction)
+        if new:
+            kept.append(row)
+    return kept
+
+
+def angles(coordinates: Sequence[Any], expressions: Sequence[Any]) -> list[bool]:
+    """Return for each coordinate whether a sine or cosine depends on the coordinate."""
+    inside: set[Any] = set()
+    for expression in map(basic, expressions):
+        for function in expression.atoms(sympy.sin, sympy.cos, sympy.tan):
+            inside |= function.args[0].atoms(sympy.Function)
+    return [item in inside for item in coordinates]
+
+
+def is_singular(matrices: Sequence[Array]) -> bool:
+    """Return whether symmetric matrices have a direction without inertia, each."""
+    least = []
+    for matrix in (item for item in matrices if np.all(np.isfinite(item))):
+        scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+        scale = np.where(scale > 0.0, scale, 1.0)
+        values = np.linalg.eigvalsh(matrix / np.outer(scale, scale))
+        least.append(values[0] <= 1e-12 * values[-1])
+    return all(least)
+
+
+def blocks_at(state: State, p: Array, inputs: int) -> Mapping[str, Array]:
+    """Return the input blocks of a state at time 0 and zero inputs."""
+    return {"p": p, "t": np.zeros(1), "u": np.zeros(inputs), "q": state.q, "v": state.v}
+
+
+def values_at(tape: Tape, refs: Sequence[Ref], blocks: Mapping[str, Array]) -> Array:
+    """Return values, not finite in singular states."""
+    with np.errstate(all="ignore"):
+        return evaluate(tape, refs, blocks)
+
+
+__all__ = ["Constraints", "Rows", "State", "angles", "blocks_at", "is_singular", "values_at"]
