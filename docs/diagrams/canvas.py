@@ -91,7 +91,9 @@ class Canvas:
         for place, text in enumerate(lines):
             self.text(x + width / 2.0, top + 16.0 * place, text, size=size)
 
-    def text(self, x: float, y: float, label: str, color: str = INK, anchor: str = "middle", size: float = SIZE) -> None:
+    def text(
+        self, x: float, y: float, label: str, color: str = INK, anchor: str = "middle", size: float = SIZE
+    ) -> None:
         """Write a label with subscripts; anchor is ``start``, ``middle`` or ``end``."""
         width = length_of(label, size)
         left = x - {"start": 0.0, "middle": width / 2.0, "end": width}[anchor]
@@ -138,7 +140,9 @@ class Canvas:
 
     def spring(self, start: Point, end: Point, coils: int = 6, high: float = 7.0, color: str = INK) -> None:
         """Draw a spring."""
-        self._along(start, end, [(0.2 + 0.6 * (k + 0.5) / (2 * coils), high * (-1.0) ** k) for k in range(2 * coils)], color)
+        self._along(
+            start, end, [(0.2 + 0.6 * (k + 0.5) / (2 * coils), high * (-1.0) ** k) for k in range(2 * coils)], color
+        )
 
     def damper(self, start: Point, end: Point, high: float = 7.0, color: str = INK) -> None:
         """Draw a damper: a rod with its piston in a cup."""

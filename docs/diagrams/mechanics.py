@@ -10,39 +10,41 @@ from docs.diagrams.register import drawing
 
 @drawing("bodies", 205, "A body: its frame at the joint, the centre of mass, and the inertia about the centre of mass")
 def bodies(c: Canvas) -> None:
-    c.curve(lambda a: (205 + 115 * math.cos(a) + 14 * math.cos(2 * a), 95 + 62 * math.sin(a) - 8 * math.sin(3 * a)),
+    c.curve(lambda a: (205 + 135 * math.cos(a) + 14 * math.cos(2 * a), 92 + 66 * math.sin(a) - 8 * math.sin(3 * a)),
             0.0, 2 * math.pi, 72, fill=BODY)  # fmt: skip
-    c.frame(120, 120, 40)
-    c.text(120, 148, "body's frame")
-    c.line((120, 120), (240, 82), color=MEASURE, width=1.2, dash="4 3")
-    c.text(218, 118, "centre of mass [m]", MEASURE, "start")
-    c.circle(240, 82, 7)
-    c.line((240, 75), (240, 82), (247, 82), fill=INK)
-    c.line((240, 89), (240, 82), (233, 82), fill=INK)
-    c.text(262, 72, "mass [kg]", anchor="start")
-    c.turn(240, 82, 22, 200, 330)
-    c.text(262, 98, "inertia [kg m²]", FORCE, "start")
+    c.frame(118, 104, 40)
+    c.text(150, 128, "body's frame")
+    c.line((118, 104), (216, 74), color=MEASURE, width=1.2, dash="4 3")
+    c.text(206, 56, "centre of mass [m]", MEASURE)
+    c.circle(216, 74, 7)
+    c.line((216, 67), (216, 74), (223, 74), fill=INK)
+    c.line((216, 81), (216, 74), (209, 74), fill=INK)
+    c.text(234, 78, "mass [kg]", anchor="start")
+    c.turn(216, 74, 24, 200, 330)
+    c.text(240, 100, "inertia [kg m²]", FORCE, "start")
     c.text(200, 192, "moments and products about the centre of mass, body's axes", GREY, size=12)
 
 
-@drawing("joints", 215, "A joint: the child's frame in the parent, the axis, and the coordinate q with spring, damper and stops")
+@drawing(
+    "joints",
+    215,
+    "A joint: the child's frame in the parent, the axis, and the coordinate q",
+)
 def joints(c: Canvas) -> None:
-    c.ground((20, 175), (60, 175))
-    c.link((40, 165), (150, 110), 18)
-    c.link((150, 110), (285, 55), 18)
-    c.pin(150, 110, 7)
-    c.line((150, 110), (235, 67.5), color=GREY, width=1.2, dash="5 4")
-    c.frame(150, 110, 44, 22, ("x", "z"))
-    c.text(70, 128, "parent")
-    c.text(282, 36, "child")
-    c.turn(150, 110, 108, 26.6, 22.2 + 16, FORCE)
-    c.text(268, 106, "q [rad]", FORCE, "start")
-    c.turn(150, 110, 96, -14, 20, FORCE)
-    c.line((150, 110), (268, 139), color=GREY, width=1.2, dash="5 4")
-    c.text(165, 140, "axis: out of the page", GREY, "start", 12)
-    c.span((40, 165), (150, 110), "")
-    c.text(104, 164, "position [m]", MEASURE, "start")
-    c.text(200, 202, "stiffness, damping, rest, limits, friction, drive act on q", GREY, size=12)
+    c.ground((20, 178), (66, 178))
+    c.link((43, 168), (150, 122), 18)
+    c.link((150, 122), (212, 40), 18)
+    c.pin(150, 122, 7)
+    c.line((150, 122), (262, 74), color=GREY, width=1.2, dash="5 4")
+    c.frame(150, 122, 42, 53, ("x", "z"))
+    c.text(64, 134, "parent")
+    c.text(236, 34, "child", anchor="start")
+    c.turn(150, 122, 96, 23, 50, FORCE)
+    c.text(246, 66, "q [rad]", FORCE, "start")
+    c.text(172, 138, "axis: out of the page", GREY, "start", 12)
+    c.span((43, 168), (150, 122), "")
+    c.text(104, 168, "position [m]", MEASURE, "start")
+    c.text(200, 204, "stiffness, damping, rest, limits, friction, drive act on q", GREY, size=12)
 
 
 @drawing("constraints", 205, "A constraint: two frames on two bodies that a loop holds together")
@@ -55,12 +57,12 @@ def constraints(c: Canvas) -> None:
     for x, y in ((45, 162), (90, 70), (335, 162)):
         c.pin(x, y)
     c.frame(262, 52, 26, 5, ("x", "z"))
-    c.frame(290, 78, 26, -30, ("x", "z"), MEASURE)
+    c.frame(290, 78, 26, -60, ("x", "z"), MEASURE)
     c.line((262, 52), (290, 78), color=FORCE, width=1.6, dash="4 3")
     c.text(236, 96, "Φ = 0", FORCE)
     c.text(236, 113, "λ [N]", FORCE)
     c.text(222, 30, "first", FRAME)
-    c.text(352, 68, "second", MEASURE)
+    c.text(356, 78, "second", MEASURE)
     c.text(48, 108, "tree", GREY, "end")
     c.text(190, 194, "closes a loop of the tree: equations and multipliers", GREY, size=12)
 
@@ -69,20 +71,23 @@ def constraints(c: Canvas) -> None:
 def base(c: Canvas) -> None:
     c.frame(50, 165, 40)
     c.text(58, 192, "world, inertial")
-    c.line(around(200, 118, 62, 165), around(200, 118, 62, -15), around(214, 130, 62, -15), around(214, 130, 62, 165),
-           fill=BODY)  # fmt: skip
+    c.link(around(200, 118, 58, 165), around(200, 118, 58, -15), 16)
     c.frame(200, 118, 36, -15)
-    c.text(208, 178, "base")
+    c.text(214, 164, "base")
     c.arrow((50, 165), (196, 119), MEASURE, 1.4)
     c.text(112, 128, "position(t) [m]", MEASURE)
     c.turn(200, 118, 92, -15, 12)
     c.text(390, 92, "rotation(t) [rad]", FORCE, "end", 12)
-    c.link((216, 104), (262, 42), 12)
-    c.pin(216, 104, 4)
-    c.text(286, 40, "tree", anchor="start")
+    c.link((232, 116), (274, 46), 12)
+    c.pin(232, 116, 4)
+    c.text(294, 44, "tree", anchor="start")
 
 
-@drawing("springs", 150, "A spring, a damper and an actuator in parallel between two points, with the tension along their line")
+@drawing(
+    "springs",
+    156,
+    "A spring, a damper and an actuator in parallel between two points",
+)
 def springs(c: Canvas) -> None:
     c.box(14, 40, 60, 70, fill=BODY)
     c.box(326, 40, 60, 70, fill=BODY)
@@ -103,7 +108,7 @@ def springs(c: Canvas) -> None:
     c.dot(326, 75)
     c.text(44, 62, "first")
     c.text(356, 62, "second")
-    c.span((74, 132), (326, 132), "l")
+    c.span((74, 132), (326, 132), "l", away=16.0)
 
 
 @drawing("torsion_springs", 165, "A torsion spring between the angles of two joints")
@@ -116,7 +121,7 @@ def torsion_springs(c: Canvas) -> None:
     c.line((290, 80), around(290, 80, 44, 25), color=GREY, dash="4 3")
     c.turn(110, 80, 44, 0, 58)
     c.turn(290, 80, 44, 0, 23)
-    c.text(166, 50, "q_1 [rad]", FORCE)
+    c.text(184, 46, "q_1 [rad]", FORCE)
     c.text(344, 84, "q_2", FORCE, "start")
     c.spring((148, 92), (252, 92), 7)
     c.text(200, 118, "stiffness [N m/rad]", size=12)
@@ -125,18 +130,19 @@ def torsion_springs(c: Canvas) -> None:
 
 @drawing("bushings", 190, "A bushing: springs and dampers along and about the axes of the first frame")
 def bushings(c: Canvas) -> None:
-    c.box(20, 50, 110, 90, fill=BODY)
-    c.box(270, 30, 110, 90, fill=BODY)
-    c.frame(130, 95, 40)
-    c.frame(270, 75, 36, 12, ("x", "z"), MEASURE)
-    c.spring((180, 95), (262, 78), 4)
-    c.spring((138, 50), (225, 40), 4)
-    c.text(75, 100, "first", FRAME)
-    c.text(346, 96, "second", MEASURE)
-    c.turn(270, 75, 56, 180, 222)
-    c.text(204, 130, "φ [rad]", FORCE, "end")
-    c.text(206, 158, "e: rotation vector φ, displacement from rest [m]", size=12)
-    c.text(200, 178, "force and moment: p - K e - D e'", GREY, size=12)
+    c.box(16, 26, 100, 96, fill=BODY)
+    c.box(284, 26, 100, 96, fill=BODY)
+    c.frame(54, 100, 36)
+    c.frame(322, 94, 34, 12, ("x", "z"), MEASURE)
+    c.text(66, 44, "first", FRAME)
+    c.text(350, 44, "second", MEASURE)
+    c.spring((116, 56), (284, 56), 7)
+    c.damper((116, 80), (284, 80))
+    c.text(200, 42, "along x, y, z [N/m]", size=12)
+    c.turn(200, 104, 14, 200, -20)
+    c.text(200, 132, "about x, y, z [N m/rad]", FORCE, "middle", 12)
+    c.text(200, 152, "e: rotation vector φ [rad], displacement from rest [m]", size=12)
+    c.text(200, 176, "force and moment: p - K e - D e'", GREY, size=12)
 
 
 @drawing("tendons", 190, "A tendon: a path of points that wraps around an obstacle, with one tension along it")
@@ -170,11 +176,11 @@ def tyres(c: Canvas) -> None:
     c.curve(lambda x: (10 + 180 * x, 148 - 12 * math.exp(-(((x - 0.5) / 0.22) ** 2))), 0.0, 1.0, width=2.2)
     c.circle(100, 82, 58, "none")
     c.dot(100, 82)
-    c.text(100, 72, "center")
+    c.text(110, 74, "center", anchor="start")
     c.line((100, 82), around(100, 82, 58, 200), color=MEASURE, width=1.2)
-    c.text(66, 112, "radius", MEASURE, "middle", 12)
+    c.text(72, 82, "radius", MEASURE, "middle", 12)
     c.arrow((100, 136), (100, 94), FORCE)
-    c.text(108, 118, "load [N]", FORCE, "start", 12)
+    c.text(108, 118, "load", FORCE, "start", 12)
     c.text(100, 168, "road(t, x, y) [m]", size=12)
     place = c.plot(235, 40, 130, 100, "d [m]", "force [N]")
     c.curve(lambda d: place(d, law_of_contact(d)), 0.0, 0.95, 60, FORCE)
@@ -193,7 +199,7 @@ def forces(c: Canvas) -> None:
     c.text(316, 32, "force [N]", FORCE, "start")
     c.turn(190, 95, 36, 100, 330)
     c.text(196, 150, "torque [N m]", FORCE)
-    c.text(262, 104, "point", MEASURE, "start")
+    c.text(243, 76, "point", MEASURE, "end")
     c.frame(40, 140, 30, 0, ("x", "z"), GREY)
     c.text(86, 166, "axes = world or body", GREY, size=12)
 
@@ -308,36 +314,41 @@ def beams(c: Canvas) -> None:
     c.curve(lambda s: (50 + 300 * s - 8 * bent(s) ** 2, 110 - 58 * bent(s)), 0.0, 1.0, width=6, color=BODY)
     c.curve(lambda s: (50 + 300 * s - 8 * bent(s) ** 2, 110 - 58 * bent(s)), 0.0, 1.0)
     c.frame(50, 110, 40)
-    c.span((266, 110), (266, 80), "w = Σ f_k(x) q_k [m]", anchor="end")
+    c.span((266, 110), (266, 80))
+    c.text(258, 46, "w = Σ f_k(x) q_k [m]", MEASURE, "end")
     c.line((342, 52), (342, 128), color=GREY, width=1, dash="3 3")
     c.line((350, 100), (350, 128), color=GREY, width=1, dash="3 3")
     c.text(350, 146, "shortening", MEASURE)
     c.span((50, 166), (350, 166), "length [m]", away=18.0)
 
 
-@drawing("exact_beams", 190, "A geometrically exact beam: nodes with frames, elements of constant strain, section loads")
+@drawing("exact_beams", 190, "A geometrically exact beam: nodes with frames, elements of constant strain, loads")
 def exact_beams(c: Canvas) -> None:
     def place(k: float) -> tuple[float, float]:
-        angle = math.radians(12 + 28 * k)
-        return 60 + 150 * (math.sin(angle) - math.sin(math.radians(12))), 150 - 150 * (math.cos(math.radians(12)) - math.cos(angle))
+        angle, first = math.radians(12 + 20 * k), math.radians(12)
+        return 60 + 115 * (math.sin(angle) - math.sin(first)), 158 - 115 * (math.cos(first) - math.cos(angle))
 
-    c.ground((52, 174), (52, 120))
+    c.ground((52, 184), (52, 130))
     c.curve(place, 0.0, 4.0, 60, BODY, 9)
     c.curve(place, 0.0, 4.0, 60)
     for k in range(5):
         x, y = place(k)
-        c.frame(x, y, 22, 12 + 28 * k, ("", ""))
-    c.text(84, 176, "node: frame on SE(3)", FRAME, "start")
+        c.frame(x, y, 22, 12 + 20 * k, ("", ""))
+    c.text(104, 172, "node: frame on SE(3)", FRAME, "start")
     x, y = place(2.5)
     c.text(x + 12, y + 22, "element: strain (d - d_0)/l", INK, "start", 12)
     x, y = place(4.0)
     c.arrow((x, y), (x + 64, y + 6), FORCE, 2.2)
     c.turn(x, y, 26, 180, 320)
-    c.text(392, y - 10, "loads [N], [N m]", FORCE, "end", 12)
-    c.text(30, 26, "d = log(H_A^{-1} H_B)".replace("^{-1}", "⁻¹"), GREY, "start", 12)
+    c.text(x + 72, y + 10, "loads [N], [N m]", FORCE, "start", 12)
+    c.text(18, 26, "d = log(H_A^{-1} H_B)".replace("^{-1}", "⁻¹"), GREY, "start", 12)
 
 
-@drawing("absolute_coordinates", 170, "Absolute coordinates: a frame at the centre of mass of each body, and joints as constraints")
+@drawing(
+    "absolute_coordinates",
+    170,
+    "Absolute coordinates: a frame at each centre of mass, and joints as constraints",
+)
 def absolute_coordinates(c: Canvas) -> None:
     c.frame(40, 140, 32, 0, ("x", "z"), GREY)
     c.text(44, 164, "world", GREY, "start")
@@ -375,13 +386,13 @@ def hulls(c: Canvas) -> None:
 
 @drawing("conventions", 195, "Frames: world, base, parent and child, with quaternions from child axes to parent axes")
 def conventions(c: Canvas) -> None:
-    for x, y, turn, name, color in ((44, 150, 0, "world", GREY), (136, 110, 8, "base", INK), (226, 76, 22, "parent", FRAME),
-                                    (318, 66, 55, "child", FORCE)):  # fmt: skip
+    frames = ((44, 150, 0, "world", GREY), (136, 110, 8, "base", INK), (226, 76, 22, "parent", FRAME))
+    for x, y, turn, name, color in (*frames, (318, 66, 55, "child", FORCE)):
         c.frame(x, y, 34, turn, ("x", "z"), color)
         c.text(x, y + 22, name, color)
     for start, end in (((50, 146), (130, 113)), ((143, 108), (219, 79)), ((233, 76), (311, 67))):
         c.arrow(start, end, MEASURE, 1.2)
     c.arrow((376, 130), (376, 168), INK)
     c.text(366, 152, "g", anchor="end")
-    c.text(262, 158, "R(q_{child}): child axes to parent axes", size=12)
+    c.text(226, 164, "R(q_{child}): child axes to parent axes", size=12)
     c.text(200, 188, "v of rotations and free joints: body axes, angular first", GREY, size=12)

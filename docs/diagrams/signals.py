@@ -8,7 +8,7 @@ from docs.diagrams.canvas import BODY, FORCE, FRAME, GREY, INK, MEASURE, Canvas,
 from docs.diagrams.register import drawing
 
 
-@drawing("parameters", 130, "Parameters: fixed ones are folded into the code, tunable ones are arguments of every function")
+@drawing("parameters", 130, "Parameters: fixed ones are in the code, tunable ones are arguments of every function")
 def parameters(c: Canvas) -> None:
     c.box(16, 22, 130, 34, "radius = 0.1 m", fill=BODY)
     c.box(16, 74, 130, 34, "friction: tunable", fill=BODY)
@@ -23,7 +23,7 @@ def parameters(c: Canvas) -> None:
 
 
 def spline(x: float) -> float:
-    return 0.45 + 0.28 * math.sin(5.4 * x) + 0.12 * math.cos(9.0 * x)
+    return 0.45 + 0.3 * math.sin(12.0 * x) * (1.0 - 0.4 * x) + 0.1 * x
 
 
 @drawing("curves", 175, "A curve: points, quintic, linear and step interpolation, and values outside")
@@ -35,10 +35,10 @@ def curves(c: Canvas) -> None:
     c.line(place(at[-1], spline(at[-1])), place(1.0, spline(at[-1])), color=GREY, dash="2 3")
     for x in at:
         c.dot(*place(x, spline(x)))
-    c.text(place(0.14, 0.0)[0], 30, "points", anchor="start")
-    c.text(244, 44, "quintic", FRAME)
-    c.text(160, 118, "linear", FORCE)
-    c.text(352, 90, "hold", GREY)
+    c.text(104, 44, "points", anchor="start")
+    c.text(214, 40, "quintic", FRAME)
+    c.text(136, 122, "linear", FORCE)
+    c.text(352, 60, "hold", GREY)
     c.text(200, 168, "curve.road(x), derivative.road(x)".replace("curve.", ""), GREY, size=12)
 
 
@@ -49,9 +49,9 @@ def maps(c: Canvas) -> None:
         return 60 + 52 * i + 26 * j, 138 - 22 * j - high
 
     for i in range(5):
-        c.curve(lambda j, i=i: place(i, j), 0.0, 3.0, 30, FRAME, 1.2)  # type: ignore[misc]
+        c.curve(lambda j, i=i: place(i, j), 0.0, 3.0, 30, FRAME, 1.2)
     for j in range(4):
-        c.curve(lambda i, j=j: place(i, j), 0.0, 4.0, 40, FRAME, 1.2)  # type: ignore[misc]
+        c.curve(lambda i, j=j: place(i, j), 0.0, 4.0, 40, FRAME, 1.2)
     for i in range(5):
         for j in range(4):
             c.dot(*place(i, j))
@@ -111,14 +111,14 @@ def noise(x: float) -> float:
     return sum(math.sin(3.1 * (k + 1) * x + 1.7 * k * k) / (k + 1.5) for k in range(10))
 
 
-@drawing("random", 180, "A random process: its covariance over the lag, and one realisation from standard normal variables")
+@drawing("random", 180, "A random process: its covariance, and one realisation from standard normal variables")
 def random(c: Canvas) -> None:
     place = c.plot(34, 34, 110, 90, "lag τ [s]", "R(τ)", 0.75)
     c.curve(lambda x: place(x, 0.68 * math.exp(-2.2 * x) * math.cos(8.0 * x)), 0.0, 1.0, 60, FRAME)
     c.arrow((160, 84), (192, 84))
     c.text(176, 74, "z_i")
     line = c.plot(208, 34, 160, 90, "t [s]", "g(t)", 0.5)
-    c.curve(lambda x: line(x, 0.2 * noise(x)), 0.0, 0.98, 120, FORCE, 1.6)
+    c.curve(lambda x: line(x, 0.3 * noise(x)), 0.0, 0.98, 120, FORCE, 1.6)
     c.text(200, 164, "g(t) = mean + Σ √λ_i φ_i(t) z_i", INK)
 
 
@@ -138,9 +138,10 @@ def waves(c: Canvas) -> None:
     c.line((186, 72), (382, 72), color=GREY, width=1, dash="4 3")
     c.text(346, 36, "elevation [m]", FRAME, size=12)
     c.arrow((262, 104), (306, 96), FORCE)
-    c.text(300, 124, "water velocity [m/s]", FORCE)
+    c.text(304, 124, "water velocity [m/s]", FORCE)
     c.ground((382, 152), (186, 152), -8.0)
-    c.span((204, 72), (204, 152), "depth", anchor="start")
+    c.span((196, 72), (196, 152))
+    c.text(204, 144, "depth", MEASURE, "start")
     c.text(120, 182, "components A_j cos(k_j·x - ω_j t + φ_j)", GREY, size=12)
 
 
@@ -160,7 +161,7 @@ def states(c: Canvas) -> None:
     c.text(130, 140, "rate: integrated with the motion", GREY, size=12)
 
 
-@drawing("controllers", 165, "A PI controller: the signal, gains, an integral with tracking of the limits, and the output")
+@drawing("controllers", 165, "A PI controller: signal, gains, an integral with tracking of the limits, and output")
 def controllers(c: Canvas) -> None:
     c.arrow((14, 60), (60, 60))
     c.text(36, 50, "signal e", size=12)
@@ -206,7 +207,7 @@ def outputs(c: Canvas) -> None:
     c.arrow((176, 66), (212, 66))
     place = c.plot(232, 22, 136, 92, "t [s]", "tip [m]", 0.55)
     for phase, color in ((0.0, FRAME), (1.6, FORCE), (3.3, MEASURE)):
-        c.curve(lambda x, p=phase: place(x, 0.32 * math.exp(-0.9 * x) * math.sin(13 * x + p)), 0.0, 1.0, 70, color, 1.5)  # type: ignore[misc]
+        c.curve(lambda x, p=phase: place(x, 0.4 * math.exp(-3.0 * x) * math.sin(13 * x + p)), 0.0, 1.0, 70, color, 1.5)
 
 
 @drawing("modes", 130, "A mode: a number that keeps its value until an event switches it")
@@ -234,10 +235,10 @@ def bounce(t: float) -> float:
     return speed * (t - start) - 0.5 * (t - start) ** 2
 
 
-@drawing("events", 185, "Events: roots of a formula along a run, with the actions impact, switch, reset, stop and record")
+@drawing("events", 185, "Events: roots of a formula along a run, and their actions")
 def events(c: Canvas) -> None:
     place = c.plot(46, 30, 310, 104, "t [s]", "when")
-    c.curve(lambda t: place(t / 6.6, 0.9 * bounce(t)), 0.0, 6.4, 160, FRAME)
+    c.curve(lambda t: place(t / 6.6, 0.9 * bounce(t)), 0.0, 5.7, 160, FRAME)
     first = math.sqrt(2.0)
     roots = [first, first + 1.5 * first, first + 1.5 * first * 1.75]
     for root in roots:
