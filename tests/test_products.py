@@ -7,7 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -139,23 +139,29 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("cache")
 
 
-def without(product: str, folder: Path) -> list[str]:
-    """Copy the package as it is installed, without a product, and return the deleted and the dependent products."""
+def without(deleted: Sequence[str], folder: Path) -> list[str]:
+    """Copy the package as it is installed, without products, and return the deleted and the dependent products."""
     shutil.copytree(PACKAGE, folder / "eomgen")
     shutil.copytree(PACKAGE.parent / "templates", folder / "eomgen" / "_templates")
-    shutil.rmtree(folder / "eomgen" / "products" / product)
-    shutil.rmtree(folder / "eomgen" / "_templates" / product, ignore_errors=True)
-    gone = [product]
+    for product in deleted:
+        shutil.rmtree(folder / "eomgen" / "products" / product)
+        shutil.rmtree(folder / "eomgen" / "_templates" / product, ignore_errors=True)
+    gone = [*deleted]
     while more := [name for name, row in products().items() if name not in gone and set(row.needs) & set(gone)]:
         gone += more
     return gone
 
 
 @pytest.mark.parametrize(
-    "product", [FIRST, *(pytest.param(name, marks=pytest.mark.slow) for name in USES if name != FIRST)]
+    "deleted",
+    [
+        pytest.param([FIRST], id=FIRST),
+        pytest.param([*USES], id="all", marks=pytest.mark.slow),
+        *(pytest.param([name], id=name, marks=pytest.mark.long) for name in USES if name != FIRST),
+    ],
 )
-def test_the_core_works_without_a_product(product: str, tmp_path: Path, cache: Path) -> None:
-    gone = without(product, tmp_path)
+def test_the_core_works_without_products(deleted: list[str], tmp_path: Path, cache: Path) -> None:
+    gone = without(deleted, tmp_path)
     (tmp_path / "pendulum.toml").write_text(PENDULUM_TOML, encoding="utf-8")
     for name, text in SCENES.items():
         (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")

@@ -91,7 +91,13 @@ def samples_of_counts(method: str, step: float) -> Samples:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("method", "step"), [("leapfrog", 0.14), ("suzuki4", 0.7), ("minimum_norm2", 0.75)])
+@pytest.mark.parametrize(
+    ("method", "step"),
+    [
+        *(pytest.param(*case, marks=pytest.mark.long) for case in (("leapfrog", 0.14), ("suzuki4", 0.7))),
+        ("minimum_norm2", 0.75),
+    ],
+)
 def test_samples_of_many_cells(method: str, step: float) -> None:
     """Identities on 1000 trajectories, and gradients for each independent sample (check 6 of the research dossier;
     its prototype has 29.4, 17.8 and 5.5 for cells).
@@ -110,7 +116,7 @@ def test_samples_of_many_cells(method: str, step: float) -> None:
     assert worst == pytest.approx(each.max()) and worst <= bound * (1.0 + 2.0 * samples.autocorrelation_error)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_order_4_takes_fewer_gradients_for_an_independent_sample() -> None:
     """Check 6: leapfrogs at 1.8 times the gradients, within the error of a ratio of two means over eight bins."""
     found, errors = [], []
@@ -184,7 +190,9 @@ def test_deviations_of_samples_are_those_of_errors() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("method", "step"), [("suzuki4", 0.75), ("leapfrog", 0.14)])
+@pytest.mark.parametrize(
+    ("method", "step"), [("suzuki4", 0.75), pytest.param("leapfrog", 0.14, marks=pytest.mark.long)]
+)
 def test_chains_of_scattered_starts_come_together(method: str, step: float) -> None:
     """Random splitting: four chains from 0 to 1.2 times the prior agree within 220 samples (check 8: 1.029, 1.047)."""
     posterior, _ = counted(32, 0.04)

@@ -324,6 +324,7 @@ def consistent(model: eomgen.Model, rng: np.random.Generator) -> tuple[Array, Ar
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("elastic_pendulum")
 @pytest.mark.parametrize("example", TESTED)
 def test_sparsity_is_exact_at_random_states(example: str, rng: np.random.Generator) -> None:
     """Parameters that are zero in the scene have random values, since products with them are nonzeros."""

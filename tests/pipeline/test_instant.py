@@ -82,7 +82,7 @@ def test_the_compiled_library_takes_over_between_two_calls(release: Release) -> 
     assert model.library.profile == "quick"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_steppers_of_other_methods_are_instant_and_taken_over_too(release: Release) -> None:
     model = eomgen.build(SCENE, profile="instant")
     first = model.simulate(0.05, method="rk4")

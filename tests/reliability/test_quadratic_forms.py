@@ -106,7 +106,7 @@ def test_cumulants_of_the_linear_oscillator_are_those_of_traces() -> None:
     np.testing.assert_allclose(mean.form.cumulants(), closed, rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_distribution_of_the_linear_oscillator_is_that_of_samples() -> None:
     """Check 17: the largest difference to the distribution of 2e5 samples, 1.1e-3 by these seeds, at most 1.5e-3."""
     duffing = Duffing(0.0, 0.3)

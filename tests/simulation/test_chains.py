@@ -28,7 +28,7 @@ def test_equations_and_residual_agree(chain: eomgen.Model) -> None:
     assert together == pytest.approx(alone, abs=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_iterations_of_a_long_chain(chain: eomgen.Model) -> None:
     run = chain.simulate(0.2, 1e-3, rho_inf=0.8)
     assert run.stats["newton_iterations"] <= 4.0 * run.stats["steps"]

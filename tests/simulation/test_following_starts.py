@@ -155,7 +155,7 @@ def hung() -> SceneBuilder:
         pytest.param(hung, "generalized_alpha", ["mass", "stiffness", "offset", "q.f[1]"], "sum(y[1])"),
     ],
 )
-@pytest.mark.slow
+@pytest.mark.long
 def test_second_derivatives_of_a_start_at_rest(
     builder: Callable[[], SceneBuilder], method: str, by: Sequence[str], of: str
 ) -> None:

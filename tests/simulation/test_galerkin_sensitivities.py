@@ -161,7 +161,7 @@ def test_a_model_that_is_built_for_the_method_has_them_too() -> None:
     np.testing.assert_allclose(list(found.values()), list(expected.values()), rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sweeps_in_lanes_have_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a scene whose base moves by time: a gradient by pairs, tangents by rows."""
     by = ["length", "shake", "q.a[0]", "v.f[3]"]

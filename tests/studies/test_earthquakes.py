@@ -66,7 +66,7 @@ def test_deviations_under_a_record_of_half_a_minute_are_those_of_lyapunovs_equat
     assert kept / math.sqrt(1.0 - found.lost_variance) == pytest.approx(expected, rel=2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_samples_of_the_record_have_these_deviations(shaken: eomgen.Model) -> None:
     count = 400
     draws = np.random.default_rng(5).standard_normal((count, len(shaken.parameters)))

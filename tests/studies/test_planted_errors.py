@@ -216,6 +216,8 @@ def planted(monkeypatch: pytest.MonkeyPatch, term: str, output: str, change: Cal
     "drone-mass-M-mass.M-0",
     "gate-parameter_partials-Phip-parameter_partials.Phip-2",
     "reed-section_loads-strain-section_loads.strain-2",
+    "reed-section_loads-load_at_ends-section_loads.load_at_ends, at nodes-0",
+    "reed-section_loads-load-section_loads.load-0",
 )
 @pytest.mark.usefixtures("derived_once")
 @pytest.mark.parametrize(

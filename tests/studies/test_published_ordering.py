@@ -33,7 +33,7 @@ def errors_of(found: eomgen.Tradeoff, formulation: str) -> dict[float, float]:
     }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_fast_top_asks_for_r3xso3_and_the_slow_one_for_se3() -> None:
     fast = study(150.0, -4.61538, 1.0, [2.0**-k for k in range(8, 16)])
     joint, se3, r3xso3 = (errors_of(fast, name) for name in ("joint", "SE3", "R3xSO3"))

@@ -118,7 +118,7 @@ def test_the_variance_lost_and_kept_is_the_double_sum_over_the_covariance(
     assert math.isnan(unexplained)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_band_far_above_the_resonance_loses_more_of_the_output_than_of_itself() -> None:
     found = found_of(model_of('type = "band"\nband = [9, 11]\nshare = 0.99'), 6.0, 0.002)
     expected = variance_by_spectrum(Band(1.0, 9.0, 11.0), 12.0, 6.0, 1.0, 0.2)

@@ -47,7 +47,7 @@ def test_elevations_of_first_order_have_no_skewness() -> None:
     assert abs(third) / variance**1.5 <= 1e-3
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_elevations_of_second_order_have_the_skewness_of_the_closed_form() -> None:
     known, (mean, variance, third) = elevations(2.0, 2, 5000)
     assert statistics_of(storm(2.0)).skewness == pytest.approx(0.06237, abs=5e-6)
