@@ -154,7 +154,6 @@ MOST_WORDS = 3000
 LONGER = {
     "docs/glossary.md": "one table, in which terms are looked up",
     "docs/modules.md": "made from docstrings of modules",
-    "docs/architecture.md": "shrinks to a guide for contributors: issue 41",
 }
 
 
