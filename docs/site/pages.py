@@ -256,7 +256,7 @@ def hand_written() -> Iterator[Page]:
         ("guide", GUIDES),
         ("evidence", EVIDENCE),
         ("project", PROJECT),
-        ("reference", ("glossary",)),
+        ("reference", ("glossary", "glossary_of_methods")),
     ):
         yield from (Page(f"{folder}/{name}", read(f"docs/{name}.md"), f"docs/{name}.md") for name in names)
     for folder in ("theory", "contributing", "tutorials", "how_to"):
@@ -278,7 +278,14 @@ def parts(site: Site) -> list[Part]:
             *(it for it in pages if Path(it).name not in (*first, "index")),
         )
 
-    reference = ("scene/contents", "python/index", "command_line/index", "methods/index", "glossary")
+    reference = (
+        "scene/contents",
+        "python/index",
+        "command_line/index",
+        "methods/index",
+        "glossary",
+        "glossary_of_methods",
+    )
     rows = (
         ("tutorials/index", "Tutorials", "A quarter of an hour each, from nothing.", under("tutorials", *TUTORIALS)),
         (

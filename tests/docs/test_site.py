@@ -152,7 +152,6 @@ def test_every_example_is_in_the_gallery_with_picture_animation_files_and_cost()
 #: Words that a page may have without blocks of code and generated tables, and longer pages with the reason.
 MOST_WORDS = 3000
 LONGER = {
-    "docs/glossary.md": "one table, in which terms are looked up",
     "docs/modules.md": "made from docstrings of modules",
 }
 
