@@ -23,7 +23,7 @@ typedef struct eg_block {
 } eg_block;
 
 /* Partials of e at the end of a step: rows R: residual, F: minus rates of internal states, H: holonomic constraints with
- * eta, Z: rates of constraints; columns q, v, z, and p: parameters. M: of the residual in vdot, L: in lam. G: B W at the
+ * eta, Z: rates of constraints; columns q, v, z, and p: parameters. M: of the residual in vdot, L: in lam, transposed. G: B W at the
  * start of a step, N: partials of W B^T eta in q there, Np: in the first parameters, NW: in W, its diagonal, which is the
  * last nv parameters. T: of the rotating factors, one behind the other. Blocks up to G are in the matrix of a step. */
 enum {
@@ -44,6 +44,8 @@ typedef struct eg_steps {
     int *plan;                  /* of the sums and the elimination, of so many integers, and (n) scales of rows */
     long capacity;
     double *scale;
+    const long long *unseen;    /* places that the plan lacks */
+    long first;                 /* step at which tangents begin */
 } eg_steps;
 
 typedef struct eg_gains {
@@ -97,8 +99,8 @@ static long eg_equations(const eg_steps *given) { return given->nv + given->nz +
 static void eg_shape(const eg_steps *given, int block, long *rows, long *columns)
 {
     const long nv = given->nv, nz = given->nz, nl = given->nl, nh = given->nh, own = given->nown;
-    const long shapes[2 * EG_BLOCKS] = { nv, nv, nz, nv, nh, nv, nl, nv, nv, nv, nz, nv, nl, nv, nv, nv, nv, nz, nz, nz, nv,
-        nl, 1, eg_turning(given), nh, nv, nv, own, nz, own, nh, own, nl, own, nh ? nv : 0, nv, nh ? nv : 0,
+    const long shapes[2 * EG_BLOCKS] = { nv, nv, nz, nv, nh, nv, nl, nv, nv, nv, nz, nv, nl, nv, nv, nv, nv, nz, nz, nz, nl,
+        nv, 1, eg_turning(given), nh, nv, nv, own, nz, own, nh, own, nl, own, nh ? nv : 0, nv, nh ? nv : 0,
         given->nshared, nh ? nv : 0, 1 };
     *rows = shapes[2 * block];
     *columns = shapes[2 * block + 1];
@@ -172,6 +174,41 @@ static int eg_see(const eg_steps *given, unsigned char *seen, long long *bits)
     return anew;
 }
 
+/* Whether steps have nonzeros at other places than the plan: unseen, all bits set, are places that it lacks. */
+static int eg_differs(const eg_steps *given, long first, long last)
+{
+    const long long *unseen = given->unseen;
+    long long any = 0;
+    int b;
+    for (b = 0; b < EG_BLOCKS; ++b) {
+        const eg_block x = given->block[b], *rates = given->block + EG_ZV;
+        const int again = (b == EG_L || b == EG_HQ) && x.x == rates->x && x.row == rates->row && x.step == rates->step;
+        long rows, columns, i, j, k;
+        eg_shape(given, b, &rows, &columns);
+        for (k = first; k < last && b != EG_T && !again && (x.step || k == first); ++k) {
+            const int whole = x.column == 1 && x.row == columns;
+            const long lines = whole ? 1 : rows, length = whole ? rows * columns : columns;
+            for (i = 0; i < lines; ++i) {
+                const double *from = x.x + k * x.step + i * x.row;
+                const long long *mask = unseen + i * columns;
+                j = 0;
+#if defined(EG_VECTORS)
+                if (x.column == 1) {
+                    eg_bits bits = { 0 };
+                    for (; j + EG_LANES <= length; j += EG_LANES)
+                        bits |= (*(const eg_lanes *)(from + j) != 0.0) & *(const eg_bits *)(mask + j);
+                    any |= (bits[0] | bits[1] | bits[2] | bits[3]) | (bits[4] | bits[5] | bits[6] | bits[7]);
+                }
+#endif
+                for (; j < length; ++j)
+                    any |= from[j * x.column] != 0.0 ? mask[j] : 0;
+            }
+        }
+        unseen += rows * columns;
+    }
+    return any != 0;
+}
+
 /* Values of EG_LANES steps: those at numbers[w] for lane w. */
 static void eg_gather(const eg_steps *given, const eg_plan *plan, const long *numbers, double *values)
 {
@@ -194,10 +231,13 @@ static void eg_gather(const eg_steps *given, const eg_plan *plan, const long *nu
         const long known = plan->products ? plan->product[0] : plan->values;
         memset(values + known * EG_LANES, 0, (size_t)((plan->values - known) * EG_LANES) * sizeof *values);
     }
-    for (p = 0; p < plan->products; ++p) {
-        const int *of = plan->product + 3 * p;
-        eg_lanes_add(values + (long)of[0] * EG_LANES, 1.0, values + (long)of[1] * EG_LANES,
-            values + (long)of[2] * EG_LANES);
+    for (p = 0; p < plan->products;) { /* sums of products one after another, in registers */
+        const int *of = plan->product + 3 * p, into = of[0];
+        double total[EG_LANES] = { 0.0 };
+        for (; p < plan->products && of[0] == into; ++p, of += 3)
+            eg_lanes_add(total, 1.0, values + (long)of[1] * EG_LANES, values + (long)of[2] * EG_LANES);
+        for (w = 0; w < EG_LANES; ++w)
+            values[(long)into * EG_LANES + w] += total[w];
     }
 }
 
@@ -292,7 +332,7 @@ static void eg_append(eg_arena *arena, int *count, int a, int b, int c)
 EG_SEEN long eomgen_plan_numbers(const eg_steps *given)
 {
     const long n = eg_equations(given);
-    return n * n + n * given->nv + given->nh * given->nv + n * given->nh + 3 * n;
+    return n * n + n * given->nv + given->nh * given->nv + n * given->nh + eg_turning(given) + 3 * n;
 }
 
 /* Places of all blocks. */
@@ -317,7 +357,7 @@ EG_SEEN int eomgen_step_plan(const eg_steps *given, unsigned char *seen, long lo
     const int in_q[4] = { EG_RQ, EG_FQ, EG_HQ, EG_ZQ }, in_v[4] = { EG_RV, EG_FV, -1, EG_ZV };
     eg_arena arena;
     eg_plan *plan = eg_plan_of(given);
-    int *turned = numbers + n * n, *of_G = turned + n * nv, *of_eta = of_G + nh * nv;
+    int *turned = numbers + n * n, *of_G = turned + n * nv, *of_eta = of_G + nh * nv, *of_T = of_eta + n * nh;
     long i, j, k, f, group;
     int b, e, values = 1;
     const int anew = eg_see(given, seen, bits);
@@ -355,6 +395,8 @@ EG_SEEN int eomgen_step_plan(const eg_steps *given, unsigned char *seen, long lo
         for (e = 0; e < plan->count[b]; ++e)
             turned[(row_of[group] + plan->at[b][2 * e]) * nv + plan->at[b][2 * e + 1]] = plan->first[b] + e;
     }
+    for (e = 0; e < plan->count[EG_T]; ++e)
+        of_T[plan->at[EG_T][2 * e + 1]] = plan->first[EG_T] + e;
     for (e = 0; e < plan->count[EG_G]; ++e)
         of_G[plan->at[EG_G][2 * e] * nv + plan->at[EG_G][2 * e + 1]] = plan->first[EG_G] + e;
     for (i = 0; i < n; ++i) {
@@ -365,14 +407,13 @@ EG_SEEN int eomgen_step_plan(const eg_steps *given, unsigned char *seen, long lo
                 own[j] = turned[i * nv + first + j];
                 into[j] = 0;
             }
-            for (e = 0; e < plan->count[EG_T]; ++e) {
-                const long at = plan->at[EG_T][2 * e + 1] - place;
-                if (at < 0 || at >= size * size || !own[at / size])
-                    continue;
-                if (!into[at % size])
-                    into[at % size] = values++;
-                eg_append(&arena, &plan->products, into[at % size], own[at / size], plan->first[EG_T] + e);
-            }
+            for (j = 0; j < size; ++j)
+                for (k = 0; k < size; ++k)
+                    if (own[k] && of_T[place + k * size + j]) {
+                        if (!into[j])
+                            into[j] = values++;
+                        eg_append(&arena, &plan->products, into[j], own[k], of_T[place + k * size + j]);
+                    }
             for (j = 0; j < size; ++j)
                 turned[i * nv + first + j] = into[j];
             place += (int)(size * size);
@@ -402,7 +443,7 @@ EG_SEEN int eomgen_step_plan(const eg_steps *given, unsigned char *seen, long lo
         eg_append(&arena, &plan->sums, (int)(plan->at[EG_M][2 * e] * n + plan->at[EG_M][2 * e + 1]),
             plan->first[EG_M] + e, EG_OF_VDOT);
     for (e = 0; e < plan->count[EG_L]; ++e)
-        eg_append(&arena, &plan->sums, (int)(plan->at[EG_L][2 * e] * n + nv + plan->at[EG_L][2 * e + 1]),
+        eg_append(&arena, &plan->sums, (int)(plan->at[EG_L][2 * e + 1] * n + nv + plan->at[EG_L][2 * e]),
             plan->first[EG_L] + e, EG_ONE);
     for (group = 0; group < 2; ++group) {
         b = group ? EG_FZ : EG_RZ;
@@ -478,48 +519,154 @@ EG_SEEN int eomgen_step_order(const eg_steps *given, int *numbers, char *nonzero
     return 0;
 }
 
+static int eg_vanishes(const double *x)
+{
+    int w, all = 1;
+    for (w = 0; w < EG_LANES; ++w)
+        all = all && x[w] == 0.0;
+    return all;
+}
+
 /* Multipliers eta of velocities in steps: (B W B^T) eta = B moved. B of step k begins at B + k stride; W, (nv), is the same
  * for all steps or, with w_stride = nv, each step's own. moved: (nv) of each step. Fills G = B W (nh, nv), eta (nh) and
- * B^T eta (nv) of each step. room: nh nh + nh nv. Returns the number of the first step without a solution, else the number of
- * steps. */
+ * B^T eta (nv) of each step. room: (nh nh + 2 nh nv + nh + nv) EG_LANES. Returns the number of the first step without a
+ * solution, else the number of steps. */
 EG_SEEN long eomgen_step_reactions(long steps, long nv, long nh, const double *B, long stride, const double *W,
     long w_stride, const double *moved, double *G, double *eta, double *reaction, double *room)
 {
-    double *S = room, *BT = S + nh * nh;
-    long k, i, j;
-    for (k = 0; k < steps; ++k, B += stride, W += w_stride, moved += nv, G += nh * nv, eta += nh, reaction += nv) {
-        memset(S, 0, (size_t)(nh * nh) * sizeof *S);
-        memset(eta, 0, (size_t)nh * sizeof *eta);
-        memset(reaction, 0, (size_t)nv * sizeof *reaction);
-        for (i = 0; i < nh; ++i)
-            for (j = 0; j < nv; ++j) {
-                BT[j * nh + i] = B[i * nv + j];
-                G[i * nv + j] = B[i * nv + j] * W[j];
-            }
-        for (i = 0; i < nh; ++i) {
-            eg_accumulate(S + i * nh, 1.0, G + i * nv, 1, nv, BT, nh);
-            eg_accumulate(eta + i, 1.0, B + i * nv, 1, nv, moved, 1);
-        }
-        for (i = 0; i < nh; ++i) { /* rows of the upper factor, with their pivots */
-            const double pivot = S[i * nh + i];
-            if (!(pivot > 0.0))
-                return k;
-            for (j = i + 1; j < nh; ++j) {
-                const double factor = S[i * nh + j] / pivot;
-                if (factor != 0.0) {
-                    eg_add_scaled(S + j * nh + j, -factor, S + i * nh + j, nh - j);
-                    eta[j] -= factor * eta[i];
+    double *S = room, *X = S + nh * nh * EG_LANES, *Y = X + nh * nv * EG_LANES, *x = Y + nh * nv * EG_LANES,
+        *r = x + nh * EG_LANES;
+    long k, i, j, t, w;
+    for (k = 0; k < steps; k += EG_LANES) {
+        const long count = k + EG_LANES <= steps ? EG_LANES : steps - k;
+        for (w = 0; w < EG_LANES; ++w) {
+            const long step = k + (w < count ? w : count - 1);
+            const double *from = B + step * stride, *of_W = W + step * w_stride;
+            for (i = 0; i < nh; ++i)
+                for (j = 0; j < nv; ++j) {
+                    X[(i * nv + j) * EG_LANES + w] = from[i * nv + j];
+                    Y[(i * nv + j) * EG_LANES + w] = G[step * nh * nv + i * nv + j] = from[i * nv + j] * of_W[j];
                 }
+            for (j = 0; j < nv; ++j)
+                r[j * EG_LANES + w] = moved[step * nv + j];
+        }
+        memset(S, 0, (size_t)(nh * nh * EG_LANES) * sizeof *S);
+        memset(x, 0, (size_t)(nh * EG_LANES) * sizeof *x);
+        for (i = 0; i < nh; ++i)
+            for (t = 0; t < nv; ++t) {
+                if (eg_vanishes(Y + (i * nv + t) * EG_LANES))
+                    continue;
+                for (j = i; j < nh; ++j)
+                    eg_lanes_add(S + (i * nh + j) * EG_LANES, 1.0, Y + (i * nv + t) * EG_LANES, X + (j * nv + t) * EG_LANES);
+                eg_lanes_add(x + i * EG_LANES, 1.0, X + (i * nv + t) * EG_LANES, r + t * EG_LANES);
+            }
+        for (i = 0; i < nh; ++i) { /* rows of the upper factor, with the inverses of their pivots */
+            double *pivot = S + (i * nh + i) * EG_LANES;
+            for (w = 0; w < count; ++w)
+                if (!(pivot[w] > 0.0))
+                    return k + w;
+            for (w = 0; w < EG_LANES; ++w)
+                pivot[w] = 1.0 / pivot[w];
+            for (j = i + 1; j < nh; ++j) {
+                double factor[EG_LANES];
+                for (w = 0; w < EG_LANES; ++w)
+                    factor[w] = S[(i * nh + j) * EG_LANES + w] * pivot[w];
+                if (eg_vanishes(factor))
+                    continue;
+                for (t = j; t < nh; ++t)
+                    eg_lanes_add(S + (j * nh + t) * EG_LANES, -1.0, factor, S + (i * nh + t) * EG_LANES);
+                eg_lanes_add(x + j * EG_LANES, -1.0, factor, x + i * EG_LANES);
             }
         }
         for (i = nh - 1; i >= 0; --i) {
             for (j = i + 1; j < nh; ++j)
-                eta[i] -= S[i * nh + j] * eta[j];
-            eta[i] /= S[i * nh + i];
+                eg_lanes_add(x + i * EG_LANES, -1.0, S + (i * nh + j) * EG_LANES, x + j * EG_LANES);
+            for (w = 0; w < EG_LANES; ++w)
+                x[i * EG_LANES + w] *= S[(i * nh + i) * EG_LANES + w];
         }
-        eg_add_transposed(reaction, 1.0, B, nh, nv, eta, 1);
+        memset(r, 0, (size_t)(nv * EG_LANES) * sizeof *r);
+        for (i = 0; i < nh; ++i)
+            for (j = 0; j < nv; ++j)
+                eg_lanes_add(r + j * EG_LANES, 1.0, X + (i * nv + j) * EG_LANES, x + i * EG_LANES);
+        for (w = 0; w < count; ++w) {
+            for (i = 0; i < nh; ++i)
+                eta[(k + w) * nh + i] = x[i * EG_LANES + w];
+            for (j = 0; j < nv; ++j)
+                reaction[(k + w) * nv + j] = r[j * EG_LANES + w];
+        }
     }
     return steps;
+}
+
+/* T and Ad(exp(-theta)) = 1 - ad(theta) T of rotating factors at theta, (nv) of each step. kind: 0: SO(3), 1: R^3 x SO(3),
+ * 2: SE(3); turn as above. T and A: blocks of a step one behind the other. T of SO(3) is 1 - a X + b X^2, X the skew matrix
+ * of the rotation; of SE(3), with Y that of the translation, its corner is the derivative of this along Y. */
+EG_SEEN void eomgen_step_turning(long steps, long nv, long turns, const long *turn, const long *kind,
+    const double *theta, double *A, double *T)
+{
+    long k, f, i, j, t;
+    for (k = 0; k < steps; ++k, theta += nv)
+        for (f = 0; f < turns; ++f) {
+            const long size = turn[2 * f + 1];
+            const double *w = theta + turn[2 * f], *u = w + 3, x = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+            const double X[9] = { 0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0 };
+            double a, b, da, db; /* da, db: derivatives by the angle over the angle */
+            double Y[9] = { 0.0 };
+            if (x < 0.25) { /* (1 - cos)/x, (angle - sin)/angle^3 and their derivatives as series */
+                double term = 1.0;
+                a = b = da = db = 0.0;
+                for (i = 0; i < 9; ++i) {
+                    const double n = 2.0 * (double)i, next = term * -x / ((n + 1.0) * (n + 2.0));
+                    a += term / ((n + 1.0) * (n + 2.0));
+                    b += term / ((n + 1.0) * (n + 2.0) * (n + 3.0));
+                    da -= term * (n + 2.0) / ((n + 1.0) * (n + 2.0) * (n + 3.0) * (n + 4.0));
+                    db -= term * (n + 2.0) / ((n + 1.0) * (n + 2.0) * (n + 3.0) * (n + 4.0) * (n + 5.0));
+                    term = next;
+                }
+            } else {
+                const double angle = sqrt(x), s = sin(angle), c = cos(angle);
+                a = (1.0 - c) / x;
+                b = (angle - s) / (x * angle);
+                da = (s / angle - 2.0 * a) / x;
+                db = (a - 3.0 * b) / x;
+            }
+            if (kind[f] == 2) {
+                Y[1] = -u[2];
+                Y[2] = u[1];
+                Y[3] = u[2];
+                Y[5] = -u[0];
+                Y[6] = -u[1];
+                Y[7] = u[0];
+            }
+            memset(T, 0, (size_t)(size * size) * sizeof *T);
+            for (i = 0; i < 3; ++i)
+                for (j = 0; j < 3; ++j) {
+                    double square = 0.0, mixed = 0.0, along = 0.0;
+                    for (t = 0; t < 3; ++t) {
+                        square += X[3 * i + t] * X[3 * t + j];
+                        mixed += X[3 * i + t] * Y[3 * t + j] + Y[3 * i + t] * X[3 * t + j];
+                    }
+                    T[i * size + j] = (double)(i == j) - a * X[3 * i + j] + b * square;
+                    if (kind[f] == 2) {
+                        along = w[0] * u[0] + w[1] * u[1] + w[2] * u[2];
+                        T[(3 + i) * size + 3 + j] = T[i * size + j];
+                        T[(3 + i) * size + j] = -a * Y[3 * i + j] + b * mixed + along * (db * square - da * X[3 * i + j]);
+                    } else if (kind[f] == 1)
+                        T[(3 + i) * size + 3 + j] = (double)(i == j);
+                }
+            for (i = 0; i < size; ++i)
+                for (j = 0; j < size; ++j) {
+                    double product = 0.0;
+                    for (t = 0; t < 3; ++t)
+                        if (i < 3)
+                            product += X[3 * i + t] * T[t * size + j];
+                        else if (kind[f] == 2)
+                            product += Y[3 * (i - 3) + t] * T[t * size + j] + X[3 * (i - 3) + t] * T[(3 + t) * size + j];
+                    A[i * size + j] = (double)(i == j) - product;
+                }
+            T += size * size;
+            A += size * size;
+        }
 }
 
 /* Y := X D of each of so many rows: X (rows, columns), D (columns, directions), one behind the other. */
@@ -565,10 +712,13 @@ static double *eg_begin(const eg_steps *given, const eg_gains *g, double *room, 
     return f->column + n;
 }
 
-/* Factor the matrices of the steps from first on, the last of them several times if there are fewer than lanes. */
-static void eg_factor_steps(const eg_steps *given, long first, eg_factors *f)
+/* Factor the matrices of the steps from first on, the last of them several times if there are fewer than lanes. 0: they
+ * have other nonzeros than the plan. */
+static int eg_factor_steps(const eg_steps *given, long first, eg_factors *f)
 {
     long numbers[EG_LANES], w;
+    if (eg_differs(given, first, first + EG_LANES < given->steps ? first + EG_LANES : given->steps))
+        return 0;
     for (w = 0; w < EG_LANES; ++w)
         numbers[w] = first + w < given->steps ? first + w : given->steps - 1;
     eg_gather(given, f->plan, numbers, f->values);
@@ -578,6 +728,7 @@ static void eg_factor_steps(const eg_steps *given, long first, eg_factors *f)
         eg_matrices(f->plan, f->c, f->values, f->S);
         eg_factor_lanes(&f->plan->order, f->S, f->spoilt);
     }
+    return 1;
 }
 
 /* X := S^-1 X, or S^-T X, of the step of a lane; room: as many numbers. 0: singular. */
@@ -600,7 +751,8 @@ static int eg_solve_step(const eg_factors *f, int lane, int transposed, long n, 
 
 /* Tangents through the steps. state, in and out, (4 nv + 3 nz, directions): dq, dv, dvdot, da, dz, dzdot, dr. dp: (np,
  * directions). record, of each step, (3 nv + nz + nl, directions): dq, dv, dvdot, dz, dlam at its end; eta, of each step,
- * (nh, directions). Returns the number of the first step whose matrix is singular, else the number of steps. */
+ * (nh, directions). Returns the number of the first step whose matrix is singular, else the number of steps; -1 - k: the
+ * plan lacks nonzeros of step k, at which all is ready to go on. */
 EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *eta,
     double *room, long *pivot)
 {
@@ -617,11 +769,12 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
     const int in_q[4] = { EG_RQ, EG_FQ, EG_HQ, EG_ZQ }, in_v[4] = { EG_RV, EG_FV, -1, EG_ZV },
         in_p[4] = { EG_RP, EG_FP, EG_HP, EG_ZP };
     long k, group;
-    for (k = 0; k < given->steps; ++k) {
+    record += given->first * (3 * nv + nz + nl) * count;
+    for (k = given->first; k < given->steps; ++k) {
         const int lane = (int)(k % EG_LANES);
         const double *A = given->A + k * turning, *T = given->T + k * turning, *own = f.values + lane;
-        if (!lane)
-            eg_factor_steps(given, k, &f);
+        if (!lane && !eg_factor_steps(given, k, &f))
+            return -1 - k;
         /* the part that the unknowns do not change */
         memcpy(D, v, (size_t)block * sizeof *D);
         eg_add_scaled(D, g.h * (0.5 - g.beta), a, block);
@@ -682,7 +835,7 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
  * functionals at the row of its end. gradient: (np, directions), to which the derivatives in parameters are added.
  * multipliers: of the equations of each step, (rows, directions). ends, of each step, (2 nv, directions): derivatives
  * in q' and in D. sources, of each step, (2 nv + nh, directions), or NULL: additions to the derivatives in q at its start, in
- * h D and in eta, if these are differentiated once more. */
+ * h D and in eta, if these are differentiated once more. Returns as tangents do. */
 EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, const double *sources, double *state,
     double *gradient, double *multipliers, double *ends, double *room, long *pivot)
 {
@@ -705,8 +858,8 @@ EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, c
         const double *source = sources ? sources + k * (2 * nv + nh) * count : sources;
         double *x = multipliers + k * n * count;
         long i;
-        if (lane == EG_LANES - 1 || k == given->steps - 1)
-            eg_factor_steps(given, k - lane, &f);
+        if ((lane == EG_LANES - 1 || k == given->steps - 1) && !eg_factor_steps(given, k - lane, &f))
+            return -1 - k;
         eg_add_scaled(q, 1.0, own, 3 * block);
         eg_add_scaled(z, 1.0, own + 3 * block, small);
         /* of the unknowns */

@@ -223,6 +223,21 @@ static void eg_solve_lane(const eg_order *order, const double *S, double *X, lon
 {
     const int n = order->n;
     int i, j, k;
+    if (count == 1) {
+        for (k = 0; k < n; ++k) {
+            const double x = X[order->row[k]];
+            for (i = order->lower_at[k]; i < order->lower_at[k + 1]; ++i)
+                X[order->lower[i]] -= S[(long)order->lower_entry[i] * EG_LANES] * x;
+        }
+        for (k = n - 1; k >= 0; --k) {
+            double x = X[order->row[k]];
+            for (j = order->upper_at[k]; j < order->upper_at[k + 1]; ++j)
+                x -= S[(long)order->upper_entry[j] * EG_LANES] * room[order->upper[j]];
+            room[order->column[k]] = x * S[(long)order->pivot[k] * EG_LANES];
+        }
+        memcpy(X, room, (size_t)n * sizeof *X);
+        return;
+    }
     for (k = 0; k < n; ++k)
         for (i = order->lower_at[k]; i < order->lower_at[k + 1]; ++i)
             eg_add_scaled(X + order->lower[i] * count, -S[(long)order->lower_entry[i] * EG_LANES],
@@ -242,6 +257,22 @@ static void eg_solve_lane_transposed(const eg_order *order, const double *S, dou
 {
     const int n = order->n;
     int i, j, k;
+    if (count == 1) {
+        for (k = 0; k < n; ++k) {
+            const double x = X[order->column[k]] * S[(long)order->pivot[k] * EG_LANES];
+            room[order->row[k]] = x;
+            for (j = order->upper_at[k]; j < order->upper_at[k + 1]; ++j)
+                X[order->upper[j]] -= S[(long)order->upper_entry[j] * EG_LANES] * x;
+        }
+        for (k = n - 1; k >= 0; --k) {
+            double x = room[order->row[k]];
+            for (i = order->lower_at[k]; i < order->lower_at[k + 1]; ++i)
+                x -= S[(long)order->lower_entry[i] * EG_LANES] * room[order->lower[i]];
+            room[order->row[k]] = x;
+        }
+        memcpy(X, room, (size_t)n * sizeof *X);
+        return;
+    }
     for (k = 0; k < n; ++k) {
         double *x = room + order->row[k] * count;
         memcpy(x, X + order->column[k] * count, (size_t)count * sizeof *x);

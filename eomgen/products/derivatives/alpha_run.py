@@ -12,9 +12,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import LinearStep
-from eomgen.lie import numeric
-from eomgen.lie.groups import group_named
-from eomgen.lie.product import Factor, difference
+from eomgen.lie.product import difference
 from eomgen.products.derivatives.equations import EquationBlocks, EquationPartials, Equations
 from eomgen.products.derivatives.linear_run import (
     DerivativeVariables,
@@ -25,7 +23,7 @@ from eomgen.products.derivatives.linear_run import (
     rows_of,
     undefined_derivatives,
 )
-from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices, reactions
+from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices, reactions, turning
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.start import LinearizedStart, StateDirections, on_constraints
 from eomgen.simulation.stepping.states import PrescribedInputs, States
@@ -56,7 +54,7 @@ def step_matrices(
     """
     factors, count, nv, nh = equations.model.factors, len(before.t), equations.nv, equations.holonomic
     theta = difference(factors, before.q, after.q)
-    A, T = _turning(factors, theta)
+    A, T = turning(factors, theta)
     held = nh if inverse_inertia.size else 0
     by_rows = _by_rows if isinstance(partials, EquationPartials) else _by_kinds
     blocks = by_rows(equations, partials, held)
@@ -87,7 +85,7 @@ def _by_rows(equations: Equations, partials: EquationPartials, held: int) -> dic
     blocks = {f"{row}p": e.P[:, place] for row, place in places.items()}
     blocks |= {f"{row}q": e.Jq[:, place] for row, place in places.items()}
     of_motion = {"Rv": e.Jv[:, R], "Fv": e.Jv[:, F], "Zv": e.Jv[:, Z], "Ra": e.Ja[:, R]}
-    return blocks | of_motion | {"Rz": e.Jz[:, R], "Fz": e.Jz[:, F], "L": e.Jlam[:, R]}
+    return blocks | of_motion | {"Rz": e.Jz[:, R], "Fz": e.Jz[:, F], "L": np.swapaxes(e.Jlam[:, R], 1, 2)}
 
 
 def _by_kinds(equations: Equations, partials: EquationBlocks, held: int) -> dict[str, Array]:
@@ -103,7 +101,7 @@ def _by_kinds(equations: Equations, partials: EquationBlocks, held: int) -> dict
     internal = {"Fq": -e.Fq, "Fv": -e.Fv, "Fz": -e.Fz, "Fp": -e.Fp} if equations.nz else {}
     internal = internal or {"Fq": e.Fq, "Fv": e.Fv, "Fz": e.Fz, "Fp": e.Fp}
     of_positions = {"Hq": e.B[:, :held], "Hp": e.Hp[:, :held]}
-    of_residual = {"Rq": e.Rq, "Rv": e.Rv, "Ra": e.Ra, "Rz": e.Rz, "Rp": e.Rp, "L": np.swapaxes(e.B, 1, 2)}
+    of_residual = {"Rq": e.Rq, "Rv": e.Rv, "Ra": e.Ra, "Rz": e.Rz, "Rp": e.Rp, "L": e.B}
     return of_residual | internal | of_positions | of_rates
 
 
@@ -120,23 +118,6 @@ def _predicted_exponents(before: States, after: States, a: Array, coefficients: 
     reached = (given - alpha_m * a) / (1.0 - alpha_m)
     result: Array = before.v + h * ((0.5 - beta) * a + beta * reached)
     return result
-
-
-def _turning(factors: Sequence[Factor], increments: Array) -> tuple[Array, Array]:
-    """Return Ad(exp(-theta)) and T(theta) of the rotating factors at increments (n, nv), (n, numbers) each."""
-    count, turning = len(increments), [factor for factor in factors if factor.group != "R"]
-    blocks: dict[int, tuple[Array, Array]] = {}
-    for name in dict.fromkeys(factor.group for factor in turning):  # all factors of a group at once
-        own = [factor for factor in turning if factor.group == name]
-        group, theta = group_named(name, own[0].v_size), np.stack([increments[:, factor.v] for factor in own])
-        A, T = numeric.adjoint(group, numeric.exp(group, -theta)), numeric.tangent(group, theta)
-        blocks |= {factor.v_start: (A[k], T[k]) for k, factor in enumerate(own)}
-    none = np.zeros((count, 0))
-    A, T = (
-        np.concatenate([none, *(blocks[factor.v_start][which].reshape(count, -1) for factor in turning)], axis=1)
-        for which in (0, 1)
-    )
-    return A, T
 
 
 @dataclass(frozen=True)

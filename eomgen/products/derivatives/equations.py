@@ -132,6 +132,7 @@ class Equations:
             outputs=sum(int(item["size"]) for item in model.library.layout["outputs"]),
             parameters=len(model.parameters),
         )
+        self._known_zeros: dict[tuple[int, ...], Array] = {}
         self._weighted, self._along = places.places("weights"), places.places("direction")
 
     def _functions(self, term: str) -> Functions:
@@ -168,8 +169,12 @@ class Equations:
         functions = self._functions(term)
         if term not in functions:
             return {}
-        results = functions(term, values)
         count = len(values["t"])
+        if count == 1 and self.dtype is np.float64:  # without the bookkeeping of batches
+            inputs = {name: values[name] for name in functions.inputs(term)}
+            results = functions(term, {name: x if name == "p" and x.ndim == 1 else x[0] for name, x in inputs.items()})
+            return {name: array[np.newaxis] for name, array in zip(functions.output_names(term), results, strict=True)}
+        results = functions(term, values)
         by_name = dict(zip(functions.output_names(term), results, strict=True))
         if all(len(array) == count for array in results) and set(functions.inputs(term)) - {"p"}:
             return by_name
@@ -249,8 +254,11 @@ class Equations:
         )
 
     def _zeros(self, *shape: int) -> Array:
-        """Return zeros in the memory of one."""
-        return np.broadcast_to(np.zeros((), self.dtype), shape)
+        """Return zeros in the memory of one zero."""
+        zeros = self._known_zeros.get(shape)
+        if zeros is None:
+            zeros = self._known_zeros[shape] = np.broadcast_to(np.zeros((), self.dtype), shape)
+        return zeros
 
     def output_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return the partials of the chosen outputs at n rows of a run.
@@ -276,6 +284,38 @@ class Equations:
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
         Yp = self._parameters({name: self._rows(array) for name, array in by_parameters.items()}, "Yp", rows, count)
         return Y, self._with_inputs(Yp, values)
+
+    def weighed_outputs(self, values: Mapping[str, Array], weights: Array) -> tuple[Array, Array]:
+        """Return derivatives of sums of outputs by each of n rows.
+
+        Parameters
+        ----------
+        values : as of ``output_partials``
+        weights : (n, outputs, functionals)
+
+        Returns
+        -------
+        by_state : (n, 3 nv + nz + nl, functionals)
+        by_parameters : (parameters, functionals), of all rows together
+        """
+        used = np.flatnonzero(weights.any(axis=(0, 2)))
+        partials = self.of("output_partials", values)
+        by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
+        sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
+        of_state = np.zeros((len(weights), sum(sizes.values()), weights.shape[2]), self.dtype)
+        of_parameters = np.zeros((len(self.chosen) + self.driven, weights.shape[2]), self.dtype)
+        first = 0
+        for name, size in sizes.items():
+            for one in used.tolist() if name in partials and size else ():
+                row = partials[name][:, self.outputs[one], :, np.newaxis]
+                of_state[:, first : first + size] += row * weights[:, one, np.newaxis]
+            first += size
+        for one in used.tolist() if "Yp" in by_parameters else ():
+            of_parameters[: len(self.chosen)] += by_parameters["Yp"][:, self.outputs[one], self.chosen].T @ weights[:, one]
+        if self.driven and len(used):
+            by_inputs = self.input_partials(values)[1] @ values["du"]
+            of_parameters[len(self.chosen) :] = np.einsum("nod,nof->df", by_inputs[:, used], weights[:, used])
+        return of_state, of_parameters
 
     def input_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return partials of e in the inputs, (n, rows, nu), and of the outputs, (n, outputs, nu)."""
@@ -471,7 +511,7 @@ class MovedEquations(Equations):
 
     def __init__(self, equations: Equations, p: Array) -> None:
         vars(self).update(vars(equations))
-        self.p = p
+        self.p, self._known_zeros = p, {}
 
     @property
     def functions(self) -> Functions:

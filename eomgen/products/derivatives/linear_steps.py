@@ -27,6 +27,8 @@ def routine(files: Sequence[str], cdef: str, *, in_complex: bool = False) -> tup
     return Builder().build_routine(source, cdef)
 
 
+#: Steps side by side in C.
+_LANES = 8
 #: Integers for a plan at first.
 _PLAN = 2**13
 _FILES = ("sparse_factors.c", "generalized_alpha.c")
@@ -47,9 +49,13 @@ typedef struct eg_steps {
     int *plan;
     long capacity;
     double *scale;
+    const long long *unseen;
+    long first;
 } eg_steps;
 long eomgen_step_reactions(long steps, long nv, long nh, const double *B, long stride, const double *W, long w_stride,
     const double *moved, double *G, double *eta, double *reaction, double *room);
+void eomgen_step_turning(long steps, long nv, long turns, const long *turn, const long *kind, const double *theta,
+    double *A, double *T);
 long eomgen_plan_places(const eg_steps *given);
 long eomgen_plan_numbers(const eg_steps *given);
 int eomgen_step_plan(const eg_steps *given, unsigned char *seen, long long *bits, int *numbers);
@@ -64,6 +70,8 @@ long eomgen_step_adjoints(const eg_steps *given, const double *direct, const dou
     double *gradient, double *multipliers, double *ends, double *room, long *pivot);
 """
 
+#: Groups of rotating factors in the order of the C.
+_GROUPS = ("SO3", "R3xSO3", "SE3")
 #: Matrices of a step in the order of the C.
 _BLOCKS = (
     *("Rq", "Fq", "Hq", "Zq", "Rv", "Fv", "Zv", "Ra", "Rz", "Fz", "L", "T", "G"),
@@ -80,7 +88,7 @@ class StepMatrices:
 
     Attributes
     ----------
-    L : of the residual in multipliers
+    L : of the residual in multipliers, transposed, (steps, multipliers, nv)
     A, T : (steps, numbers), blocks of the rotating factors concatenated
     G : B W at the starts
     N, Np : of W B^T eta in q and in the parameters at the starts
@@ -142,7 +150,7 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
     W, moved = np.ascontiguousarray(W), np.ascontiguousarray(moved)
     from_start = ffi.cast("const double *", B.ctypes.data)
     pointers = [ffi.cast("double *", array.ctypes.data) for array in (W, moved, G, eta, reaction)]
-    room = ffi.new("double[]", nh * nh + nh * nv)
+    room = ffi.from_buffer("double[]", np.empty(_LANES * (nh * nh + 2 * nh * nv + nh + nv)))
     own = nv if W.ndim == 2 else 0
     done = lib.eomgen_step_reactions(
         count, nv, nh, from_start, B.strides[0] // 8, pointers[0], own, *pointers[1:], room
@@ -151,6 +159,25 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
         fault = "the multipliers of velocities in a step are not unique: constraints repeat each other"
         raise NumericalError(Problem("sensitivities", fault, "constraints that do not repeat"))
     return G, eta, reaction
+
+
+def turning(factors: Sequence[Factor], increments: Array) -> tuple[Array, Array]:
+    """Return Ad(exp(-theta)) and T(theta) of the rotating factors at increments (n, nv), (n, numbers) each."""
+    ffi, lib = routine(_FILES, _CDEF)
+    turn, kinds = turning_factors(factors)
+    theta, numbers = np.ascontiguousarray(increments), int(np.sum(turn[:, 1] ** 2))
+    A, T = (np.empty((len(theta), numbers)) for _ in range(2))
+    of_longs = (ffi.from_buffer("long[]", array) for array in (turn, kinds))
+    of_doubles = (ffi.from_buffer("double[]", array) for array in (theta, A, T))
+    lib.eomgen_step_turning(len(theta), theta.shape[1], len(turn), *of_longs, *of_doubles)
+    return A, T
+
+
+def turning_factors(factors: Sequence[Factor]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return first velocity component and size of each rotating factor, and the number of its group in C."""
+    rotating, long = [factor for factor in factors if factor.group != "R"], np.dtype("l")
+    turn = np.array([[factor.v_start, factor.v_size] for factor in rotating], long).reshape(-1, 2)
+    return turn, np.array([_GROUPS.index(factor.group) for factor in rotating], long)
 
 
 class LinearSteps:
@@ -167,15 +194,13 @@ class LinearSteps:
     ) -> None:
         self._ffi, self._lib = routine(_FILES, _CDEF)
         self._nv, self._nz, self._nl, self._nh = sizes["v"], sizes["z"], sizes["lam"], eta
-        turning = [factor for factor in factors if factor.group != "R"]
-        self._turn = np.array([[factor.v_start, factor.v_size] for factor in turning], dtype=np.dtype("l")).reshape(
-            -1, 2
-        )
+        self._turn, _ = turning_factors(factors)
         self._coefficients = np.array(coefficients, dtype=float)
         #: Sums over the nonzeros of the steps so far, and the order of pivots; the first number says whether.
         self._plan = np.zeros(_PLAN, np.intc)
         self._scale = np.zeros(self.rows)
-        self._seen: NDArray[np.uint8] | None = None
+        self._seen = np.zeros(0, np.uint8)
+        self._unseen = np.zeros(0, np.longlong)
         self._memory = np.empty(0)
 
     @property
@@ -211,7 +236,12 @@ class LinearSteps:
         given = self._given(matrices, dp.shape[0], steps, directions)
         room, pivot = self._room(given[0])
         arrays = map(self._doubles, (np.ascontiguousarray(dp), state, record, eta))
-        self._check(self._lib.eomgen_step_tangents(given[0], *arrays, room, pivot), steps, times)
+        arrays = list(arrays)
+        while (done := self._lib.eomgen_step_tangents(given[0], *arrays, room, pivot)) < 0:
+            given[0].first = -1 - done
+            self._plan_steps(given[0])
+            room, pivot = self._room(given[0])
+        self._check(done, steps, times)
         return record, eta
 
     def adjoints(
@@ -245,8 +275,11 @@ class LinearSteps:
         room, pivot = self._room(given[0])
         added = self._ffi.NULL if sources is None else self._doubles(np.ascontiguousarray(sources))
         of_rows, *arrays = map(self._doubles, (np.ascontiguousarray(direct), state, gradient, multipliers, ends))
-        done = self._lib.eomgen_step_adjoints(given[0], of_rows, added, *arrays, room, pivot)
-        self._check(done, steps, times)
+        while (done := self._lib.eomgen_step_adjoints(given[0], of_rows, added, *arrays, room, pivot)) < 0:
+            self._plan_steps(given[0])
+            given[0].steps = -done
+            room, pivot = self._room(given[0])
+        self._check(done, int(given[0].steps), times)
         return multipliers, ends
 
     def products(self, matrices: Array, columns: Array) -> Array:
@@ -275,17 +308,19 @@ class LinearSteps:
             if array.ndim == 2:  # a row, or a column
                 strides = [strides[0], 0, strides[1]] if name == "T" else [*strides, 0]
             block.step, block.row, block.column = strides
-        self._plan_steps(given)
+        places = self._lib.eomgen_plan_places(given)
+        if len(self._seen) != places:
+            self._seen, self._unseen = np.zeros(places, np.uint8), np.empty(places, np.longlong)
+            self._plan[0] = 0
+            self._plan_steps(given)
+        given.plan, given.capacity = ffi.from_buffer("int[]", self._plan), len(self._plan)
+        given.unseen = ffi.from_buffer("long long[]", self._unseen)
         return given, matrices, A, T
 
     def _plan_steps(self, given: Any) -> None:
-        """Plan the sums and the elimination of steps, if there is no plan, or these have nonzeros of their own."""
+        """Plan the sums and the elimination of steps, whose nonzeros are added to those of earlier steps."""
         ffi, lib, rows = self._ffi, self._lib, self.rows
-        places = lib.eomgen_plan_places(given)
-        if self._seen is None or len(self._seen) != places:
-            self._seen = np.zeros(places, np.uint8)
-            self._plan[0] = 0
-        bits, numbers = np.empty(places, np.longlong), np.empty(lib.eomgen_plan_numbers(given), np.intc)
+        bits, numbers = np.empty(len(self._seen), np.longlong), np.empty(lib.eomgen_plan_numbers(given), np.intc)
         while True:
             given.plan, given.capacity = ffi.from_buffer("int[]", self._plan), len(self._plan)
             seen, counted = ffi.from_buffer("unsigned char[]", self._seen), ffi.from_buffer("int[]", numbers)
@@ -295,6 +330,7 @@ class LinearSteps:
                 room = self._doubles(np.empty(lib.eomgen_plan_room(given)))
                 done = lib.eomgen_step_order(given, counted, nonzero, room)
             if done >= 0:
+                self._unseen[:] = np.where(self._seen, 0, -1)
                 return
             self._plan = np.zeros(4 * len(self._plan), np.intc)
 
