@@ -128,10 +128,6 @@ typedef struct eg_plan {
 
 static eg_plan *eg_plan_of(const eg_steps *given) { return (eg_plan *)(void *)(given->plan + EG_HEAD); }
 
-#if defined(EG_VECTORS)
-typedef long long eg_bits __attribute__((vector_size(8 * EG_LANES), aligned(8), may_alias));
-#endif
-
 /* Note which numbers are not 0. */
 static void eg_join(long long *bits, const double *x, long count)
 {
@@ -252,17 +248,14 @@ static void eg_coefficients_of(const eg_gains *g, double *c)
     c[EG_OF_ZDOT] = g->to_zdot;
 }
 
-/* Entries of the matrices of EG_LANES steps. */
+/* Entries of the matrices of EG_LANES steps; the first value is 1. */
 static void eg_matrices(const eg_plan *plan, const double *c, const double *values, double *S)
 {
-    int k, w;
+    int k;
     memset(S, 0, (size_t)plan->entries * EG_LANES * sizeof *S);
     for (k = 0; k < plan->sums; ++k) {
         const int *of = plan->sum + 3 * k;
-        double *to = S + (long)of[0] * EG_LANES;
-        const double *from = values + (long)of[1] * EG_LANES, s = c[of[2]];
-        for (w = 0; w < EG_LANES; ++w)
-            to[w] += s * from[w];
+        eg_lanes_add(S + (long)of[0] * EG_LANES, c[of[2]], values + (long)of[1] * EG_LANES, values);
     }
 }
 
@@ -689,12 +682,13 @@ EG_SEEN long eomgen_step_room(const eg_steps *given)
         + (2 * n + 5 * given->nv + 3 * given->nz + 6) * count;
 }
 
-/* Factors of the matrices of EG_LANES steps; those that are spoilt have factors of their own. */
+/* Factors of the matrices of EG_LANES steps; those that are not fine have factors of their own. */
 typedef struct eg_factors {
     const eg_plan *plan;
     double *values, *S, *own, *row, *column;
     long *pivot;
-    double spoilt[EG_LANES], c[EG_COEFFICIENTS];
+    long long fine[EG_LANES];
+    double c[EG_COEFFICIENTS];
 } eg_factors;
 
 /* Begin with a sweep; returns the room that is left. */
@@ -723,10 +717,10 @@ static int eg_factor_steps(const eg_steps *given, long first, eg_factors *f)
         numbers[w] = first + w < given->steps ? first + w : given->steps - 1;
     eg_gather(given, f->plan, numbers, f->values);
     for (w = 0; w < EG_LANES; ++w)
-        f->spoilt[w] = 1.0;
+        f->fine[w] = 0;
     if (f->plan->eliminated) {
         eg_matrices(f->plan, f->c, f->values, f->S);
-        eg_factor_lanes(&f->plan->order, f->S, f->spoilt);
+        eg_factor_lanes(&f->plan->order, f->S, f->fine);
     }
     return 1;
 }
@@ -734,7 +728,7 @@ static int eg_factor_steps(const eg_steps *given, long first, eg_factors *f)
 /* X := S^-1 X, or S^-T X, of the step of a lane; room: as many numbers. 0: singular. */
 static int eg_solve_step(const eg_factors *f, int lane, int transposed, long n, double *X, long count, double *room)
 {
-    if (f->spoilt[lane] != 0.0) {
+    if (!f->fine[lane]) {
         eg_dense_matrix(f->plan, f->c, f->values, lane, n, f->own);
         if (!eg_factor(f->own, f->row, f->column, f->pivot, n))
             return 0;

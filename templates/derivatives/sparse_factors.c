@@ -14,7 +14,33 @@
 
 #if defined(EG_VECTORS)
 typedef double eg_lanes __attribute__((vector_size(8 * EG_LANES), aligned(8), may_alias));
+typedef long long eg_bits __attribute__((vector_size(8 * EG_LANES), aligned(8), may_alias));
 #endif
+
+/* fine: (EG_LANES), stays -1 where numbers are of at most this size, else becomes 0. */
+static inline void eg_lanes_check(const double *x, double bound, long long *fine)
+{
+#if defined(EG_VECTORS)
+    const eg_lanes value = *(const eg_lanes *)x;
+    *(eg_bits *)fine &= (value <= bound) & (value >= -bound);
+#else
+    int w;
+    for (w = 0; w < EG_LANES; ++w)
+        fine[w] &= fabs(x[w]) <= bound ? -1 : 0;
+#endif
+}
+
+/* y = a b in all lanes. */
+static inline void eg_lanes_times(double *y, const double *a, const double *b)
+{
+#if defined(EG_VECTORS)
+    *(eg_lanes *)y = *(const eg_lanes *)a * *(const eg_lanes *)b;
+#else
+    int w;
+    for (w = 0; w < EG_LANES; ++w)
+        y[w] = a[w] * b[w];
+#endif
+}
 
 /* y += s a b in all lanes. */
 static inline void eg_lanes_add(double *y, double s, const double *a, const double *b)
@@ -189,29 +215,25 @@ static int eg_choose_order(eg_order *order, eg_arena *arena, char *nonzero, doub
     return 1;
 }
 
-/* Factor EG_LANES matrices with entries S; spoilt: (EG_LANES), not 0 for those with too small pivots. Entries of pivots
+/* Factor EG_LANES matrices with entries S; fine: (EG_LANES), 0 for those with too small pivots, else -1. Entries of pivots
  * become their inverses. */
-static void eg_factor_lanes(const eg_order *order, double *S, double *spoilt)
+static void eg_factor_lanes(const eg_order *order, double *S, long long *fine)
 {
     const int *changed = order->changed;
     int k, i, j, w;
     for (w = 0; w < EG_LANES; ++w)
-        spoilt[w] = 0.0;
+        fine[w] = -1;
     for (k = 0; k < order->n; ++k) {
         double *pivot = S + (long)order->pivot[k] * EG_LANES;
         const int *upper = order->upper_entry + order->upper_at[k], count = order->upper_at[k + 1] - order->upper_at[k];
         const double bound = EG_GROWTH * order->scale[order->row[k]];
-        for (w = 0; w < EG_LANES; ++w) {
+        for (w = 0; w < EG_LANES; ++w)
             pivot[w] = 1.0 / pivot[w];
-            spoilt[w] += fabs(pivot[w]) <= 1e300 ? 0.0 : 1.0;
-        }
+        eg_lanes_check(pivot, 1e300, fine);
         for (i = order->lower_at[k]; i < order->lower_at[k + 1]; ++i) {
             double *factor = S + (long)order->lower_entry[i] * EG_LANES;
-            const double scale = order->scale[order->lower[i]];
-            for (w = 0; w < EG_LANES; ++w) {
-                factor[w] *= pivot[w];
-                spoilt[w] += fabs(factor[w]) * scale <= bound ? 0.0 : 1.0;
-            }
+            eg_lanes_times(factor, factor, pivot);
+            eg_lanes_check(factor, bound / order->scale[order->lower[i]], fine);
             for (j = 0; j < count; ++j)
                 eg_lanes_add(S + (long)*changed++ * EG_LANES, -1.0, factor, S + (long)upper[j] * EG_LANES);
         }

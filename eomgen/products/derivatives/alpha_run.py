@@ -56,8 +56,10 @@ def step_matrices(
     theta = difference(factors, before.q, after.q)
     A, T = turning(factors, theta)
     held = nh if inverse_inertia.size else 0
-    by_rows = _by_rows if isinstance(partials, EquationPartials) else _by_kinds
-    blocks = by_rows(equations, partials, held)
+    if isinstance(partials, EquationPartials):
+        blocks = _by_rows(equations, partials, held)
+    else:
+        blocks = _by_kinds(equations, partials, held)
     if not held:
         none = {name: np.zeros((count, 0, 0)) for name in ("G", "N", "Np")}
         return StepMatrices(**blocks, A=A, T=T, **none, reaction=np.zeros((count, 0))), np.zeros((count, 0))
@@ -81,7 +83,7 @@ def _by_rows(equations: Equations, partials: EquationPartials, held: int) -> dic
         "H": slice(nv + nz, nv + nz + held),
         "Z": slice(nv + nz + held, None),
     }
-    R, F, H, Z = places.values()
+    R, F, Z = places["R"], places["F"], places["Z"]
     blocks = {f"{row}p": e.P[:, place] for row, place in places.items()}
     blocks |= {f"{row}q": e.Jq[:, place] for row, place in places.items()}
     of_motion = {"Rv": e.Jv[:, R], "Fv": e.Jv[:, F], "Zv": e.Jv[:, Z], "Ra": e.Ja[:, R]}
@@ -95,9 +97,7 @@ def _by_kinds(equations: Equations, partials: EquationBlocks, held: int) -> dict
     of_rates = {"Zq": e.Z, "Zv": e.B, "Zp": e.Zp}
     if held < nh:
         pairs = {"Zq": (e.B, e.Z), "Zv": (np.zeros_like(e.B), e.B), "Zp": (e.Hp, e.Zp)}
-        of_rates = {
-            name: np.concatenate([one[:, :nh], other[:, nh:]], axis=1) for name, (one, other) in pairs.items()
-        }
+        of_rates = {name: np.concatenate([one[:, :nh], other[:, nh:]], axis=1) for name, (one, other) in pairs.items()}
     internal = {"Fq": -e.Fq, "Fv": -e.Fv, "Fz": -e.Fz, "Fp": -e.Fp} if equations.nz else {}
     internal = internal or {"Fq": e.Fq, "Fv": e.Fv, "Fz": e.Fz, "Fp": e.Fp}
     of_positions = {"Hq": e.B[:, :held], "Hp": e.Hp[:, :held]}

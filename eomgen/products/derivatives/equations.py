@@ -67,7 +67,7 @@ class EquationBlocks:
     ----------
     Rq, Rv, Ra, Rz : of the residual in q, v, vdot and internal states
     Fq, Fv, Fz : of the rates of internal states
-    B : of the rates of all constraints in v, (n, nl, nv); its transpose is of the residual in multipliers, and its first
+    B : of the rates of all constraints in v, (n, nl, nv); its transpose is of the residual in multipliers, its first
         rows are of the constraints on positions in q
     Z : of the rates of all constraints in q
     Rp, Fp, Hp, Zp : of residual, rates of internal states, constraints on positions, rates of constraints in the chosen
@@ -246,12 +246,9 @@ class Equations:
 
         B = self.of("constraint_jacobian", values)["B"] if nl else self._zeros(count, 0, nv)
         Z = self.of("velocity_partials", values)["Z"] if nl else B
-        return EquationBlocks(
-            *(of_residual[name] for name in "KCM"),
-            block(of_rates, "Rz", nv, nz),
-            *(block(of_rates, name, nz, size) for name, size in (("Fq", nv), ("Fv", nv), ("Fz", nz))),
-            *(B, Z, *by),
-        )
+        Rq, Rv, Ra = (of_residual[name] for name in "KCM")
+        Fq, Fv, Fz = (block(of_rates, name, nz, size) for name, size in (("Fq", nv), ("Fv", nv), ("Fz", nz)))
+        return EquationBlocks(Rq, Rv, Ra, block(of_rates, "Rz", nv, nz), Fq, Fv, Fz, B, Z, *by)
 
     def _zeros(self, *shape: int) -> Array:
         """Return zeros in the memory of one zero."""
@@ -311,7 +308,9 @@ class Equations:
                 of_state[:, first : first + size] += row * weights[:, one, np.newaxis]
             first += size
         for one in used.tolist() if "Yp" in by_parameters else ():
-            of_parameters[: len(self.chosen)] += by_parameters["Yp"][:, self.outputs[one], self.chosen].T @ weights[:, one]
+            of_parameters[: len(self.chosen)] += (
+                by_parameters["Yp"][:, self.outputs[one], self.chosen].T @ weights[:, one]
+            )
         if self.driven and len(used):
             by_inputs = self.input_partials(values)[1] @ values["du"]
             of_parameters[len(self.chosen) :] = np.einsum("nod,nof->df", by_inputs[:, used], weights[:, used])

@@ -235,8 +235,7 @@ class LinearSteps:
         record, eta = (np.empty((steps, size, directions)) for size in (self.record_size, self._nh))
         given = self._given(matrices, dp.shape[0], steps, directions)
         room, pivot = self._room(given[0])
-        arrays = map(self._doubles, (np.ascontiguousarray(dp), state, record, eta))
-        arrays = list(arrays)
+        arrays = list(map(self._doubles, (np.ascontiguousarray(dp), state, record, eta)))
         while (done := self._lib.eomgen_step_tangents(given[0], *arrays, room, pivot)) < 0:
             given[0].first = -1 - done
             self._plan_steps(given[0])

@@ -18,7 +18,6 @@ from scipy import fft
 from eomgen.base.arrays import Array
 from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
 from eomgen.products.derivatives.functionals import RowWeights
-from eomgen.products.derivatives.linear_steps import StepMatrices
 from eomgen.products.derivatives.motion import RunSegment
 from eomgen.products.derivatives.second_order import StartSecondDerivatives
 
