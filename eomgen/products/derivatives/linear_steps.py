@@ -317,7 +317,7 @@ class LinearSteps:
         return given, matrices, A, T
 
     def _plan_steps(self, given: Any) -> None:
-        """Plan the sums and the elimination of steps, whose nonzeros are added to those of earlier steps."""
+        """Plan the sums and the elimination of steps, whose nonzeros are added to the nonzeros of earlier steps."""
         ffi, lib, rows = self._ffi, self._lib, self.rows
         bits, numbers = np.empty(len(self._seen), np.longlong), np.empty(lib.eomgen_plan_numbers(given), np.intc)
         while True:
