@@ -1,6 +1,6 @@
-"""The page docs/sdf.md: how eomgen takes each element and attribute of the grammar of SDF. ``python -m tests.sdf_grammar
-docs/sdf.md`` renews it. The grammar is kept in tests/files/sdf_grammar.json, which ``python -m tests.sdf_grammar
-FOLDER`` makes from the descriptions of the format, the folder ``sdf`` of the repository gazebosim/sdformat."""
+"""The page docs/sdf.md: how eomgen takes each element and attribute of the grammar of SDF. ``python -m
+tests.sdf_grammar docs/sdf.md`` renews it. The grammar is kept in tests/files/sdf_grammar.json, which ``python -m
+tests.sdf_grammar FOLDER`` makes of the format's own descriptions, the folder ``sdf`` of gazebosim/sdformat."""
 
 from __future__ import annotations
 
@@ -100,13 +100,14 @@ def page() -> str:
     """Return the text of the page."""
     lines = [
         "# SDF: every element and attribute\n",
-        f"How eomgen takes each part of the grammar of SDF 1.{FIRST} to 1.{NEWEST}, from the descriptions of the format",
-        f"(gazebosim/sdformat, commit {COMMIT[:8]}); [SDF](scene.md#sdf) lists the elements with their counterparts in scenes.",
+        f"How eomgen takes each part of the grammar of SDF 1.{FIRST} to 1.{NEWEST}, from the format's own descriptions",
+        f"(gazebosim/sdformat, commit {COMMIT[:8]}); [SDF](scene/sdf.md) lists the elements with their counterparts in",
+        "scenes.",
         f"The table is made by `{COMMAND}`, and a test tries each part.\n",
         "| | |\n|---|---|",
         *(f"| {status} | {meaning} |" for status, meaning in MEANINGS.items()),
-        "\nAn `@` marks attributes. Parts of an element without effect are without effect, too, and parts of a noted element",
-        "are noted with it. A part that is not in this table is noted, and refused with `--strict`.\n",
+        "\nAn `@` marks attributes. Parts of an element without effect are without effect, too, and parts of a noted",
+        "element are noted with it. A part that is not in this table is noted, and refused with `--strict`.\n",
         "| element | parts |\n|---|---|",
     ]
     for key, parts in grammar().items():

@@ -97,7 +97,7 @@ class _Converter:
         self.frames = Frames(world, report)
         only = next(iter(world.models)) if len(world.models) == 1 else ""
         self.only = only
-        name = legal_name(only or Path(file).stem or "model", ())
+        name = legal_name(only or reader.world_name or Path(file).stem or "model", ())
         self.draft = SceneDraft(report, {"format": 1, "name": name, "bodies": {}, "joints": {}, "frames": {}})
         if reader.gravity is not None:
             self.draft.data["gravity"] = list(reader.gravity)

@@ -22,8 +22,8 @@ _ADDED_MASS = "xx xy xz xp xq xr yy yz yp yq yr zz zp zq zr pp pq pr qq qr rr"
 _ROWS: Mapping[str, Mapping[str, str]] = {
     "sdf": {READ: "@version world model", IDLE: "light", NOTED: "actor"},
     "world": {
-        READ: "gravity include frame model joint physics",
-        IDLE: "@name audio magnetic_field atmosphere gui scene light road spherical_coordinates",
+        READ: "@name gravity include frame model joint physics",
+        IDLE: "audio magnetic_field atmosphere gui scene light road spherical_coordinates",
         NOTED: "wind actor plugin state population",
     },
     "world/physics": {

@@ -67,6 +67,7 @@ class SdfReader:
         self.visuals = VisualReader(home)
         self.gravity: tuple[float, ...] | None = None
         self.has_world = False
+        self.world_name = ""
         self.defaulted: list[str] = []
 
     def world(self, root: Element, file: str, folder: Path) -> SdfModel:
@@ -82,6 +83,7 @@ class SdfReader:
             self.has_world = True
             result.place = reading.place(element)
             self.gravity = reading.gravity(element)
+            self.world_name = element.get("name").replace("default", "")
             reading.contents(element, "world", result)
         for element in worlds[1:]:
             reading.values.refuse(element, "a file with several worlds is not read", "a file for each")

@@ -216,5 +216,5 @@ class Leftovers:
 
 
 def _meant(name: str, known: Sequence[str]) -> str:
-    hint = nearest(name, known)
+    hint = nearest(name, [one for one in known if one != name])
     return "" if hint.startswith("one of ") or not hint else f" (is {hint} meant?)"
