@@ -201,7 +201,8 @@ class _Converter:
                 self.leave_dynamics(axis, self.called(gear.key), "gearboxes")
         if actuated:
             units = {name: unit for name, unit in self.units.items() if name not in following}
-            self.draft.data |= effort_inputs(units, NO_ACTUATION)
+            for section, entries in effort_inputs(units, NO_ACTUATION).items():
+                self.draft.data[section] = {**entries, **self.draft.data.get(section, {})}
         self.add_shapes()
         if not self.draft.data["frames"]:
             del self.draft.data["frames"]
