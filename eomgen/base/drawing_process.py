@@ -1,4 +1,5 @@
-"""A copy of this process that imports matplotlib while a model runs, and draws the figures of the stored solution.
+"""Copies of this process: one imports matplotlib while a model runs, and draws the figures of the stored solution,
+another does work, such as a long table, while this process goes on.
 
 Import and drawing of matplotlib take most of a short ``eomgen simulate``, on one core. The copy is made by fork before
 the run and waits for an order; then a second copy is made, and both take figures in turn.
@@ -81,7 +82,7 @@ def drawing_process(prepared: Callable[[], Drawings]) -> Iterator[DrawingProcess
     prepared : callable
         Imports modules and returns the drawings of an order, the longest last; called in the copy.
     """
-    if sys.platform != "linux" or len(os.sched_getaffinity(0)) < _COPIES or threading.active_count() > 1:
+    if not _copied():
         yield None
         return
     taken, orders = os.pipe()
@@ -98,6 +99,44 @@ def drawing_process(prepared: Callable[[], Drawings]) -> Iterator[DrawingProcess
         yield process
     finally:
         process.end()
+
+
+@contextlib.contextmanager
+def in_copy(work: Callable[[], object]) -> Iterator[Callable[[], bool]]:
+    """Do work, such as the writing of a file, in a copy of this process meanwhile.
+
+    Gives a function that waits, and returns whether the work is done: False if the work has failed, and on one core,
+    besides other threads, and on other systems than Linux. The caller does the work then, and reports faults.
+    """
+    if not _copied():
+        yield lambda: False
+        return
+    number = _fork()
+    if not number:
+        status = 1
+        try:
+            work()
+            status = 0
+        finally:
+            os._exit(status)
+    ended: list[int] = []
+
+    def done() -> bool:
+        if not ended:
+            ended.append(os.waitpid(number, 0)[1])
+        return ended[0] == 0
+
+    try:
+        yield done
+    finally:
+        if not ended:
+            os.kill(number, signal.SIGINT)  # the copy removes the file that it has begun
+            done()
+
+
+def _copied() -> bool:
+    """Return whether this process can be copied, and would go on at the same time."""
+    return sys.platform == "linux" and len(os.sched_getaffinity(0)) >= _COPIES and threading.active_count() == 1
 
 
 def _serve(prepared: Callable[[], Drawings], taken: int, given: int) -> NoReturn:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -116,11 +117,13 @@ def _written(
     """
     from eomgen.base.files import write_text  # noqa: PLC0415
 
-    files = [solution.save(folder / "solution.npz")]
-    if order is not None and copy is not None:
-        copy.order(order)
-    files += _tables(solution, folder, times)
-    names = None if copy is None else copy.files()
+    table = folder / "solution.csv"
+    with _meanwhile(solution, table) as written:
+        files = [solution.save(folder / "solution.npz")]
+        with _ordered(solution, order, copy):
+            files.append(table if written() else solution.save(table))
+            files += _tables(solution, folder, times)
+            names = None if copy is None else copy.files()
     if names is not None:
         files += [folder / name for name in names]
     elif order is not None:
@@ -130,9 +133,45 @@ def _written(
     return files
 
 
+#: Numbers of a table whose text takes longer than to copy the process.
+_LONG = 200_000
+
+
+def _meanwhile(solution: Solution, table: Path) -> AbstractContextManager[Callable[[], bool]]:
+    """Write a long table in a copy of this process, meanwhile: the estimate of the error needs no table."""
+    if solution.q.size + 2 * solution.v.size < _LONG:
+        return nullcontext(lambda: False)
+    from eomgen.base.drawing_process import in_copy  # noqa: PLC0415
+
+    solution.columns()  # evaluated once, for both
+    return in_copy(partial(solution.save, table))
+
+
+@contextmanager
+def _ordered(solution: Solution, order: dict[str, Any] | None, copy: DrawingProcess | None) -> Iterator[None]:
+    """Have the figures drawn by a copy of this process, if there is one; the loads of beams, which need the model, are
+    in a file meanwhile."""
+    if order is None or copy is None:
+        yield
+        return
+    if not order["beams"]:
+        copy.order(order)
+        yield
+        return
+    from eomgen.results.section_loads import store_drawn_loads  # noqa: PLC0415
+
+    loads = Path(order["folder"]) / f".loads.{os.urandom(8).hex()}.npz"
+    try:
+        store_drawn_loads(solution, loads)
+        copy.order({**order, "loads": f"{loads}"})
+        yield
+    finally:
+        loads.unlink(missing_ok=True)
+
+
 def _tables(solution: Solution, folder: Path, times: StepTimes | None) -> list[Path]:
-    """Write the tables of a run, and return the files."""
-    files = [solution.save(folder / "solution.csv")]
+    """Write the tables of events and times of a run, and return the files."""
+    files = []
     if solution.events.counts:
         files.append(solution.events.write(folder / "events.csv", solution.metadata["names"]))
     return files if times is None else [*files, times.write(folder / "step_times.csv")]
@@ -148,12 +187,15 @@ def _drawings_of_stored() -> Drawings:
 def _drawings(solution: LoadedSolution, order: Mapping[str, Any]) -> list[Callable[[], list[Path]]]:
     """Return calls that draw the files of a run: in a folder, over a column, and of beams."""
     from eomgen.results.plots import draw_over, drawings  # noqa: PLC0415  # matplotlib comes with it
-    from eomgen.results.section_loads import draw_sections  # noqa: PLC0415
+    from eomgen.results.section_loads import draw_sections, drawn_loads, stored_drawn_loads  # noqa: PLC0415
 
-    folder, over, beams = Path(order["folder"]), order["over"], order["beams"]
+    folder, over = Path(order["folder"]), order["over"]
     calls = drawings(solution, folder)
     calls += [partial(draw_over, solution, folder, over)] if over is not None else []
-    return [*calls, partial(draw_sections, solution, beams, folder)] if beams else calls
+    if order["beams"]:
+        loads = stored_drawn_loads(Path(order["loads"])) if "loads" in order else drawn_loads(solution)
+        calls.append(partial(draw_sections, solution, loads, folder))
+    return calls
 
 
 def _outcome(solution: Solution, files: list[Path]) -> dict[str, Any]:

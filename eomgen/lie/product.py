@@ -105,14 +105,22 @@ def difference(factors: Sequence[Factor], first: Array, second: Array) -> Array:
     """
     batch = np.broadcast_shapes(np.shape(first)[:-1], np.shape(second)[:-1])
     result = np.zeros((*batch, sum(factor.v_size for factor in factors)), dtype=np.result_type(first, second, float))
+    groups = _by_group(tuple(factors))
     if len(batch) == 1 and result.shape[0] > 1 and result.size > _LARGE:
         rows = max(1, _LARGE // result.shape[1])
         ends = [np.broadcast_to(q, (*batch, q.shape[-1])) for q in (first, second)]
         for start in range(0, batch[0], rows):
             part = slice(start, start + rows)
-            result[part] = difference(factors, ends[0][part], ends[1][part])
+            _fill_difference(result[part], groups, ends[0][part], ends[1][part])
         return result
-    for group, of_q, of_v in _by_group(tuple(factors)):
+    _fill_difference(result, groups, first, second)
+    return result
+
+
+def _fill_difference(
+    result: Array, groups: Sequence[tuple[Group | None, Places, Places]], first: Array, second: Array
+) -> None:
+    for group, of_q, of_v in groups:
         begin, end = first[..., of_q], second[..., of_q]
         if group is None:
             result[..., of_v] = end - begin
@@ -120,7 +128,6 @@ def difference(factors: Sequence[Factor], first: Array, second: Array) -> Array:
             begin, end = _elements(begin, group.q_size), _elements(end, group.q_size)
             apart = numeric.log(group, numeric.compose(group, numeric.inverse(group, begin), end))
             result[..., of_v] = apart.reshape(result[..., of_v].shape)
-    return result
 
 
 def tangent(factors: Sequence[Factor], theta: Array) -> Array:
@@ -141,31 +148,17 @@ def transport(factors: Sequence[Factor], theta: Array) -> Array:
     return _block_diagonal(factors, -theta, 1.0, lambda group, x: numeric.adjoint(group, numeric.exp(group, x)))
 
 
-def moved_frames(factors: Sequence[Factor], q: Array) -> Array:
-    """Return the block diagonal Ad(q)^-1 of rotations and poses, (..., nv, nv), which turns velocities in world axes
-    into body axes; numbers have zeros."""
-    return _block_diagonal(factors, q, 0.0, lambda group, x: numeric.adjoint(group, numeric.inverse(group, x)))
-
-
 def _block_diagonal(factors: Sequence[Factor], x: Array, of_numbers: float, of_group: Any) -> Array:
-    """Return blocks of the groups, all of one group at once; numbers have ``of_numbers`` on the diagonal.
-
-    Parameters
-    ----------
-    x : (..., nv) or (..., nq)
-    """
-    factors = tuple(factors)
-    size = sum(factor.v_size for factor in factors)
-    result = np.zeros((*x.shape[:-1], size, size), dtype=np.result_type(x, float))
-    for group, of_q, of_v in _by_group(factors):
+    """Return blocks of the groups; numbers have ``of_numbers`` on the diagonal."""
+    size = x.shape[-1]
+    result = np.zeros((*x.shape, size), dtype=np.result_type(x, float))
+    for group, _, part in _runs(factors):
         if group is None:
-            places = np.arange(size)[of_v]
-            result[..., places, places] = of_numbers
-            continue
-        of_x, size_of_x = (of_v, group.v_size) if x.shape[-1] == size else (of_q, group.q_size)
-        rows = np.arange(size)[of_v].reshape(-1, group.v_size)
-        blocks = of_group(group, _elements(x[..., of_x], size_of_x))
-        result[..., rows[:, :, np.newaxis], rows[:, np.newaxis, :]] = blocks
+            result.reshape(*x.shape[:-1], -1)[..., part.start * (size + 1) : part.stop * (size + 1) : size + 1] = (
+                of_numbers
+            )
+        else:
+            result[..., part, part] = of_group(group, x[..., part])
     return result
 
 
@@ -195,6 +188,20 @@ def _places(parts: Sequence[slice]) -> Places:
     if all(before.stop == after.start for before, after in pairwise(parts)):
         return slice(parts[0].start, parts[-1].stop)
     return np.concatenate([np.arange(part.start, part.stop) for part in parts])
+
+
+def _runs(factors: Sequence[Factor]) -> list[tuple[Group | None, slice, slice]]:
+    """Return groups with their parts of q and v; None: numbers, which have one part if they are side by side."""
+    result: list[tuple[Group | None, slice, slice]] = []
+    for factor in factors:
+        of_q, of_v = factor.q, factor.v
+        group = None if factor.group == "R" else group_named(factor.group, factor.v_size)
+        joins = bool(result) and group is None and result[-1][0] is None
+        if joins and result[-1][1].stop == of_q.start and result[-1][2].stop == of_v.start:
+            result[-1] = group, slice(result[-1][1].start, of_q.stop), slice(result[-1][2].start, of_v.stop)
+        else:
+            result.append((group, of_q, of_v))
+    return result
 
 
 Curve = tuple[Array, Array, Array]

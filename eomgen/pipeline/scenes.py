@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+import weakref
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -39,7 +40,16 @@ def _describe(document: Scene | StoredScene) -> Description:
         return document.description
     from eomgen.mechanics.describe import describe  # noqa: PLC0415  # a stored scene needs no classes of scenes
 
-    return describe(document)
+    for scene, description in _LAST:
+        if scene() is document:
+            return description
+    description = describe(document)
+    _LAST[:] = [(weakref.ref(document), description)]
+    return description
+
+
+#: The last scene that was described, and its description: a build asks several times.
+_LAST: list[tuple[Callable[[], Scene | None], Description]] = []
 
 
 def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> System:

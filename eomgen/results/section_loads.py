@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import fields, replace
 from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.compiled.beams import SectionLoads
 from eomgen.compiled.coordinates import StateArrays
@@ -87,18 +89,40 @@ def plot_sections(
     return drawn
 
 
-def draw_sections(solution: LoadedSolution, beams: Sequence[str], folder: Path) -> list[Path]:
+def drawn_loads(solution: LoadedSolution) -> Mapping[str, SectionLoads]:
+    """Return by beam the loads that ``draw_sections`` draws: at some rows, without strains."""
+    loads = _by_beam(solution, _thinned(solution.t, _ROWS))
+    return {beam: replace(one, strain=one.strain[:, :0], curvature=one.curvature[:, :0]) for beam, one in loads.items()}
+
+
+def store_drawn_loads(solution: LoadedSolution, path: Path) -> None:
+    """Write ``drawn_loads`` to a file, for a process that has no model. Raises FileError."""
+    loads = drawn_loads(solution)
+    arrays = {f"{beam}.{field}": array for beam, one in loads.items() for field, array in one.named().items()}
+    write_arrays(path, arrays, {"beams": list(loads)})
+
+
+def stored_drawn_loads(path: Path) -> Mapping[str, SectionLoads]:
+    """Return the content of a file of ``store_drawn_loads``. Raises FileError."""
+    arrays, metadata = read_arrays(path)
+    names = [field.name for field in fields(SectionLoads)]
+    return {beam: SectionLoads(**{name: arrays[f"{beam}.{name}"] for name in names}) for beam in metadata["beams"]}
+
+
+def draw_sections(solution: RecordedSolution, drawn: Mapping[str, SectionLoads], folder: Path) -> list[Path]:
     """Draw for each beam ``sections_NAME.png``: moments and forces along the axis at instants, and over time.
+
+    Parameters
+    ----------
+    drawn : loads of ``drawn_loads``
 
     Raises
     ------
     FileError
         A figure cannot be written.
     """
-    files = []
-    for beam in beams:
-        rows = _thinned(solution.t, _ROWS)
-        name, loads = _loads(solution, beam, rows)
+    files, rows = [], _thinned(solution.t, _ROWS)
+    for name, loads in drawn.items():
         panels = [(quantity, index) for quantity in _LOADS for index in _present(loads, quantity)]
         width, height = 15.0, 0.6 + 2.6 * len(panels)
         figure = new_figure((width, height), placed=True)  # panels of one size need no measured texts
@@ -145,11 +169,7 @@ def _thinned(t: Array, count: int) -> Array:
 
 def _loads(solution: LoadedSolution, beam: str, rows: Array) -> tuple[str, SectionLoads]:
     """Return the name of a beam and the beam's loads at some rows, evaluated at these rows alone if possible."""
-    known = vars(solution).get("section_loads")
-    if known is None and solution.model is not None:
-        result = solution.model.section_loads(rows_of(solution, rows), solution.multipliers[rows])
-    else:
-        result = {name: _of_rows(loads, rows) for name, loads in solution.section_loads.items()}
+    result = _by_beam(solution, rows)
     if not beam and len(result) > 1:
         fault = f"the scene has {len(result)} geometrically exact beams"
         raise UsageError(Problem("plot_sections", fault, f"the name of one: {listed(result)}"))
@@ -157,6 +177,12 @@ def _loads(solution: LoadedSolution, beam: str, rows: Array) -> tuple[str, Secti
     if name not in result:
         raise UsageError(Problem("plot_sections", f"there is no beam {shown(name)}", nearest(name, result)))
     return name, result[name]
+
+
+def _by_beam(solution: LoadedSolution, rows: Array) -> Mapping[str, SectionLoads]:
+    if "section_loads" not in vars(solution) and solution.model is not None:
+        return solution.model.section_loads(rows_of(solution, rows), solution.multipliers[rows])
+    return {name: _of_rows(loads, rows) for name, loads in solution.section_loads.items()}
 
 
 def rows_of(solution: LoadedSolution, rows: Array | slice) -> StateArrays:

@@ -497,6 +497,7 @@ class Solution:
         """
         path = Path(path)
         if path.suffix == ".npz":
+            _ = self.error  # before there are poses: its runs take most memory
             write_all(self, self._poses_or_none(), vars(self).get("section_loads", {}), path)
         elif path.suffix == ".csv":
             write_columns(self, path)

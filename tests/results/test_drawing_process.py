@@ -6,13 +6,14 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from eomgen.base.drawing_process import Drawing, Drawings, drawing_process
+from eomgen.base.drawing_process import Drawing, Drawings, drawing_process, in_copy
 
 ONLY_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="the process is copied by fork on Linux alone")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml"
@@ -80,8 +81,43 @@ def test_a_copy_without_an_order_ends_with_the_run(tmp_path: Path, monkeypatch: 
 
 def test_a_process_with_threads_is_not_copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(threading, "active_count", lambda: 2)
-    with drawing_process(prepared(tmp_path)) as copy:
+    with drawing_process(prepared(tmp_path)) as copy, in_copy(writer(tmp_path, "table")) as done:
         assert copy is None
+        assert not done()
+    assert not list(tmp_path.iterdir())
+
+
+@ONLY_LINUX
+def test_work_is_done_by_a_copy_unless_it_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(threading, "active_count", lambda: 1)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    for name, success in (("table", True), ("impossible", False)):
+        with in_copy(writer(tmp_path, name)) as done:
+            assert [done(), done()] == [success, success]
+    (written,) = tmp_path.iterdir()
+    assert written.read_text(encoding="utf-8") != f"{os.getpid()}"
+    assert capfd.readouterr() == ("", "")
+
+
+@ONLY_LINUX
+def test_work_of_a_copy_ends_with_an_interrupted_caller(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threading, "active_count", lambda: 1)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    began, begins = os.pipe()
+
+    def work() -> None:
+        try:
+            os.write(begins, b"1")
+            time.sleep(60.0)
+        finally:
+            (tmp_path / "cleaned").touch()
+
+    with pytest.raises(KeyError), in_copy(work):
+        os.read(began, 1)
+        raise KeyError
+    assert [path.name for path in tmp_path.iterdir()] == ["cleaned"]
 
 
 @pytest.mark.slow

@@ -142,7 +142,7 @@ def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequ
 
 def _beyond_numbers(beam: Cosserat, values: Values) -> str:
     """Return the quantity of an element whose size is out of the range of products; empty if all are in range."""
-    for part in dict.fromkeys(beam.parts):
+    for part in {id(part): part for part in beam.parts}.values():  # equal elements are one object
         length, mass = float(part.length), values.value(part.section.mass_per_length)
         stiffness = max((abs(values.value(entry)) for row in part.section.stiffness for entry in row), default=0.0)
         numbers = {

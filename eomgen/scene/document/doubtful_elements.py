@@ -100,7 +100,7 @@ def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterat
     stretch, bend = (STRAINS.index(strain) for strain in ("stretch", "bending_z"))
     if stretch in beam.constrained:
         return
-    sections = dict.fromkeys(part.section for part in beam.parts)
+    sections = list({id(part.section): part.section for part in beam.parts}.values())  # equal elements share one
     largest = max(values.value(section.stiffness[stretch][stretch]) for section in sections)
     bending = max(
         values.value(section.stiffness[k][k]) for section in sections for k in (bend, STRAINS.index("bending_y"))

@@ -265,22 +265,18 @@ def check_motion(
     _check_leaders(joints, bodies, values)
     followers = _followers(joints)
     assemblies, carrying = _assemblies(joints)
+    sound: set[tuple[object, ...]] = set()
     for joint in joints:
         if not joint.kind.moves or values.report.concerns(key_of("joints", joint.name)):
             continue
         if not absolute and (joint.child in carrying or joint.mimic is not None):
             continue
-        fixed = assemblies[joint.child]
-        if any(_concerned(bodies[name], values) for name in (joint.child, *(item.child for item in fixed))):
+        fixed, alike = assemblies[joint.child], _formulas_of(joint, bodies)
+        known = alike in sound and not fixed and joint.name not in followers
+        if known or _any_concerned([joint, *fixed], bodies, values):
             continue
         places = _Places()
-        parts = [Part(places.put(*_values_of(bodies[joint.child])), np.eye(3))]
-        numbered = {joint.child: 0}
-        for item in fixed:
-            carrier = numbered[item.parent]
-            numbered[item.child] = len(parts)
-            start, position = places.put(*_values_of(bodies[item.child])), places.put(*item.position)
-            parts.append(Part(start, parts[carrier].orientation @ np.array(item.orientation), carrier, position))
+        parts = _parts(joint, fixed, bodies, places)
         rotors, led, pitch = tuple[int, ...](), tuple[int, ...](), places.put(joint.pitch)
         if absolute:
             words = f"in absolute coordinates the body {joint.child} has a free joint, and {{}}"
@@ -294,8 +290,27 @@ def check_motion(
             led = places.put_each(
                 [item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None]
             )
-        rule = MovableInertia(kind, _directions(joint), tuple(parts), rotors, pitch, led, words, hint)
-        values.require(key, rule, places.formulas)
+        rule = MovableInertia(kind, _directions(joint), parts, rotors, pitch, led, words, hint)
+        if values.require(key, rule, places.formulas) and not fixed:
+            sound.add(alike)
+
+
+def _parts(joint: Joint, fixed: Sequence[Joint], bodies: Mapping[str, Body], places: _Places) -> tuple[Part, ...]:
+    """Return the assembly that a joint carries: its child, and the bodies that fixed joints connect to the child."""
+    parts = [Part(places.put(*_values_of(bodies[joint.child])), np.eye(3))]
+    numbered = {joint.child: 0}
+    for item in fixed:
+        carrier = numbered[item.parent]
+        numbered[item.child] = len(parts)
+        start, position = places.put(*_values_of(bodies[item.child])), places.put(*item.position)
+        parts.append(Part(start, parts[carrier].orientation @ np.array(item.orientation), carrier, position))
+    return tuple(parts)
+
+
+def _formulas_of(joint: Joint, bodies: Mapping[str, Body]) -> tuple[object, ...]:
+    """Return axes and formulas of a joint that carries one body, formulas by identity: nodes of a beam share these."""
+    formulas = (*_values_of(bodies[joint.child]), joint.pitch, *joint.each(joint.rotor_inertia))
+    return (joint.type, joint.axis, joint.second_axis, *map(id, formulas))
 
 
 _ABSOLUTE_HINT = "inertia = [xx, yy, zz] above zero, or joint coordinates"
@@ -309,6 +324,10 @@ def _directions(joint: Joint) -> Array:
 
 def _values_of(body: Body) -> tuple[Formula, ...]:
     return (body.mass, *body.center_of_mass, *body.inertia)
+
+
+def _any_concerned(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> bool:
+    return any(_concerned(bodies[joint.child], values) for joint in joints)
 
 
 def _concerned(body: Body, values: Values) -> bool:

@@ -58,10 +58,7 @@ def _motions(
     held = coupled_by_mimic(joints, values)
     places = [np.array([values.value(entry) for entry in joint.position]) for joint in joints]
     size = _size([*places, *(inertia.center for inertia in inertias.values())])
-    own = {  # a body of unknown inertia, and a beam, resists every motion
-        body: np.eye(6) if section == "beams" or body not in inertias else inertias[body].spatial(size)
-        for body, section in sections.items()
-    }
+    own = _own(inertias, sections, size)
     articulated = {body: inertia.copy() for body, inertia in own.items()}
     together = {body: inertia.copy() for body, inertia in own.items()}  # with all joints beyond held
     answers: dict[str, list[tuple[Joint, Array, Array]]] = {}  # by body: joints on the body
@@ -97,6 +94,16 @@ def _motions(
             follow = (np.eye(6) + S @ answer) @ X
             answers.setdefault(joint.parent, []).append((joint, answer @ X, follow))
     return notes[::-1]
+
+
+def _own(inertias: Mapping[str, Inertia], sections: Mapping[str, str], size: float) -> dict[str, Array]:
+    """Return the inertia of each body; a body of unknown inertia, and a beam, resists every motion."""
+    alike = {id(inertia): inertia for inertia in inertias.values()}  # nodes of a beam share one
+    spatial = {number: inertia.spatial(size) for number, inertia in alike.items()}
+    return {
+        body: np.eye(6) if section == "beams" or body not in inertias else spatial[id(inertias[body])]
+        for body, section in sections.items()
+    }
 
 
 def _beyond(body: str, answers: Mapping[str, Sequence[tuple[Joint, Array, Array]]]) -> list[tuple[Joint, Array]]:

@@ -299,20 +299,30 @@ class Values:
         elif isinstance(formula, Operation) and self.is_tunable(formula):
             self.requirements.append(Requirement(self.report.where(key), (formula,)))
 
-    def require(self, key: str, rule: Rule, formulas: Sequence[Formula]) -> None:
-        """Report values at the default parameters that break a rule; keep the rule if tunable parameters occur."""
+    def require(self, key: str, rule: Rule, formulas: Sequence[Formula]) -> bool:
+        """Report values at the default parameters that break a rule; keep the rule if tunable parameters occur.
+
+        Returns
+        -------
+        bool
+            Whether the rule holds for all values of parameters.
+        """
         if key in self.judged:
-            return
+            return False
         try:
             numbers = [self.value(formula) for formula in formulas]
         except ArithmeticError as error:
             self.report.add(key, f"at the default parameters, {error}", OTHER_VALUES)
-            return
-        if not any(math.isnan(number) for number in numbers) and rule.broken(numbers):
+            return False
+        known = not any(math.isnan(number) for number in numbers)
+        broken = known and bool(rule.broken(numbers))
+        if broken:
             fault, hint = rule.fault(numbers)
             self.report.add(key, f"at s = {self.place:.6g}, {fault}" if key in self.varied else fault, hint)
-        if self.is_tunable(*formulas):
+        tunable = self.is_tunable(*formulas)
+        if tunable:
             self.requirements.append(Requirement(self.report.where(key), tuple(formulas), rule))
+        return known and not broken and not tunable
 
     def is_tunable(self, *formulas: Formula) -> bool:
         """Return whether some of the formulas have a tunable parameter."""

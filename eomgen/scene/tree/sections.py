@@ -53,11 +53,15 @@ from eomgen.system.description import WORLD, FixedFrame, Point
 
 def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
     """Return mass properties at the default parameters."""
-    known = {}
+    known: dict[str, Inertia] = {}
+    alike: dict[tuple[int, int, int], Inertia] = {}  # formulas by identity: nodes of a beam share these
     for body in bodies:
-        center = [values.value(entry) for entry in body.center_of_mass]
-        entries = [values.value(entry) for entry in body.inertia]
-        known[body.name] = Inertia(values.value(body.mass), np.array(center), tensor(entries))
+        key = id(body.mass), id(body.center_of_mass), id(body.inertia)
+        if key not in alike:
+            center = [values.value(entry) for entry in body.center_of_mass]
+            entries = [values.value(entry) for entry in body.inertia]
+            alike[key] = Inertia(values.value(body.mass), np.array(center), tensor(entries))
+        known[body.name] = alike[key]
     return known
 
 

@@ -77,6 +77,8 @@ def span_of(run: Run, rows: Array, parameters: Array) -> Span:
     steps = int(numbers[last] - numbers[first])
     stride = every * max(1, math.ceil(steps / every / MOST_ROWS))
     chosen = np.append(np.arange(first, last, stride // every), last)
+    if len(chosen) == len(rows):  # all of them, and large scenes have large rows
+        return Span(rows, parameters, stride, steps)
     return Span(rows[chosen], parameters if parameters.ndim == 1 else parameters[chosen], stride, steps)
 
 
@@ -299,7 +301,7 @@ class ComparisonRuns:
         if self._at_rows is not None:
             energies = self._at_rows("energy")
         else:
-            t, q, v, a, _, z = states_of(self.span.rows, model)
+            t, q, v, a, _, z = states_of(self.span.rows, model, views=True)
             u = run.signals.rows(t) if run.takes_rows else None
             with np.errstate(all="ignore"):
                 energies = model.energy(q, v, a, t, u, z=z, parameters=self.span.parameters)
@@ -315,7 +317,7 @@ class ComparisonRuns:
             return {}
         if not len(rows):  # a run that does not get through its first step
             return {name: values[:0] for name, values in self.own.outputs.items()}
-        t, q, v, a, multipliers, z = states_of(rows, model)
+        t, q, v, a, multipliers, z = states_of(rows, model, views=True)
         held = {"multipliers": multipliers} if model.multipliers else {}
         u = run.signals.rows(t) if run.takes_rows else None
         with np.errstate(all="ignore"):

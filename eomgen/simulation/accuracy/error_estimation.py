@@ -250,15 +250,18 @@ def _by_steps(runs: ComparisonRuns) -> ErrorEstimate:
     stopped = twice.stopped
     del twice, four, far  # large scenes have large motions
     half = runs.at(multiple=0.5)
+    stopped = stopped or half.stopped
     if len(half.rows) > 1 and not half.stopped:
         words = "runs at half and 2 times the step"
         apart = runs.apart(runs.own, half)
-        if (halvings or half.statistics.get("halvings", 0)) and runs.same(apart):
+        passed_over, halved = _passed_over(runs, half), halvings or half.statistics.get("halvings", 0)
+        del half
+        if halved and runs.same(apart):
             return _by_much_shorter_steps(runs, order)
         pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
-        return replace(estimate(runs, pair, order), passed_over=_passed_over(runs, half))
+        return replace(estimate(runs, pair, order), passed_over=passed_over)
     if result is None or not result.relative < _EXPLODED:
-        reason = f"runs neither at twice nor at half the step hold: {stopped or half.stopped}"
+        reason = f"runs neither at twice nor at half the step hold: {stopped}"
         raise NoEstimateError(reason, _smaller(runs))
     return result
 

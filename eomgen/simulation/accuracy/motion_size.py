@@ -138,8 +138,8 @@ class MotionSize:
 
 
 def columns_of(model: CompiledModel, rows: Array) -> Kinds:
-    """Return rows (n, width) of the record as arrays by kind."""
-    states = states_of(rows, model)
+    """Return rows (n, width) of the record as arrays by kind, which are views."""
+    states = states_of(rows, model, views=True)
     return {"q": states.q, "v": states.v, "multipliers": states.multipliers, "z": states.z}
 
 
@@ -150,7 +150,8 @@ def differences(
     rotation."""
     one, other = columns_of(model, first), columns_of(model, second)
     apart = {name: np.abs(one[name] - other[name]) for name in ("v", "z", "multipliers")}
-    apart["increment"] = np.abs(product.difference(model.factors, one["q"], other["q"]))
+    increment = product.difference(model.factors, one["q"], other["q"])
+    apart["increment"] = np.abs(increment, out=increment)
     apart["q"] = np.abs(one["q"] - other["q"])
     starts = np.array([factor.q_start for factor in model.factors if factor.group != "R"], int)
     quaternions = starts[:, np.newaxis] + np.arange(4)

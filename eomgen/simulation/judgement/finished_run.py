@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 #: Share of the way between rows that velocities at the rows do not determine, in the middle of all intervals.
 _UNTOLD = 0.5
+#: Numbers of rows of which no second copy is made.
+_LARGE = 2**20
 #: Ways that are rounding, in parts of the largest coordinate.
 _ROUNDING = 1e-12
 
@@ -144,8 +146,9 @@ class FinishedRun:
 
     @cached_property
     def states(self) -> States:
-        """Copies of the rows, which do not change if a caller writes to the arrays of the solution."""
-        return states_of(self.trajectory.rows, self.run.model)
+        """Views of long rows, copies of others, which do not change if a caller writes to the solution's own copies."""
+        rows = self.trajectory.rows
+        return states_of(rows, self.run.model, views=rows.size > _LARGE)
 
     @cached_property
     def checkpoint(self) -> str:

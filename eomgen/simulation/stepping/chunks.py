@@ -30,6 +30,8 @@ WINDOW = 16
 #: Part of ``CHUNK_SECONDS`` that a first chunk may take by the pace of an earlier run, whose steps may have cost less.
 _CAUTION = 0.25
 _LARGEST_CHUNK = 1_000_000
+#: Numbers of a block of rows, and numbers of rows that are joined from pieces.
+_NUMBERS, _FEW_NUMBERS = 2**25, 2**18
 
 
 class WritesCheckpoints(Protocol):
@@ -156,6 +158,31 @@ class _ChunkSize:
         self.chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, self.chunk), int(CHUNK_SECONDS / pace)))
 
 
+class _Rows:
+    """Rows of a run in one array, which is made for as many as are expected, or in several if these take much memory:
+    to join pieces takes the memory of the rows twice."""
+
+    def __init__(self, width: int, expected: int) -> None:
+        self._width, self._most = width, max(1, _NUMBERS // width)
+        self._blocks, self._room, self._used = list[Array](), min(expected, self._most), 0
+
+    def append(self, rows: Array) -> None:
+        while len(rows):
+            if not self._blocks or self._used == len(self._blocks[-1]):
+                self._blocks.append(np.empty((self._room, self._width)))
+                self._room, self._used = self._most, 0
+            block = self._blocks[-1]
+            part = rows[: len(block) - self._used]
+            block[self._used : self._used + len(part)] = part
+            self._used += len(part)
+            rows = rows[len(part) :]
+
+    def joined(self) -> Array:
+        *full, last = self._blocks
+        last = last[: self._used]
+        return np.concatenate([*full, last]) if full else last
+
+
 class _Recorder:
     """Recorded rows of a run, and every row of the windows in its middle and at its end; ``done`` is the number of
     steps so far."""
@@ -173,7 +200,12 @@ class _Recorder:
         self.begin = self.last = self.done = stepper.count
         held = inputs if isinstance(inputs, HeldRows) and not self.begin else None
         first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
-        self.pieces, self.logs = [first[np.newaxis]], list[Log]()
+        expected, width = 3 + (grid.whole - self.begin) // every, stepper.sizes["row"]
+        self.logs = list[Log]()
+        self._block = None if expected * width < _FEW_NUMBERS else _Rows(width, expected)
+        self._few = list[Array]()
+        self.pieces: list[Array] | _Rows = self._block or self._few
+        self.pieces.append(first[np.newaxis])
         self.windows = _windows(self.begin, grid.whole) if windows else []
         self.kept: list[list[Array]] = [[] for _ in self.windows]
 
@@ -208,7 +240,7 @@ class _Recorder:
 
     def finished(self, done: int) -> tuple[Array, Array | None, Array | None]:
         """Return the recorded rows, and all rows of the windows in the middle and at the end."""
-        recorded, kept = np.concatenate(self.pieces), self.kept
+        recorded, kept = self._block.joined() if self._block else np.concatenate(self._few), self.kept
         if not self.windows:
             return recorded, None, None
         if self.every == 1:
