@@ -11,6 +11,11 @@ import numpy as np
 import pytest
 import sympy
 from sympy.physics import mechanics as me
+from sympy.physics.biomechanics import (
+    FirstOrderActivationDeGroote2016,
+    MusculotendonDeGroote2016,
+    MusculotendonFormulation,
+)
 from sympy.physics.mechanics import dynamicsymbols
 
 import eomgen
@@ -96,6 +101,8 @@ def cart() -> Case:
         me.LinearSpring(k, me.LinearPathway(hook, rail.masscenter), length / 2),
         me.TorqueActuator(-c * pin.speeds[0], wagon.z, bob, wagon),
         me.ForceActuator(k, me.WrappingPathway(winch, rim, drum)),
+        me.LinearDamper(c, me.ObstacleSetPathway(hook, rim, rail.masscenter)),
+        me.DuffingSpring(k, k, me.LinearPathway(bob.masscenter, winch), r),
     )
     system.form_eoms()
     return Case(
@@ -138,6 +145,47 @@ def rattleback() -> Case:
     )
     system.kanes_equations()
     return Case(system, system.mass_matrix, system.forcing, q, u, system.kindiffdict())
+
+
+def wheel() -> Case:
+    """A disc that rolls upright without slip, with a speed for its angle, which moves nothing, and auxiliary speeds of
+    its contact."""
+    q, u, extra = list(dynamicsymbols("x y yaw")), list(dynamicsymbols("u1:5")), list(dynamicsymbols("a1:3"))
+    m, r, g = sympy.symbols("m r g")
+    push = dynamicsymbols("F")
+    plane, origin, center = me.ReferenceFrame("N"), me.Point("O"), me.Point("C")
+    origin.set_vel(plane, 0)
+    runner = plane.orientnew("R", "Axis", [q[2], plane.z])
+    runner.set_ang_vel(plane, u[2] * plane.z)
+    disc = me.ReferenceFrame("D")  # without an orientation
+    disc.set_ang_vel(runner, u[3] * runner.y)
+    center.set_pos(origin, q[0] * plane.x + q[1] * plane.y + r * plane.z)
+    center.set_vel(plane, u[0] * plane.x + u[1] * plane.y)
+    contact = center.locatenew("P", -r * plane.z)
+    moved = extra[0] * runner.x + extra[1] * runner.y
+    contact.set_vel(plane, center.vel(plane) + disc.ang_vel_in(plane).cross(-r * plane.z) + moved)
+    inertia = me.inertia(runner, m * r**2 / 4, m * r**2 / 2, m * r**2 / 4)
+    body = me.RigidBody("disc", center, disc, m, (inertia, center))
+    loads = [(center, push * runner.x - m * g * plane.z)]
+    slip = [contact.vel(plane).dot(axis).subs(dict.fromkeys(extra, 0)) for axis in (runner.x, runner.y)]
+    system = me.KanesMethod(
+        plane,
+        q_ind=q,
+        u_ind=u[2:],
+        u_dependent=u[:2],
+        u_auxiliary=extra,
+        velocity_constraints=slip,
+        kd_eqs=[item.diff(T) - speed for item, speed in zip(q, u[:3], strict=True)],
+        bodies=[body],
+        forcelist=loads,
+    )
+    system.kanes_equations()
+    rates = dict(system.kindiffdict())
+    integral = dynamicsymbols("u4_integral")
+    rates[integral.diff(T)] = u[3]
+    still = dict.fromkeys((*extra, *(item.diff(T) for item in extra)), 0)
+    mass, force = system.mass_matrix.xreplace(still), system.forcing.xreplace(still)
+    return Case(system, mass, force, [*q, integral], list(system.u), rates, (push,))
 
 
 def sleigh() -> Case:
@@ -200,7 +248,7 @@ def matrices() -> Case:
 
 CASES: dict[str, Callable[[], Case]] = {
     "oscillator": oscillator, "disc": disc, "cart": cart, "matrices": matrices, "rattleback": rattleback,
-    "sleigh": sleigh,
+    "sleigh": sleigh, "wheel": wheel,
 }  # fmt: skip  # a table
 
 
@@ -457,6 +505,86 @@ def test_coordinates_without_inertia_move_by_constraints() -> None:
     state = {"q": document.initial_q, "v": document.initial_v, "p": document.values}
     result = accelerations(document, state)
     np.testing.assert_allclose(result, [-2.4, -4.8], rtol=1e-14)
+
+
+def muscle(tendon: Any) -> tuple[Any, Any, dict[Any, float], dict[Any, float]]:
+    """An arm on a pin with a biceps: system, muscle, values, initial state."""
+    length, m, g, r = sympy.symbols("l m g r")
+    wall, arm = me.RigidBody("wall"), me.RigidBody("arm", mass=m)
+    system = me.System.from_newtonian(wall)
+    pin = me.PinJoint("pin", wall, arm, joint_axis=wall.z, child_point=length * arm.y)
+    system.add_joints(pin)
+    system.apply_uniform_gravity(-g * wall.y)
+    first = wall.masscenter.locatenew("origin", r * wall.x)
+    second = arm.masscenter.locatenew("insertion", length / 2 * arm.y + r * arm.x)
+    activation = FirstOrderActivationDeGroote2016.with_defaults("biceps")
+    pathway = me.LinearPathway(first, second)
+    biceps = MusculotendonDeGroote2016.with_defaults("biceps", pathway, activation, musculotendon_dynamics=tendon)
+    system.add_actuators(biceps)
+    values = {"l": 0.3, "m": 1.0, "g": 9.81, "r": 0.05, "arm_izz": 0.01}
+    values |= {"l_T_slack_biceps": 0.03, "F_M_max_biceps": 100.0, "l_M_opt_biceps": 0.12}
+    return system, biceps, values, {pin.coordinates[0]: 0.3} | dict.fromkeys(biceps.x, 0.6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tendon", list(MusculotendonFormulation)[:3], ids=lambda item: item.name.lower())
+def test_states_of_muscles_are_internal_states(tendon: Any) -> None:
+    """Rates of activation, and of fibers or tendons, and the acceleration, are the ones of SymPy."""
+    system, biceps, values, start = muscle(tendon)
+    document = eomgen.from_sympy(system, parameters=values, initial=start, name="arm")
+    assert document.states.names == tuple(str(item.func) for item in biceps.x)
+    assert document.inputs == ("e_biceps",)
+    derived = eomgen.derive(document, ["internal_rate", "forward_dynamics"])
+    system.form_eoms()
+    motion = system.eom_method
+    rates = [*biceps.rhs(), motion.forcing[0] / motion.mass_matrix[0]]
+    known = {item: values[str(item)] for item in sympy.Matrix(rates).free_symbols - {T}}
+    q, u, turned = motion.q[0], motion.u[0], motion.kindiffdict()
+    own = sympy.lambdify([q, u, list(biceps.x), biceps.r[0]], [item.doit().subs(turned).subs(known) for item in rates])
+    state = {"q": [0.3], "v": [0.2], "z": [0.6, 0.7][: len(biceps.x)], "u": [0.4], "p": document.values}
+    expected = np.array(own(0.3, 0.2, state["z"], 0.4), dtype=float)
+    results = [
+        evaluate(derived.tape, function.refs, {block: state[block] for block in function.inputs})
+        for function in (derived.functions["internal_rate"], derived.functions["forward_dynamics"])
+    ]
+    np.testing.assert_allclose(np.concatenate(results), expected, rtol=1e-10)
+    if tendon is MusculotendonFormulation.RIGID_TENDON:
+        model = eomgen.build(document, profile="quick")
+        ends = [
+            model.simulate(1.0, 1e-3, method=name, inputs={"e_biceps": 0.5}) for name in ("rk4", "generalized_alpha")
+        ]
+        np.testing.assert_allclose(ends[0].z[-1], ends[1].z[-1], atol=1e-5)
+        np.testing.assert_allclose(ends[0].q[-1], ends[1].q[-1], atol=1e-4)
+
+
+def test_further_functions_of_time_have_rates() -> None:
+    """A filtered force: z' = (f - z) / tau."""
+    q, f, z = dynamicsymbols("q f z")
+    m, tau = sympy.symbols("m tau")
+    frame, point = me.ReferenceFrame("N"), me.Point("P")
+    point.set_vel(frame, q.diff(T) * frame.x)
+    system = me.LagrangesMethod(m * q.diff(T) ** 2 / 2, [q], forcelist=[(point, z * frame.x)], frame=frame)
+    document = eomgen.from_sympy(system, parameters={m: 2, tau: 0.5}, states={z: (f - z) / tau}, initial={z: 3.0})
+    assert (document.states.names, document.states.initial, document.inputs) == (("z",), (3.0,), ("f",))
+    derived = eomgen.derive(document, ["internal_rate", "internal_partials"])
+    state = {"z": [3.0], "u": [1.0], "p": document.values}
+    for name, expected in (("internal_rate", [-4.0]), ("internal_partials", [-1.0, 0.0, 0.0, -2.0])):
+        function = derived.functions[name]
+        inputs = {block: state.get(block, [0.0]) for block in function.inputs}
+        np.testing.assert_allclose(evaluate(derived.tape, function.refs, inputs), expected)
+
+
+def test_the_retired_body_has_its_inertia() -> None:
+    """SymPy's ``Body`` is a rigid body and a particle at once."""
+    frame, own = me.ReferenceFrame("N"), me.ReferenceFrame("B")
+    with pytest.warns(DeprecationWarning, match="Body"):
+        body = me.Body("b", None, 1, own, me.inertia(own, 0, 0, sympy.Symbol("b_izz")))
+    q, u = dynamicsymbols("q u")
+    body.frame.orient_axis(frame, q, frame.z)
+    body.masscenter.set_vel(frame, 0)
+    system = me.KanesMethod(frame, [q], [u], [q.diff(T) - u], bodies=[body], forcelist=[(body.frame, frame.z)])
+    document = eomgen.from_sympy(system, parameters={"b_izz": 4.0})
+    np.testing.assert_allclose(accelerations(document, {"q": [0.1], "v": [0.2], "p": [4.0]}), [0.25])
 
 
 def test_symbols_without_an_effect_are_no_parameters() -> None:

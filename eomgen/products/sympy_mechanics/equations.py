@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
 from eomgen.base.data import dataclass, field, replace
+from eomgen.formula.nodes import ZERO as NO_FORMULA
 from eomgen.formula.nodes import Symbol
 from eomgen.lie.product import Factor
 from eomgen.pipeline.front_end import FrontEnd
@@ -22,7 +23,7 @@ from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.description import Coordinates, Description, Drawing
-from eomgen.system.signals import Input, Output, Parameter
+from eomgen.system.signals import Input, Output, Parameter, State
 from eomgen.system.system import INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 from eomgen.system.terms import TERMS
 
@@ -59,6 +60,22 @@ class Observations:
 
 
 @dataclass(frozen=True)
+class InternalStates:
+    """States of muscles and of other first-order equations, zdot = Z(q, v, z, t, u).
+
+    Attributes
+    ----------
+    names : tuple of str
+    initial : (nz,) tuple of float
+    rates : tuple of references
+    """
+
+    names: tuple[str, ...] = ()
+    initial: tuple[float, ...] = ()
+    rates: tuple[Ref, ...] = field(default=(), repr=False)
+
+
+@dataclass(frozen=True)
 class SymbolicEquations:
     """Equations of motion recorded from SymPy.
 
@@ -82,6 +99,7 @@ class SymbolicEquations:
     rows : Rows
         Constraints, kept by multipliers.
     observed : Observations
+    states : InternalStates
     """
 
     name: str
@@ -99,6 +117,7 @@ class SymbolicEquations:
     outputs: tuple[Ref, ...] = field(repr=False)
     rows: Rows = field(default_factory=Rows)
     observed: Observations = field(default_factory=Observations)
+    states: InternalStates = field(default_factory=InternalStates)
 
     @cached_property
     def content(self) -> bytes:
@@ -107,6 +126,7 @@ class SymbolicEquations:
         data = (
             *(rows.names, rows.positions, rows.velocities, rows.sizes, rows.extents, rows.left_out),
             *(observed.bodies, observed.poses, observed.twists, observed.energy, observed.angular, observed.notes),
+            *(self.states.names, self.states.initial, self.states.rates),
             *(self.name, self.coordinates, self.parameters, self.inputs, self.speeds, self.values),
             *(self.initial_q, self.initial_v, list(map(int, tape.op)), tape.a, tape.b, tape.constants),
             *(tape.inputs, self.mass, self.coupling, self.force, self.outputs),
@@ -127,6 +147,10 @@ def describe(document: SymbolicEquations) -> Description:
             Parameter(name, value, tunable=True)
             for name, value in zip(document.parameters, document.values, strict=True)
         ),
+        states=tuple(
+            State(name, NO_FORMULA, value)
+            for name, value in zip(document.states.names, document.states.initial, strict=True)
+        ),
         inputs=tuple(Input(name) for name in document.inputs),
         outputs=tuple(Output(name, (Symbol("output", name),)) for name in document.speeds),
         coordinates=tuple(Coordinates(name, ("",)) for name in document.coordinates),
@@ -141,7 +165,8 @@ def derive(document: SymbolicEquations, terms: Sequence[str] | None) -> System:
     tape = recorder.tape
     read = tape.blocks_read({name: [ref for block in made for ref in block.refs] for name, made in blocks.items()})
     absent = {
-        *("z", "base"),
+        "base",
+        *(() if document.states.names else ("z",)),
         *(() if document.parameters else ("p",)),
         *(() if document.inputs else ("u",)),
         *(() if any("t" in used for used in read.values()) else ("t",)),
@@ -165,8 +190,9 @@ def _wanted(document: SymbolicEquations, recorder: _Recorder, terms: Sequence[st
         "constraints" if rows.names else "unconstrained",
         *(("outputs", "tunable_outputs") if document.speeds else ()),
         *(("tunable",) if document.parameters else ()),
+        *(("states",) if document.states.names else ()),
     }
-    small = recorder.count <= _SMALL or bool(rows.names)
+    small = recorder.count <= _SMALL or bool(rows.names or document.states.names)
     missing = {
         *(() if observed.bodies else ("poses", "twists")),
         *(() if observed.energy else ("energy",)),
@@ -191,6 +217,7 @@ def _system(document: SymbolicEquations, recorder: _Recorder, made: Mapping[str,
         moving_base=False,
         constraints=bool(rows.names),
         velocity_constraints=bool(rows.velocities),
+        internal_states=bool(document.states.names),
         conservative="energy" in made and observed.energy[2:] == (ZERO, ZERO),
     )
     return System(
@@ -207,6 +234,7 @@ def _system(document: SymbolicEquations, recorder: _Recorder, made: Mapping[str,
         tuple(range(-1, count - 1)),
         angular=observed.angular or (False,) * count,
         facts=facts,
+        states=tuple(map(Quantity, document.states.names, document.states.initial)),
         multipliers=rows.names,
         row_units=tuple("m" if k < len(rows.positions) else "m/s" for k in range(len(rows.names))),
         holonomic=len(rows.positions),
@@ -350,13 +378,35 @@ class _Recorder:
         """Partials of the residual, and of the forces in inputs."""
         forces = [(force - bias).ref for force, bias in zip(self.force, self.coupling, strict=True)]
         inputs = self.algebra.block("u", len(self.document.inputs))
-        own = [replace(block, name=f"{block.name}0") for block in self.matrices]
-        return [*own, *([self.in_block("B0", forces, inputs, "dQ/du")] if inputs else [])]
+        blocks = [replace(block, name=f"{block.name}0") for block in self.matrices]
+        blocks += [self.in_block("B0", forces, inputs, "dQ/du")] if inputs else []
+        blocks += self.internal_partials()
+        rates = self.document.states.rates
+        return blocks + ([self.in_block("Fu", rates, inputs, "d zdot/du")] if rates and inputs else [])
 
     def output_partials(self) -> list[Block]:
         """Partials of the speeds in q and v."""
         speeds = self.document.outputs
         return [self.in_block("Yq", speeds, self.q, "in q"), self.in_block("Yv", speeds, self.v, "in v")]
+
+    # -- internal states ----------------------------------------------------------------------------------------------
+
+    def internal_rate(self) -> list[Block]:
+        """Rates of the internal states."""
+        return [self.vector("zdot", self.document.states.rates, "rates of the internal states")]
+
+    def internal_partials(self) -> list[Block]:
+        """Partials of the residual in z, and of the rates in q, v and z."""
+        rates = self.document.states.rates
+        if not rates:
+            return []
+        z = self.algebra.block("z", len(rates))
+        return [
+            self.in_block("Rz", [item.ref for item in self.residual], z, "d residual / dz"),
+            self.in_block("Fq", rates, self.q, "d zdot / dq"),
+            self.in_block("Fv", rates, self.v, "d zdot / dv"),
+            self.in_block("Fz", rates, z, "d zdot / dz"),
+        ]
 
     # -- constraints --------------------------------------------------------------------------------------------------
 
@@ -388,8 +438,10 @@ class _Recorder:
         ]
 
     def equations(self) -> list[Block]:
-        """Residual, positions and rates."""
-        return [*self.block("r", (self.count,), self.residual), self.positions(), self.velocities()]
+        """Residual, positions with rates, and rates of internal states."""
+        blocks = self.block("r", (self.count,), self.residual)
+        blocks += [self.positions(), self.velocities()] if self.document.rows.names else []
+        return blocks + (self.internal_rate() if self.document.states.names else [])
 
     def nonzeros(self, block: Block) -> Block:
         """Return the entries that are not zero by structure, and note the positions."""
@@ -399,7 +451,10 @@ class _Recorder:
 
     def iteration(self) -> list[Block]:
         """Nonzeros of all partials of an implicit step."""
-        return [self.nonzeros(block) for block in (*self.matrices, self.jacobian, self.velocity_partials)]
+        matrices = list(self.matrices)
+        matrices += [self.jacobian, self.velocity_partials] if self.document.rows.names else []
+        blocks = [self.nonzeros(block) for block in matrices]
+        return blocks + [packed for block in self.internal_partials() if (packed := self.nonzeros(block)).refs]
 
     def acceleration_partials(self) -> list[Block]:
         """Partials of B a + g in q and v."""
@@ -412,6 +467,8 @@ class _Recorder:
         """Partials of residual and constraints in the parameters."""
         p = self.algebra.block("p", len(self.document.parameters))
         blocks = [self.in_block("Rp", [item.ref for item in self.residual], p, "d residual / dp")]
+        if self.document.states.names:
+            blocks.append(self.in_block("Fp", self.document.states.rates, p, "d zdot / dp"))
         if self.document.rows.names:
             blocks += [
                 self.in_block("Phip", self.document.rows.positions, p, "d Phi / dp"),
@@ -434,6 +491,8 @@ _TERMS: Mapping[str, Callable[[_Recorder], list[Block]]] = {
     "forward_dynamics": _Recorder.forward_dynamics,
     "residual": lambda made: made.block("r", (made.count,), made.residual),
     "partials": lambda made: [*made.matrices],
+    "internal_rate": _Recorder.internal_rate,
+    "internal_partials": _Recorder.internal_partials,
     "constraint": lambda made: [made.positions()],
     "constraint_velocity": lambda made: [made.velocities()],
     "constraint_bias": lambda made: [made.vector("g", made.row_biases, "rates of the velocity rows at vdot = 0")],

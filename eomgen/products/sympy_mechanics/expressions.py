@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy
 from sympy.core.function import AppliedUndef
+from sympy.physics.biomechanics import CharacteristicCurveFunction
 from sympy.physics.mechanics import dynamicsymbols
 
 from eomgen.base.messages import shown
@@ -111,6 +112,8 @@ class Expressions:
         return self.known[root]
 
     def _operands(self, node: Any) -> Sequence[Any]:
+        if isinstance(node, CharacteristicCurveFunction):
+            return [node.doit(deep=False)]
         if isinstance(node, sympy.Derivative):
             raise self._refused(f"the rate {node}", "rates of coordinates alone; a further input for the rate")
         if isinstance(node, sympy.Pow) and isinstance(node.exp, sympy.Rational) and abs(node.exp.p) < 1000:
@@ -122,6 +125,8 @@ class Expressions:
 
     def _recorded(self, node: Any, operands: Sequence[Scalar]) -> Scalar:
         algebra, kind = self.algebra, type(node)
+        if isinstance(node, CharacteristicCurveFunction | sympy.UnevaluatedExpr):
+            return operands[0]
         if isinstance(node, sympy.Number | sympy.NumberSymbol):
             return algebra.scalar(float(node))
         if kind is sympy.Add:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from sympy.physics.mechanics import Particle, ReferenceFrame
+from sympy.physics.mechanics import ReferenceFrame, RigidBody
 
 from eomgen.errors import DescriptionError, Problem
 from eomgen.products.sympy_mechanics.expressions import Expressions
@@ -61,6 +61,14 @@ class Kinematics:
             )
             self._axes[frame] = multiply(self.axes(path[1]), turned)
         return self._axes[frame]
+
+    def is_oriented(self, frame: Any) -> bool:
+        """Return whether rotations lead from a frame to the inertial frame."""
+        try:
+            frame._dict_list(self.inertial, 0)
+        except ValueError:
+            return False
+        return True
 
     def _path(self, frame: Any, kind: int) -> Sequence[Any]:
         try:
@@ -135,6 +143,31 @@ class Kinematics:
         ]
 
 
+def is_rigid(body: Any) -> bool:
+    """Return whether a body has an inertia: SymPy's ``Body`` is a rigid body or a particle."""
+    return isinstance(body, RigidBody) and bool(getattr(body, "is_rigidbody", True))
+
+
+def center_of(body: Any) -> Any:
+    """Return the mass centre of a body."""
+    return body.masscenter if isinstance(body, RigidBody) else body.point
+
+
+def frame_of(body: Any, kinematics: Kinematics) -> Any:
+    """Return the frame of a body: of a particle the inertial one, of a wheel without an orientation the frame in which
+    the inertia is given."""
+    if not is_rigid(body):
+        return kinematics.inertial
+    candidates = [body.frame, *(vector.args[0][1] for _, vector, _ in body.central_inertia.args)]
+    return next((frame for frame in candidates if kinematics.is_oriented(frame)), body.frame)
+
+
+def inertia_of(body: Any, kinematics: Kinematics) -> Matrix:
+    """Return the inertia about the mass centre in the axes of ``frame_of``, kg m^2."""
+    rows = body.central_inertia.to_matrix(frame_of(body, kinematics)).tolist()
+    return kinematics.algebra.matrix([[kinematics.expressions(entry) for entry in row] for row in rows])
+
+
 def kane(kinematics: Kinematics, bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]]) -> Terms:
     """Return the terms of Kane's equations, projected onto the rates of the coordinates."""
     algebra, count = kinematics.algebra, kinematics.count
@@ -168,18 +201,16 @@ def augmented(kinematics: Kinematics, terms: Terms, rows: Sequence[Scalar]) -> T
 def _add_body(kinematics: Kinematics, body: Any, terms: Terms) -> None:
     """Add the inertia of a body."""
     record, count = kinematics.expressions, len(terms.coupling)
-    center = body.point if isinstance(body, Particle) else body.masscenter
-    mass, velocity = record(body.mass), kinematics.velocity(center)
+    mass, velocity = record(body.mass), kinematics.velocity(center_of(body))
     parts: list[tuple[list[Vector], Callable[[Vector], Vector], Vector]] = [
         (kinematics.partials(velocity), lambda x: scaled(mass, x), scaled(mass, kinematics.rate(velocity)))
     ]
-    if not isinstance(body, Particle):
-        turned = transpose(kinematics.axes(body.frame))
-        omega = apply(turned, kinematics.angular_velocity(body.frame))
-        inertia = kinematics.algebra.matrix(
-            [[record(entry) for entry in row] for row in body.central_inertia.to_matrix(body.frame).tolist()]
-        )
-        gyroscopic = plus(apply(inertia, kinematics.rate(omega)), cross(omega, apply(inertia, omega)))
+    if is_rigid(body):
+        frame = frame_of(body, kinematics)
+        turned, turning = transpose(kinematics.axes(frame)), kinematics.angular_velocity(body.frame)
+        omega, inertia = apply(turned, turning), inertia_of(body, kinematics)
+        rate = kinematics.rate(omega) if frame is body.frame else apply(turned, kinematics.rate(turning))
+        gyroscopic = plus(apply(inertia, rate), cross(omega, apply(inertia, omega)))
         parts.append((kinematics.partials(omega), lambda x: apply(inertia, x), gyroscopic))
     for partials, weighted, bias in parts:
         moving = [k for k, partial in enumerate(partials) if any(not item.is_zero for item in partial)]
@@ -192,4 +223,4 @@ def _add_body(kinematics: Kinematics, body: Any, terms: Terms) -> None:
                     terms.mass[j * count + i] = terms.mass[j * count + i] + entry
 
 
-__all__ = ["Kinematics", "Terms", "augmented", "kane"]
+__all__ = ["Kinematics", "Terms", "augmented", "center_of", "frame_of", "inertia_of", "is_rigid", "kane"]

@@ -20,7 +20,7 @@ from eomgen.base.arrays import Array
 from eomgen.formula.nodes import Number
 from eomgen.lie.rotations import quaternion_product
 from eomgen.products.sympy_mechanics.expressions import name_of
-from eomgen.products.sympy_mechanics.kane import Kinematics
+from eomgen.products.sympy_mechanics.kane import Kinematics, center_of, frame_of, inertia_of, is_rigid
 from eomgen.products.sympy_mechanics.rows import values_at
 from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
@@ -141,7 +141,7 @@ class Observed:
 
     def _rests(self, body: Any) -> bool:
         moving = list(self.kinematics.velocity(center_of(body)))
-        if not isinstance(body, mechanics.Particle):
+        if is_rigid(body):
             moving += self.kinematics.angular_velocity(body.frame)
         return all(item.is_zero for item in moving)
 
@@ -161,7 +161,8 @@ class Observed:
         for body in self.bodies:
             frame = frame_of(body, self.kinematics)
             turned = transpose(self.kinematics.axes(frame))
-            result += apply(turned, self.kinematics.angular_velocity(frame))
+            turning = body.frame if is_rigid(body) else frame
+            result += apply(turned, self.kinematics.angular_velocity(turning))
             result += apply(turned, self.kinematics.velocity(center_of(body)))
         return result
 
@@ -205,12 +206,10 @@ class Observed:
         for body in self.bodies:
             velocity = self.kinematics.velocity(center_of(body))
             kinetic = kinetic + 0.5 * (self.record(body.mass) * dot(velocity, velocity))
-            if not isinstance(body, mechanics.Particle):
-                axes = transpose(self.kinematics.axes(body.frame))
+            if is_rigid(body):
+                axes = transpose(self.kinematics.axes(frame_of(body, self.kinematics)))
                 omega = apply(axes, self.kinematics.angular_velocity(body.frame))
-                rows = body.central_inertia.to_matrix(body.frame).tolist()
-                inertia = self.algebra.matrix([[self.record(entry) for entry in row] for row in rows])
-                kinetic = kinetic + 0.5 * dot(omega, apply(inertia, omega))
+                kinetic = kinetic + 0.5 * dot(omega, apply(inertia_of(body, self.kinematics), omega))
         groups: list[tuple[list[Any], Scalar | None]] = []
         for place, load in loads:
             value = self.kinematics.vector(load)
@@ -254,9 +253,9 @@ class Observed:
 
     def _solid(self, body: Any, name: str) -> Solid:
         entries = [self.algebra.zero] * 6
-        if not isinstance(body, mechanics.Particle):
-            matrix = body.central_inertia.to_matrix(body.frame)
-            entries = [self.record(matrix[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        if is_rigid(body):
+            matrix = inertia_of(body, self.kinematics)
+            entries = [matrix[i][j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
         mass, *inertia = map(Number, self._numbers([self.record(body.mass), *entries]))
         xx, yy, zz, xy, xz, yz = inertia
         return Solid(name, mass, inertia=(xx, yy, zz, xy, xz, yz), hub="center")
@@ -294,16 +293,6 @@ class Observed:
             x, y, z = map(Number, position)
             return Point(name_of(sympy.Symbol(str(point.name))), self._owner(body), (x, y, z))
         return None
-
-
-def center_of(body: Any) -> Any:
-    """Return the mass centre of a body."""
-    return body.point if isinstance(body, mechanics.Particle) else body.masscenter
-
-
-def frame_of(body: Any, kinematics: Kinematics) -> Any:
-    """Return the frame of a body, the inertial one of a particle."""
-    return kinematics.inertial if isinstance(body, mechanics.Particle) else body.frame
 
 
 def moved(kinematics: Kinematics, place: Any) -> Vector:
@@ -403,7 +392,6 @@ def _distinct(names: Sequence[str]) -> list[str]:
 __all__ = [
     "Energies",
     "Observed",
-    "center_of",
     "lagrangian_energies",
     "moved",
     "power_of_drivers",

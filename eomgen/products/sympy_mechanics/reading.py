@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import sympy
 from sympy.core.function import AppliedUndef
+from sympy.physics.biomechanics import MusculotendonBase
 from sympy.physics.mechanics import KanesMethod, LagrangesMethod, System, dynamicsymbols
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
-from eomgen.base.messages import counted, is_legal, shown
+from eomgen.base.messages import is_legal, shown
 from eomgen.errors import DescriptionError, Problem, UsageError
-from eomgen.products.sympy_mechanics.equations import Observations, SymbolicEquations
+from eomgen.products.sympy_mechanics.equations import InternalStates, Observations, SymbolicEquations
 from eomgen.products.sympy_mechanics.expressions import Expressions, name_of
-from eomgen.products.sympy_mechanics.kane import Kinematics, Terms, augmented, kane
+from eomgen.products.sympy_mechanics.kane import Kinematics, Terms, augmented, center_of, is_rigid, kane
 from eomgen.products.sympy_mechanics.observed import (
     Energies,
     Observed,
-    center_of,
     lagrangian_energies,
     moved,
     power_of_drivers,
@@ -49,6 +49,7 @@ def from_sympy(
     initial: Mapping[Any, float] | None = None,
     name: str = "sympy",
     q: Sequence[Any] = (),
+    states: Mapping[Any, Any] | None = None,
 ) -> SymbolicEquations:
     """Take equations of motion from SymPy: a System, KanesMethod or LagrangesMethod, or plain M(q) and f(q, v, t).
 
@@ -65,11 +66,14 @@ def from_sympy(
     parameters : mapping
         Values of the free symbols, by symbol or name, SI units.
     initial : mapping
-        Initial values of coordinates and, by ``q.diff()``, of rates; zero if not given.
+        Initial values of coordinates and, by ``q.diff()``, of rates, and of states; zero if not given.
     name : str
         Prefix of the C functions.
     q : sequence of dynamicsymbols
         Coordinates of a pair of matrices.
+    states : mapping
+        Rates of further functions of time, internal states, such as activations of muscles; the muscles of a System
+        bring their own.
 
     Returns
     -------
@@ -95,10 +99,10 @@ def from_sympy(
     """
     if not is_legal(name):
         raise UsageError(Problem("name", f"{shown(name)} is not a name", 'letters, digits and underscores, "bicycle"'))
-    reading = _Reading(name, system, q)
+    reading = _Reading(name, system, q, states or {})
     terms = reading.terms()
     if absent := reading.without_effect(terms):
-        reading = _Reading(name, system, q, absent)
+        reading = _Reading(name, system, q, states or {}, absent)
         terms = reading.terms()
     return reading.document(terms, parameters or {}, initial or {})
 
@@ -106,7 +110,14 @@ def from_sympy(
 class _Reading:
     """A description of SymPy with the parts under common names."""
 
-    def __init__(self, name: str, system: Any, q: Sequence[Any], absent: frozenset[str] = frozenset()) -> None:
+    def __init__(
+        self,
+        name: str,
+        system: Any,
+        q: Sequence[Any],
+        states: Mapping[Any, Any],
+        absent: frozenset[str] = frozenset(),
+    ) -> None:
         self.name, self.system = name, system
         #: Holonomic constraints, and constraints of velocities, which have the rates of the holonomic ones among them.
         self.positions: list[Any] = []
@@ -114,12 +125,20 @@ class _Reading:
         self.q: list[Any] = []
         self.u: list[Any] = []
         self.kdes: list[Any] = []
+        #: Auxiliary speeds, which are zero along all motions.
+        self.auxiliary: list[Any] = []
         self.bodies: list[Any] = []
         self.actuators: list[Any] = []
         self.joints: list[Any] = []
         self.inertial: Any = None
         self.origin: Any = None
         self._read(q)
+        self._integrate_speeds()
+        #: Rates of internal states.
+        self.states = dict(states)
+        for muscle in self.actuators:
+            if isinstance(muscle, MusculotendonBase):
+                self.states |= dict(zip(muscle.x, muscle.rhs(), strict=True))
         self.every_load = [*self.loads, *((load[0], load[1]) for item in self.actuators for load in item.to_loads())]
         self.algebra = Algebra(Tape())
         self.time = dynamicsymbols._t
@@ -127,6 +146,8 @@ class _Reading:
         self.q_scalars, self.v_scalars = (self.algebra.block(block, count) for block in "qv")
         known = dict(zip(self.q, self.q_scalars, strict=True))
         known |= dict(zip((item.diff(self.time) for item in self.q), self.v_scalars, strict=True))
+        known |= dict(zip(self.states, self.algebra.block("z", len(self.states)), strict=True))
+        known |= dict.fromkeys(self.auxiliary, self.algebra.zero)
         self.expressions = Expressions(self.algebra, name, known, absent)
         self.speeds = [item for item in self.u if not isinstance(item, sympy.Derivative)]
 
@@ -134,13 +155,13 @@ class _Reading:
         """Take the parts of the system; ``q``: coordinates of matrices."""
         system, loads = self.system, list[Any]()
         if isinstance(system, System):
-            self._refuse_auxiliary(system.u_aux)
+            self.auxiliary = list(system.u_aux)
             self.positions, self.constraints = list(system.holonomic_constraints), list(system.velocity_constraints)
             self.actuators, self.joints, self.origin = list(system.actuators), list(system.joints), system.fixed_point
             self.q, self.u, self.kdes = list(system.q), list(system.u), list(system.kdes)
             self.inertial, self.bodies, loads = system.frame, list(system.bodies), list(system.loads)
         elif isinstance(system, KanesMethod):
-            self._refuse_auxiliary(system._uaux)
+            self.auxiliary = list(system._uaux)
             self.positions = list(system._f_h)
             self.constraints = list(system._k_nh * system.u + system._f_nh) if len(system._f_nh) else []
             if not system.bodies:
@@ -162,10 +183,13 @@ class _Reading:
             raise UsageError(Problem("system", f"{type(system).__name__} is none of SymPy's descriptions", hint))
         self.loads = [(load[0], load[1]) for load in loads]
 
-    def _refuse_auxiliary(self, speeds: Any) -> None:
-        if len(speeds):
-            fault = f"{counted(len(speeds), 'auxiliary speed')} of a {type(self.system).__name__} are not supported"
-            raise DescriptionError(Problem(self.name, fault, "a scene, whose reactions are outputs"))
+    def _integrate_speeds(self) -> None:
+        """Add a coordinate for each speed without one, such as of a wheel whose angle moves nothing."""
+        free = [item for item in self.u if not any(equation.has(item) for equation in self.kdes)]
+        if self.kdes and len(self.q) == len(self.kdes) == len(self.u) - len(free):
+            integrals = [dynamicsymbols(f"{name_of(item)}_integral") for item in free]
+            self.kdes += [one.diff(dynamicsymbols._t) - speed for one, speed in zip(integrals, free, strict=True)]
+            self.q += integrals
 
     def terms(self) -> Terms:
         """Record the equations."""
@@ -189,7 +213,7 @@ class _Reading:
     def _everything(self) -> list[Any]:
         """Return all expressions, for the lists of parameters and inputs."""
         self.expressions.known |= dict.fromkeys(set(self.u) - self.expressions.known.keys(), self.algebra.zero)
-        result: list[Any] = [*self.kdes, *self.positions, *self.constraints]
+        result: list[Any] = [*self.kdes, *self.positions, *self.constraints, *self.states.values()]
         if isinstance(self.system, LagrangesMethod):
             result.append(self.system._L[0])
         elif isinstance(self.system, tuple | list):
@@ -198,8 +222,8 @@ class _Reading:
         frames, points = _reached(self.bodies, self.every_load, self.inertial)
         for body in self.bodies:
             result.append(body.mass)
-            if hasattr(body, "central_inertia"):
-                result += body.central_inertia.to_matrix(body.frame)
+            if is_rigid(body):
+                result += [factor for factor, _, _ in body.central_inertia.args]
         vectors = [vector for _, vector in self.every_load]
         for frame in frames:
             result += [entry for matrix in frame._dcm_dict.values() for entry in matrix]
@@ -261,6 +285,7 @@ class _Reading:
         refs = [item.ref for part in terms for item in part]
         refs += [self.expressions.known[item].ref for item in self.speeds]
         refs += [*self.rows.positions, *self.rows.velocities]
+        refs += [self.expressions(rate).ref for rate in self.states.values()]
         used = {(symbol.block, symbol.index) for symbol in self.algebra.tape.depends_on(refs)}
         return frozenset(
             name
@@ -275,14 +300,16 @@ class _Reading:
         """Return the document with values of parameters and the initial state."""
         record = self.expressions
         names = [name_of(item) for item in self.q]
-        given, start = self._values(parameters), self._start(names, initial)
+        of_states = [name_of(item) for item in self.states]
+        given, start = self._values(parameters), self._start([*names, *of_states], initial)
+        z = np.array([start.get(item, 0.0) for item in of_states])
         speeds = [item for item in self.speeds if name_of(item) not in names]
         p, inputs = np.array([given[item] for item in record.parameters]), len(record.inputs)
         asked = State(*(np.array([start.get(f"{key}{item}", 0.0) for item in names]) for key in ("", "v.")))
         begun = self.rows.met(asked, p, inputs)
         states = self.rows.near(begun, p, inputs)
         rows = self.rows.rows(states, p, inputs)
-        samples = [blocks_at(state, p, inputs) for state in states]
+        samples = [{**blocks_at(state, p, inputs), "z": z} for state in states]
         terms = self._with_inertia(terms, rows, samples)
         mass, coupling, force = (tuple(item.ref for item in part) for part in terms)
         return SymbolicEquations(
@@ -301,6 +328,9 @@ class _Reading:
             tuple(record(item).ref for item in speeds),
             rows,
             self._observations(terms, rows, samples),
+            InternalStates(
+                tuple(of_states), tuple(z.tolist()), tuple(record(rate).ref for rate in self.states.values())
+            ),
         )
 
     def _with_inertia(self, terms: Terms, rows: Rows, samples: Sequence[Mapping[str, Array]]) -> Terms:
@@ -364,7 +394,7 @@ class _Reading:
             return result
         for body in self.bodies:
             result += self.kinematics.velocity(center_of(body))
-            if hasattr(body, "frame"):
+            if is_rigid(body):
                 result += self.kinematics.angular_velocity(body.frame)
         for place, _ in self.every_load:
             result += moved(self.kinematics, place)
@@ -407,8 +437,9 @@ def _reached(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: 
     """Return the frames and points that bodies and loads are connected with."""
     frames, points = set() if inertial is None else {inertial}, set()
     for body in bodies:
-        points.add(getattr(body, "masscenter", None) or body.point)
-        frames |= {body.frame} if hasattr(body, "frame") else set()
+        points.add(center_of(body))
+        if is_rigid(body):
+            frames |= {body.frame, *(vector.args[0][1] for _, vector, _ in body.central_inertia.args)}
     for place, _ in loads:
         (points if hasattr(place, "_pos_dict") else frames).add(place)
     waiting = list(points)
